@@ -9,7 +9,7 @@ from capsule.seeding import generator
 from scorer_teaching.bench_family import RandomBench, Wander, WaveTrain, Way
 
 SENSORS = 4
-LONGEST = 990
+_LONGEST = 990
 _SHORTEST = 250
 _FULL_SCALE = 1024
 # At half of the scale, a relative change x of the resistance changes a reading by 256 x counts.
@@ -130,15 +130,15 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
     counts = _counts(bench, _sensed(bench, press), streams)
     beyond = nodules.lead + SENSORS - 1 + bench.way.tail
     end = np.argmax(head > beyond[:, np.newaxis], axis=1)
-    end[end == 0] = LONGEST
+    end[end == 0] = _LONGEST
     if bench.way.until_full:
-        end = np.where(streams.of("end").random(sizes_mm.size) < 0.7, LONGEST, end)
+        end = np.where(streams.of("end").random(sizes_mm.size) < 0.7, _LONGEST, end)
     end = np.maximum(end, _SHORTEST)
     return [row[:, :stop] for row, stop in zip(counts, end.tolist(), strict=True)]
 
 
 @dataclass(frozen=True)
-class Nodules:
+class _Nodules:
     """The nodules of a bench's runs, from its `Lump`, each (n,); `touch` is (n, S).
 
     `height` is in amplitudes of the wave, and `touch` a factor on it at each sensor. `width` of the
@@ -151,7 +151,7 @@ class Nodules:
     lead: np.ndarray
 
 
-def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> Nodules:
+def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> _Nodules:
     """Return random nodules of the given sizes (n,); size 0 has a place, but no height."""
     lump, way, count = bench.lump, bench.way, len(sizes_mm)
     known = {size: streams.of(f"size {size:g}").normal() for size in sorted(set(sizes_mm.tolist()))}
@@ -163,7 +163,7 @@ def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) ->
     touch = np.exp(lump.touch_spread * numbers.standard_normal((count, SENSORS)))
     touch *= numbers.random((count, SENSORS)) >= lump.untouched_share
     lead = way.lead + way.lead_spread * streams.of("lead").standard_normal(count)
-    return Nodules(
+    return _Nodules(
         height=lump.height * (sizes_mm / 3) ** lump.growth * met,
         touch=touch,
         width=lump.width + lump.width_a_mm * sizes_mm,
@@ -175,7 +175,7 @@ def _wave_phase_of(wave: WaveTrain, runs: int, streams: Streams) -> np.ndarray:
     """Return a random phase of the wave at the start of the gut, (n, K), in radians."""
     numbers = streams.of("phase")
     begin = numbers.uniform(0, 2 * np.pi, (runs, 1))
-    jitter = wave.period_jitter * smooth_noise(numbers, (runs,), LONGEST, 80, 0)
+    jitter = wave.period_jitter * smooth_noise(numbers, (runs,), _LONGEST, 80, 0)
     return begin + np.cumsum(2 * np.pi / wave.period * (1 + jitter), axis=1)
 
 
@@ -186,7 +186,7 @@ def _wave_number(phase: np.ndarray) -> np.ndarray:
 
 
 def _head_way(
-    bench: RandomBench, nodules: Nodules, phase: np.ndarray, streams: Streams
+    bench: RandomBench, nodules: _Nodules, phase: np.ndarray, streams: Streams
 ) -> np.ndarray:
     """Return the place of the first sensor at each sample, (n, K), in pitches.
 
@@ -224,7 +224,7 @@ def _free_way(
     return (strokes - strokes[:, :1]) * period
 
 
-def _spent(way: Way, nodules: Nodules, held: np.ndarray, run: int) -> np.ndarray:
+def _spent(way: Way, nodules: _Nodules, held: np.ndarray, run: int) -> np.ndarray:
     """Return for each place of `_FINE` the way of a capsule without a nodule in the same time."""
     height, width, lead = nodules.height[run], nodules.width[run], nodules.lead[run]
     if height == 0:
@@ -241,7 +241,7 @@ def _spent(way: Way, nodules: Nodules, held: np.ndarray, run: int) -> np.ndarray
 
 
 def _presses(
-    bench: RandomBench, nodules: Nodules, phase: np.ndarray, head: np.ndarray, streams: Streams
+    bench: RandomBench, nodules: _Nodules, phase: np.ndarray, head: np.ndarray, streams: Streams
 ) -> np.ndarray:
     """Return the press of the wall on each sensor, (n, S, K), in amplitudes of the wave."""
     wave, effect, disturbances = bench.wave, bench.lump.effect, bench.disturbances
