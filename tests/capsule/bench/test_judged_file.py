@@ -254,7 +254,7 @@ def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
 def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr(
-        "capsule.bench.judged_picture_file.picture_bytes",
+        "capsule.bench.judged_picture_file.render_figure",
         lambda figure, kind, name: drawn.append((figure, kind, name)) or b"picture",
     )
     write_picture(judged, CONFIGURATION, tmp_path / "run.svg")

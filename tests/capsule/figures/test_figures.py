@@ -14,17 +14,17 @@ from capsule.evaluation import paper
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.rates import rate_tables
-from capsule.figures.contours import contour_levels
-from capsule.figures.draw_learning import draw_learning
-from capsule.figures.draw_preprocessing import (
+from capsule.figures.draw_curves import curve_table, draw_learning, draw_roc
+from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
+from capsule.figures.draw_signals import (
+    contour_levels,
     draw_preprocessing,
+    draw_templates,
     example_table,
+    template_table,
     typical_recording,
     typical_recordings,
 )
-from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
-from capsule.figures.draw_roc import curve_table, draw_roc
-from capsule.figures.draw_templates import draw_templates, template_table
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.particle import Particle, render
 from capsule.preprocessing import preprocess_run

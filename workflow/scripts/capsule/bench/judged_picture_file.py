@@ -6,7 +6,8 @@ from capsule import files, words
 from capsule.bench.judged_file import JudgedFile
 from capsule.bench.judged_view import places_s
 from capsule.detectors.verdicts import Verdict
-from capsule.figures.judged_picture import draw_judged, picture_bytes
+from capsule.figures.draw_signals import draw_judged
+from capsule.figures.style import render_figure
 from capsule.kinds import Settings
 from capsule.page.provenance import is_simulated
 from capsule.preprocessing import preprocess_run
@@ -29,7 +30,7 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
     )
     figure = draw_judged(run, shape["threshold"], places_s(judged.verdicts, rate_hz))
     with files.write_whole(path, "wb") as stream:
-        stream.write(picture_bytes(figure, path.suffix.lstrip("."), name))
+        stream.write(render_figure(figure, path.suffix.lstrip("."), name))
 
 
 def _in_short(verdict: Verdict) -> str:

@@ -4,10 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from capsule import words
 from capsule.detectors.registry import PAPER
@@ -20,14 +18,15 @@ from capsule.figures.style import (
     INK,
     PAGE_WIDTH_IN,
     PAPER_LOOK,
+    add_legend,
     detector_looks,
     figure_style,
     say_nothing_to_show,
+    show_percent,
 )
 from capsule.kinds import Look
 
 _TRUE_SIZE = "size of the nodule (mm)"
-_KEY = ["detector", "scheme"]
 # Look of all markers and whiskers; each detector has its own colour and shape.
 _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
@@ -138,10 +137,7 @@ def draw_rates(
             _draw_panel(axes, table[table["measure"] == measure], sizes_mm, looks)
         for axes in grid[-1]:
             axes.set_xlabel(x_label)
-        handles, labels = _legend_of(grid)
-        if handles:
-            columns = 1 if narrow else len(handles)
-            figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        add_legend(figure, list(grid.flat), 1 if narrow else len(looks))
     return figure
 
 
@@ -154,7 +150,7 @@ def _draw_panel(
         say_nothing_to_show(axes, "no recording to count")
         return
     tick_of = {size_mm: position for position, size_mm in enumerate(sizes_mm)}
-    series = known.groupby(_KEY, sort=False)
+    series = known.groupby(["detector", "scheme"], sort=False)
     for order, ((detector, scheme), rows) in enumerate(series):
         shift = 0.2 * (order - (series.ngroups - 1) / 2)
         position = np.array([tick_of[size_mm] + shift for size_mm in rows["size_mm"]])
@@ -166,9 +162,8 @@ def _draw_panel(
     axes.set_xticks(range(len(sizes_mm)))
     axes.set_xticklabels([_tick(size_mm, size_mm in one_sided) for size_mm in sizes_mm])
     axes.set(xlim=(-0.6, len(sizes_mm) - 0.4), ylim=(-0.03, 1.05))
-    axes.set_yticks(np.linspace(0, 1, 6))
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-    axes.grid(axis="y", color="#d9d9d9", linewidth=0.5)
+    show_percent(axes.yaxis, 6)
+    axes.grid(axis="y")
     axes.set_axisbelow(True)
     axes.axhline(0, color=INK, linewidth=0.6)
 
@@ -180,11 +175,3 @@ def _label(detector: str, scheme: str) -> str:
 
 def _tick(size_mm: float, one_sided: bool) -> str:
     return "none" if size_mm == 0 else f"{size_mm:g}" + ("*" if one_sided else "")
-
-
-def _legend_of(grid: np.ndarray) -> tuple[list[Artist], list[str]]:
-    handles: dict[str, Artist] = {}
-    for axes in grid.flat:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    return list(handles.values()), list(handles)

@@ -28,13 +28,13 @@ class Row:
 
 
 _ROWS = (
-    Row("preprocessing", "capsule.figures.draw_preprocessing", "preprocessing_drawing"),
-    Row("templates", "capsule.figures.draw_templates", "templates_drawing"),
+    Row("preprocessing", "capsule.figures.draw_signals", "preprocessing_drawing"),
+    Row("templates", "capsule.figures.draw_signals", "templates_drawing"),
     Row("detection", "capsule.figures.draw_rates", "detection_drawing"),
     Row("sizing", "capsule.figures.draw_rates", "sizing_drawing"),
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
-    Row("roc", "capsule.figures.draw_roc", "roc_drawing"),
-    Row("learning", "capsule.figures.draw_learning", "learning_drawing"),
+    Row("roc", "capsule.figures.draw_curves", "roc_drawing"),
+    Row("learning", "capsule.figures.draw_curves", "learning_drawing"),
     Row("capsule", "capsule.figures.draw_capsule", "capsule_drawing"),
     Row("readings", "capsule.figures.draw_capsule", "readings_drawing"),
 )

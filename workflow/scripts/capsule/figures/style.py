@@ -12,15 +12,19 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
 
 from capsule.kinds import Look
 
 # Widths of one and of two columns of an IEEE journal, in inches.
 COLUMN_WIDTH_IN = 3.5
 PAGE_WIDTH_IN = 7.16
+_DOTS_PER_INCH = 200
 
 INK = "#1a1a1a"
 MUTED = "#6b6b6b"
@@ -72,6 +76,8 @@ _SETTINGS: dict[Any, object] = {
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.0,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.5,
     "hatch.linewidth": 0.5,
     # Letters are outlines in SVG and embedded TrueType in PDF, so that no reader needs the font.
     "svg.fonttype": "path",
@@ -96,10 +102,10 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
     ----------
     figure : Figure
         Drawn within `figure_style`.
-    kind : {"svg", "pdf"}
+    kind : {"svg", "pdf", "png"}
         The format.
     name : str
-        Title in the file; the identifiers inside an SVG are derived from it.
+        Title in an SVG or a PDF; the identifiers inside an SVG are derived from it.
     outlines : bool
         Whether the letters of an SVG are outlines, for which no reader needs a font. If not,
         letters are text and coordinates are tenths of a point: the file is less than half as
@@ -109,24 +115,24 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
     -------
     bytes
     """
-    metadata = {"svg": {"Date": None, "Title": name}, "pdf": {"CreationDate": None, "Title": name}}
     settings: dict[Any, object] = {
         "svg.hashsalt": name,
         "svg.fonttype": "path" if outlines else "none",
     }
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context(settings):
+        if kind == "png":
+            figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
+            return stream.getvalue()
         if (layout := figure.get_layout_engine()) is not None:
             layout.execute(figure)
             figure.set_layout_engine("none")
-        if kind == "svg":
-            # `savefig` is slower: it first draws everything without writing it.
-            FigureCanvasSVG(figure).print_svg(stream, metadata=metadata[kind])
-        else:
-            figure.savefig(stream, format=kind, metadata=metadata[kind])
+        if kind == "pdf":
+            figure.savefig(stream, format=kind, metadata={"CreationDate": None, "Title": name})
+            return stream.getvalue()
+        # `savefig` is slower: it first draws everything without writing it.
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Title": name})
     content = stream.getvalue()
-    if kind != "svg":
-        return content
     return _shorten_coordinates(content) if outlines else _shorten_all(content)
 
 
@@ -173,3 +179,46 @@ def sensor_line(sensor: int) -> Look:
         "color": SENSOR_COLOURS[sensor % len(SENSOR_COLOURS)],
         "linestyle": SENSOR_DASHES[sensor % len(SENSOR_DASHES)],
     }
+
+
+def panels_in_rows(
+    figure: Figure, count: int, across: int, x_label: str, y_label: str
+) -> list[Axes]:
+    """Return the panels of a figure with shared scales; only the outer ones are labelled.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    count, across : int
+        Number of panels, and of panels in a row.
+    x_label, y_label : str
+        The labels.
+    """
+    rows = -(-count // across)
+    grid = figure.subplots(rows, across, squeeze=False, sharex=True, sharey=True).ravel()
+    for axes in grid[count:]:
+        axes.set_visible(False)
+    for axes in grid[max(count - across, 0) : count]:
+        axes.set_xlabel(x_label)
+        axes.tick_params(labelbottom=True)
+    for axes in grid[:count:across]:
+        axes.set_ylabel(y_label)
+    return list(grid[:count])
+
+
+def show_percent(axis: Axis, ticks: int) -> None:
+    """Mark an axis of rates in percent, with ticks from 0 to 1."""
+    axis.set_ticks(np.linspace(0, 1, ticks))
+    axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
+
+
+def add_legend(figure: Figure, panels: Sequence[Axes], columns: int, **look: float) -> None:
+    """Add one legend below a figure, with each label of the panels once; none without a label."""
+    handles: dict[str, Any] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    if handles:
+        names, marks = list(handles), list(handles.values())
+        figure.legend(marks, names, loc="outside lower center", ncols=columns, **look)

@@ -174,7 +174,7 @@ class LoadedArchive:
         -------
         matplotlib.figure.Figure
         """
-        from capsule.figures.judged_picture import draw_judged  # matplotlib only if it is used
+        from capsule.figures.draw_signals import draw_judged  # matplotlib only if it is used
 
         shape, rate_hz = self.settings["preprocessing"], self.settings["recording"]["rate_hz"]
         title = f"{name}, true size: {words.size(size_mm(name))}"

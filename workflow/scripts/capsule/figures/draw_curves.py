@@ -1,4 +1,4 @@
-"""Draw the ROC curves: the rates that each threshold of a score reaches."""
+"""Draw curves of rates: for each threshold of a score, and by the recordings that teach."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,17 +6,20 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from capsule.evaluation.cross_validation import main_scheme
+from capsule.evaluation.learning import main_ranges
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     MUTED,
     PAGE_WIDTH_IN,
+    add_legend,
     detector_looks,
     figure_style,
+    panels_in_rows,
     say_nothing_to_show,
+    show_percent,
 )
 from capsule.kinds import Look
 
@@ -83,36 +86,23 @@ def draw_roc(
     -------
     Figure
     """
-    sizes_mm = sorted(table["size_mm"].dropna().unique())
-    panels = [float("nan"), *sizes_mm]
+    sizes_mm = [float("nan"), *sorted(table["size_mm"].dropna().unique())]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
-    down = -(-len(panels) // across)
     looks = detector_looks(detectors)
     with figure_style():
-        side = width_in / across
-        figure = Figure(figsize=(width_in, side * down + 0.55), layout="constrained")
-        grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
-        for axes in grid.flat[len(panels) :]:
-            axes.set_visible(False)
-        for axes, size_mm in zip(grid.flat, panels, strict=False):
+        height = width_in / across * -(-len(sizes_mm) // across) + 0.55
+        figure = Figure(figsize=(width_in, height), layout="constrained")
+        panels = panels_in_rows(figure, len(sizes_mm), across, "false alarms", "nodules found")
+        for axes, size_mm in zip(panels, sizes_mm, strict=True):
             of_any = np.isnan(size_mm)
             axes.set_title("any nodule" if of_any else f"{size_mm:g} mm")
             size = table["size_mm"]
-            _draw_panel(axes, table[size.isna() if of_any else size == size_mm], looks)
-        for index, axes in enumerate(grid.flat[: len(panels)]):
-            if index + across >= len(panels):
-                axes.set_xlabel("false alarms")
-                axes.tick_params(labelbottom=True)
-            if index % across == 0:
-                axes.set_ylabel("nodules found")
-        handles, labels = grid[0, 0].get_legend_handles_labels()
-        if handles:
-            columns = 1 if across == 2 else 3
-            figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+            _draw_roc_panel(axes, table[size.isna() if of_any else size == size_mm], looks)
+        add_legend(figure, panels[:1], 1 if across == 2 else 3)
     return figure
 
 
-def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
+def _draw_roc_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
     curves = table[table["kind"] == "curve"]
     if curves.empty:
         say_nothing_to_show(axes, "no recording to count")
@@ -153,7 +143,75 @@ def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> N
             )
     axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_ticks(np.linspace(0, 1, 3))
-        axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-    axes.grid(color="#d9d9d9", linewidth=0.5)
+        show_percent(axis, 3)
+    axes.grid()
+    axes.set_axisbelow(True)
+
+
+def learning_drawing(inputs: FigureInputs) -> Drawing:
+    """Return the drawing of the rates at each share of the archive, per learning detector."""
+    table, detectors = inputs.learning, inputs.evaluation.detectors()
+    return table, lambda width_in: draw_learning(table, detectors, width_in)
+
+
+def draw_learning(
+    table: pd.DataFrame, detectors: Sequence[str], width_in: float = PAGE_WIDTH_IN
+) -> Figure:
+    """Draw specificity and sensitivity against the recordings that teach, one panel per rate.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `capsule.evaluation.learning`.
+    detectors : sequence of str
+        In the order of the configuration; a detector without a row has no curve.
+    width_in : float
+        Width of the figure in inches.
+
+    Returns
+    -------
+    Figure
+    """
+    looks = detector_looks(detectors)
+    # Without recordings, one empty panel remains, with a note.
+    ranges = main_ranges(table["size_from_mm"]) or [(0.0, 0.0)]
+    narrow = width_in <= COLUMN_WIDTH_IN
+    shape = (len(ranges), 1) if narrow else (1, len(ranges))
+    with figure_style():
+        height = 1.5 * len(ranges) + 0.8 if narrow else 2.5
+        figure = Figure(figsize=(width_in, height), layout="constrained")
+        grid = figure.subplots(*shape, squeeze=False, sharey=True)
+        for axes, (low, high) in zip(grid.flat, ranges, strict=True):
+            sizes = f"{low:g} mm" if low == high else f"from {low:g} mm on"
+            axes.set_title(f"{sizes}: found" if high > 0 else "no nodule: specificity")
+            of_range = (table["size_from_mm"] == low) & (table["size_to_mm"] == high)
+            _draw_learning_panel(axes, table[of_range & table["rate"].notna()], looks)
+        for axes in grid[-1]:
+            axes.set_xlabel("recordings that teach\n(healthy ones)")
+        add_legend(figure, list(grid.flat), 2 if narrow else 4)
+    return figure
+
+
+def _draw_learning_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
+    if table.empty:
+        say_nothing_to_show(axes, "no recording to count")
+        return
+    for name, look in looks.items():
+        rows = table[table["detector"] == name].sort_values("taught")
+        if rows.empty:
+            continue
+        low, high = rows["rate_low"].to_numpy(), rows["rate_high"].to_numpy()
+        axes.fill_between(rows["taught"], low, high, color=look["color"], alpha=0.15, linewidth=0)
+        axes.plot(rows["taught"], rows["rate"], markersize=4, label=name, **look)
+    ticks = table.drop_duplicates("share").sort_values("taught")
+    axes.set_xticks(ticks["taught"])
+    axes.set_xticklabels(
+        [
+            f"{taught:.0f}\n({healthy:.0f})"
+            for taught, healthy in zip(ticks["taught"], ticks["taught_healthy"], strict=True)
+        ]
+    )
+    axes.set(xlim=(0, 1.08 * float(ticks["taught"].max())), ylim=(-0.03, 1.05))
+    show_percent(axes.yaxis, 6)
+    axes.grid()
     axes.set_axisbelow(True)

@@ -1,0 +1,355 @@
+"""Draw signals: the stages of pre-processing, the templates, and a recording as it is judged."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from capsule import words
+from capsule.arrays import FloatArray, NumberArray
+from capsule.evaluation.paper import Evaluation
+from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.style import (
+    COLOURS_OF_HEIGHT,
+    COLUMN_WIDTH_IN,
+    DETECTOR_LOOKS,
+    INK,
+    PAGE_WIDTH_IN,
+    add_legend,
+    figure_style,
+    panels_in_rows,
+    say_nothing_to_show,
+    sensor_line,
+)
+from capsule.kinds import Look
+from capsule.preprocessing import PreprocessedRun
+
+# More columns than this add no visible detail, and their contours make large files.
+_COLUMNS_DRAWN = 250
+# Room above the readings for the legend, as a share of the readings' range.
+_HEADROOM = 0.3
+
+
+def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> FloatArray:
+    """Return round heights from 0 to at least the highest value.
+
+    Parameters
+    ----------
+    highest : float
+        Largest value of the drawing; 0 is treated as 1.
+    count : int
+        Approximate number of bands.
+    with_faint : bool
+        Whether to add a height at a fifth of the first step, which shows low patterns.
+
+    Returns
+    -------
+    (N,) array
+        Ascending from 0, two or more.
+    """
+    ticks = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
+    levels: FloatArray = np.asarray(ticks)
+    levels = levels[levels >= 0]
+    return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
+
+
+def draw_matrix(
+    axes: Axes, matrix: FloatArray, column: NumberArray, levels: FloatArray
+) -> QuadContourSet | None:
+    """Draw one matrix with sensor 1 on top; heights between the rows are interpolated.
+
+    Parameters
+    ----------
+    axes : Axes
+        The axes.
+    matrix : (S, L) array
+        The heights. With any NaN, or with zeros only, the axes show a note instead.
+    column : (L,) array
+        Position of each column along the axis of time.
+    levels : (N,) array
+        Heights of the contours, from `contour_levels`.
+
+    Returns
+    -------
+    QuadContourSet or None
+        For a colour bar; None if there are no contours.
+    """
+    sensors = matrix.shape[0]
+    # Contours need two rows, so a single sensor becomes a band.
+    row = np.arange(1, sensors + 1) if sensors > 1 else np.array([0.5, 1.5])
+    heights = matrix if sensors > 1 else np.repeat(matrix, 2, axis=0)
+    step = max(1, -(-column.size // _COLUMNS_DRAWN))
+    axes.set(xlim=(column[0], column[-1]), ylim=(row[-1], row[0]))
+    axes.set_yticks(np.arange(1, sensors + 1))
+    if np.isnan(matrix).any():
+        say_nothing_to_show(axes, "not known: no accepted recording")
+        return None
+    if not matrix.any():
+        axes.text(0.5, 0.5, "zero everywhere", transform=axes.transAxes, ha="center", va="center")
+        return None
+    column, heights = column[::step], heights[:, ::step]
+    filled = axes.contourf(column, row, heights, levels=levels, cmap=COLOURS_OF_HEIGHT)
+    axes.contour(column, row, heights, levels=levels[1:], colors=INK, linewidths=0.4)
+    return filled
+
+
+def typical_recording(energy: Mapping[str, float]) -> str | None:
+    """Return the median recording, so that the figure does not show an unusually good one.
+
+    Parameters
+    ----------
+    energy : mapping of str to float
+        Each recording's distance to the zero template, by name.
+
+    Returns
+    -------
+    str or None
+        The lower median; of equal recordings the first by name; None if there is no recording.
+    """
+    ordered = sorted(energy, key=lambda name: (energy[name], name))
+    return ordered[(len(ordered) - 1) // 2] if ordered else None
+
+
+def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
+    """Return a typical run without a nodule, and a typical run over a nodule of the middle size.
+
+    Returns
+    -------
+    list of (str, str or None)
+        The panel's title, and the recording's name; None if there is no such recording.
+    """
+    nodules_mm = evaluation.sizes_mm()[1:]
+    wanted = {"no nodule": 0.0, "nodule": None}
+    if nodules_mm:
+        middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2]
+        wanted = {"no nodule": 0.0, f"{middle_mm:g} mm nodule": middle_mm}
+    rows = evaluation.predictions.drop_duplicates("recording").set_index("recording")
+    distances = rows["rmse_0mm"]
+    return [
+        (title, typical_recording(distances[rows["size_mm"] == size_mm].to_dict()))
+        for title, size_mm in wanted.items()
+    ]
+
+
+def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
+    """Return the figure's data as a table, one row per sample."""
+    columns = ["recording", "time_s"]
+    frames = []
+    for example in filter(None, examples):
+        frame = pd.DataFrame({"recording": example.recording, "time_s": example.time_s})
+        for name in ("values", "envelope", "matrix"):
+            label = "reading" if name == "values" else name
+            for sensor, row in enumerate(getattr(example, name), start=1):
+                frame[f"{label}_{sensor}"] = row
+        frames.append(frame)
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
+
+
+def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
+    """Return the drawing of the stages of a typical run without and a typical run with a nodule."""
+    typical = typical_recordings(inputs.evaluation)
+    examples = [inputs.run(name, title) if name else None for title, name in typical]
+    threshold = inputs.settings["preprocessing"]["threshold"]
+    return (
+        example_table(examples),
+        lambda width_in: draw_preprocessing(examples, threshold, width_in),
+    )
+
+
+def draw_preprocessing(
+    examples: Sequence[PreprocessedRun | None], threshold: float, width_in: float = PAGE_WIDTH_IN
+) -> Figure:
+    """Draw the stages of pre-processing (eq. normalization to eq. extended), one column per run.
+
+    Parameters
+    ----------
+    examples : sequence of PreprocessedRun or None
+        The runs, from left to right; None if the archive has no such run.
+    threshold : float
+        c, drawn over the envelopes, in standard deviations.
+    width_in : float
+        Width of the figure in inches.
+
+    Returns
+    -------
+    Figure
+    """
+    known = [example for example in examples if example is not None]
+    highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
+    tallest = max((float(np.nanmax(example.envelope)) for example in known), default=1.0)
+    levels = contour_levels(highest)
+    narrow = width_in <= COLUMN_WIDTH_IN
+    with figure_style():
+        figure = Figure(figsize=(width_in, 4.4 if narrow else 4.7), layout="constrained")
+        grid = figure.subplots(3, len(examples), squeeze=False, height_ratios=[1.15, 1, 1])
+        filled = None
+        for column, example in enumerate(examples):
+            signal, envelope, matrix = grid[:, column]
+            letter = chr(ord("A") + column)
+            if example is None:
+                for axes in (signal, envelope, matrix):
+                    say_nothing_to_show(axes, "no such recording")
+                continue
+            signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
+            _draw_signals(signal, example)
+            _draw_envelopes(envelope, example, threshold, tallest)
+            filled = draw_matrix(matrix, example.matrix, example.time_s, levels) or filled
+            matrix.set_xlabel("time (s)")
+            if not narrow:
+                envelope.set_title("RMS envelope and threshold")
+                matrix.set_title("matrix")
+        grid[0, 0].set_ylabel("readings")
+        grid[1, 0].set_ylabel("envelope (SD)")
+        grid[2, 0].set_ylabel("sensor")
+        _add_height_bar(figure, filled, grid[2, :].tolist(), {"aspect": 9, "pad": 0.01})
+        if known:
+            for sensor in range(len(known[0].values)):
+                grid[0, 0].plot([], [], label=f"sensor {sensor + 1}", **sensor_line(sensor))
+            label = f"threshold {threshold:g}"
+            grid[0, 0].plot([], [], color=INK, linewidth=0.6, label=label)
+            add_legend(figure, [grid[0, 0]], 3 if narrow else 8, handlelength=2.8)
+    return figure
+
+
+def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
+    """Draw the readings of each sensor below the other, with one scale for all."""
+    centred = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
+    distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
+    sensors = len(centred)
+    for sensor, row in enumerate(centred):
+        line = {**sensor_line(sensor), "linestyle": "-", "linewidth": 0.6}
+        axes.plot(example.time_s, row - sensor * distance, **line)
+    axes.set_yticks([-sensor * distance for sensor in range(sensors)])
+    axes.set_yticklabels([str(sensor + 1) for sensor in range(sensors)])
+    axes.set_xlim(example.time_s[0], example.time_s[-1])
+    axes.tick_params(labelbottom=False)
+
+
+def _draw_envelopes(axes: Axes, example: PreprocessedRun, threshold: float, tallest: float) -> None:
+    for sensor, row in enumerate(example.envelope):
+        axes.plot(example.time_s, row, **sensor_line(sensor))
+    axes.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
+    axes.set(xlim=(example.time_s[0], example.time_s[-1]), ylim=(0, 1.05 * tallest))
+    axes.tick_params(labelbottom=False)
+
+
+def _add_height_bar(
+    figure: Figure, filled: QuadContourSet | None, beside: Sequence[Axes], place: Look
+) -> None:
+    if filled is None:
+        return
+    bar = figure.colorbar(filled, ax=beside, **place)
+    bar.set_label("height (SD)")
+    bar.outline.set_linewidth(0.4)
+
+
+def draw_judged(
+    run: PreprocessedRun, threshold: float, places_s: Mapping[float, Sequence[str]]
+) -> Figure:
+    """Draw a recording, with lines where the detectors find a nodule.
+
+    Parameters
+    ----------
+    run : PreprocessedRun
+        The recording; its title gives the detectors' verdicts.
+    threshold : float
+        c, drawn over the envelopes, in standard deviations.
+    places_s : mapping of float to sequence of str
+        The detectors that find a nodule, by the time in s at which sensor 1 passes it.
+
+    Returns
+    -------
+    Figure
+    """
+    figure = draw_preprocessing([run], threshold)
+    signal, envelope, matrix = figure.axes[:3]
+    with figure_style():
+        marks = []
+        for number, (place, names) in enumerate(places_s.items()):
+            look = DETECTOR_LOOKS[number % len(DETECTOR_LOOKS)]
+            line: Look = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+            label = f"place by {words.enumerate_words(names)}: {words.place(place, None)}"
+            marks.append(signal.axvline(place, label=label, **line))
+            for axes in (envelope, matrix):
+                axes.axvline(place, **line)
+        low, high = signal.get_ylim()
+        signal.set(title=run.title, ylim=(low, high + _HEADROOM * (high - low)))
+        if marks:
+            signal.legend(handles=marks, loc="upper right", ncols=len(marks), borderaxespad=0)
+    return figure
+
+
+def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) -> pd.DataFrame:
+    """Return the templates as a table, one row per size and column of the matrix."""
+    frames = []
+    for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
+        frame = pd.DataFrame({"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)})
+        for sensor, row in enumerate(matrix, start=1):
+            frame[f"sensor_{sensor}"] = row
+        frames.append(frame)
+    return pd.concat(frames, ignore_index=True)
+
+
+def templates_drawing(inputs: FigureInputs) -> Drawing:
+    """Return the drawing of the templates, each with the number of recordings that it averages."""
+    sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
+    counts = inputs.template_counts
+    return (
+        template_table(sizes_mm, matrices),
+        lambda width_in: draw_templates(sizes_mm, matrices, counts, width_in),
+    )
+
+
+def draw_templates(
+    sizes_mm: Sequence[float],
+    matrices: Sequence[FloatArray],
+    counts: Sequence[int],
+    width_in: float = PAGE_WIDTH_IN,
+) -> Figure:
+    """Draw every template T^b, with one scale for all.
+
+    Parameters
+    ----------
+    sizes_mm : sequence of B floats
+        The sizes, 0 for no nodule.
+    matrices : sequence of B (S, L) arrays
+        The templates; NaN for a size without an accepted recording.
+    counts : sequence of B ints
+        Q, the number of recordings that each template averages.
+    width_in : float
+        Width of the figure in inches.
+
+    Returns
+    -------
+    Figure
+    """
+    narrow = width_in <= COLUMN_WIDTH_IN
+    count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)
+    highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)
+    levels = contour_levels(highest, with_faint=True)
+    with figure_style():
+        height = -(-count // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
+        figure = Figure(figsize=(width_in, height), layout="constrained")
+        panels = panels_in_rows(figure, count, across, "column (sample)", "sensor")
+        filled = None
+        for axes, size_mm, matrix, recordings in zip(
+            panels, sizes_mm, matrices, counts, strict=True
+        ):
+            column = np.arange(1, matrix.shape[1] + 1)
+            filled = draw_matrix(axes, matrix, column, levels) or filled
+            axes.set_title(_title(size_mm, recordings, float(np.max(matrix)), narrow))
+        place = {"location": "bottom", "aspect": 40} if narrow else {"aspect": 25, "pad": 0.01}
+        _add_height_bar(figure, filled, list(figure.axes), place)
+    return figure
+
+
+def _title(size_mm: float, count: int, highest: float, narrow: bool) -> str:
+    if size_mm == 0:
+        return "no nodule"
+    if narrow or np.isnan(highest):
+        return f"{size_mm:g} mm (n = {count})"
+    return f"{size_mm:g} mm (mean of {count}, peak {highest:.2f})"
