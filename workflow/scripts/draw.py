@@ -6,10 +6,10 @@ from functools import partial
 from pathlib import Path
 
 from capsule import files
-from capsule.figures.files import StoredResults, write_figure
+from capsule.figures.files import write_figure
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
 from capsule.forks import Forks
-from capsule.project import PROJECT
 from capsule.results import Results
 
 
@@ -25,9 +25,7 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1, help="how many draw (default: 1)")
     arguments = parser.parse_args()
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
-    inputs = StoredResults(
-        results, PROJECT / "workflow" / "report" / "paper.yaml", arguments.settings
-    )
+    inputs = FigureInputs(results, arguments.settings)
     draw = partial(write_figure, inputs=inputs, kind=arguments.kind, folder=arguments.output)
     print("\n".join(Forks(arguments.processes)(draw, FIGURES)))
 

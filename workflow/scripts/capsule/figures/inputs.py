@@ -1,66 +1,87 @@
-"""Define the inputs of the figures, and make a figure's drawing from them."""
+"""Define what figures show: each result is read when a figure needs it."""
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
-from typing import Protocol
+from functools import cached_property
 
 import pandas as pd
 from matplotlib.figure import Figure
 
+from capsule import files
 from capsule.arrays import FloatArray
+from capsule.detectors.files import read_templates
+from capsule.evaluation.files import (
+    read_evaluation,
+    read_judgements,
+    read_learning,
+    read_printed,
+)
 from capsule.evaluation.paper import Evaluation
-from capsule.figures.registry import figure_row
 from capsule.kinds import Settings
 from capsule.parts.design import Design
-from capsule.preprocessing import PreprocessedRun
+from capsule.parts.files import shipped_design
+from capsule.preprocessing import PreprocessedRun, preprocess_run
+from capsule.project import PROJECT
+from capsule.results import Results
 
 # A figure's data, and a function that draws the figure at a width in inches.
 Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
-class FigureInputs(Protocol):
-    """The results that figures show; each is read when a figure needs it."""
+class FigureInputs:
+    """The results of a run of the workflow.
 
-    @property
-    def settings(self) -> Settings:
-        """Of recording, preprocessing, evaluation and report what figures of one source use."""
+    Parameters
+    ----------
+    results : Results
+        The results.
+    settings : mapping
+        Sections of the configuration.
+    """
 
-    @property
+    def __init__(self, results: Results, settings: Settings) -> None:
+        self._results, self.settings = results, settings
+
+    @cached_property
     def evaluation(self) -> Evaluation:
-        """The rates, ours and the paper's."""
+        """The rates of this project and of the paper."""
+        printed = read_printed(PROJECT / "workflow" / "report" / "paper.yaml")
+        confidence = self.settings["evaluation"]["confidence"]
+        return read_evaluation(self._results.folder / "evaluation", printed, confidence)
 
-    @property
+    @cached_property
     def judgements(self) -> Mapping[str, pd.DataFrame]:
-        """The tables by which the detectors are compared, by name."""
+        """The tables that compare the detectors, by name."""
+        return read_judgements(self._results.folder / "evaluation")
 
     @property
     def learning(self) -> pd.DataFrame:
-        """The rates reached with parts of the archive, from `capsule.evaluation.learning`."""
+        """The rates that the detectors reach with parts of the archive."""
+        return read_learning(self._results.folder / "evaluation")
 
-    @property
+    @cached_property
     def templates(self) -> Mapping[float, FloatArray]:
-        """The template of each size in mm, (S, L); size 0 comes first."""
+        """The template of every size in mm, (S, L); size 0 is the first."""
+        return read_templates(self._results.folder / "templates.npz")
 
     @property
     def template_counts(self) -> list[int]:
-        """Number of recordings that each template averages."""
+        """The number of recordings behind each template."""
+        entries = files.read_json(self._results.folder / "templates.json")["templates"]
+        return [entry["recordings"] for entry in entries]
 
     @property
     def design(self) -> Design:
-        """The buildable design of the capsule and the bench."""
+        """The design of the capsule and the bench, with the shipped values."""
+        return shipped_design()
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Return an accepted recording after each stage of pre-processing."""
-
-
-def make_drawing(name: str, inputs: FigureInputs) -> Drawing:
-    """Import the module of a figure, and return its drawing.
-
-    Raises
-    ------
-    CapsuleError
-        If there is no such figure.
-    """
-    row = figure_row(name)
-    make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)
-    return make(inputs)
+        shape = self.settings["preprocessing"]
+        return preprocess_run(
+            name,
+            title,
+            self._results.signal(name),
+            rate_hz=self.settings["recording"]["rate_hz"],
+            window=shape["window"],
+            threshold=shape["threshold"],
+        )
