@@ -6,51 +6,75 @@ went back and looked again. The evidence is beside the map; enlarged suspected p
 
 import textwrap
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from capsule import words
+from capsule.arrays import FloatArray, IntArray
 from capsule.figures.style import (
+    BLUE,
     COLUMN_WIDTH_IN,
+    GREY,
+    INK,
     MUTED,
-    PAGE_WIDTH_IN,
+    ORANGE,
     figure_style,
     say_nothing_to_show,
 )
-from capsule.figures.survey_panels import (
-    LOOKS,
-    PIN_LOOKS,
-    THRESHOLD,
-    UNMEASURED,
-    SurveyPicture,
-    draw_evidence,
-    draw_map,
-    draw_place,
-)
+from capsule.kinds import Look
 from capsule.survey.stored_session import Session, StoredPlace
-from capsule.survey.track import Pin, Track
+from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
 # The rows of a figure's data, and a function that draws the figure at a width in inches.
 SurveyDrawing = tuple[list[dict[str, Any]], Callable[[float], Figure]]
 # Panels of places in one row.
 _PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
+# One look per group of states; the path is dashed where the position was not measured.
+_LOOKS: dict[str, Look] = {
+    AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
+    BACK: {"color": ORANGE, "linewidth": 1.1, "label": "folds, is pushed back, unfolds"},
+    AGAIN: {"color": INK, "linewidth": 1.9, "label": "finds its position, passes again"},
+}
+_THRESHOLD: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
+_UNMEASURED = (0, (2.2, 1.4))
+_PIN = {"color": INK, "markersize": 5, "markeredgewidth": 0.9, "linestyle": "none"}
+_PIN_LOOKS: dict[str, Look] = {
+    "confirmed": {**_PIN, "marker": "o", "markerfacecolor": INK},
+    "dismissed": {**_PIN, "marker": "o", "markerfacecolor": "#ffffff"},
+    "undecided": {**_PIN, "marker": "D", "markerfacecolor": "#ffffff"},
+}
+_WAVE = "#b9c2cc"
+# With more waves, the lines merge into a grey area.
+_WAVES = 24
+# The distance and time that a place's panel shows around the place.
+_BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 22.0, 30.0, 25.0, 20.0
+_MARGIN_MM, _FARTHEST_MM = 3.0, 90.0
+_POINTS_ACROSS, _PATH_MM = 1500, 0.3
+_POINTS_OF_EVIDENCE = 300
+# A gap between two pieces of one line.
+_BREAK = np.full((1, 2), np.nan)
+# Least distance between the map's labels, and approximate height of the map, in points.
+_LABEL_PT, _MAP_PT = 9.5, 220
 
 
-def picture_table(track: Track) -> list[dict[str, Any]]:
-    """Return the data of the picture, one row per judgement."""
-    columns = {
-        "time_s": track.time_s.tolist(),
-        "head_mm": np.round(track.head_mm, 2).tolist(),
-        "measured": track.known.tolist(),
-        "state": track.state.tolist(),
-        "score": track.score.tolist(),
-        "threshold": track.threshold.tolist(),
-        "wave_mm": track.wave_mm.tolist(),
-    }
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+@dataclass(frozen=True)
+class _Picture:
+    """What the panels of a survey's picture show; `length_mm` is the length of the distance."""
+
+    title: str
+    track: Track
+    # The suspected places, and the interval in which the survey examined each.
+    places: Sequence[tuple[StoredPlace, Pin]]
+    length_mm: float
+    # Length of the wave, and a crest before the drive moved it; NaN if no wave was felt.
+    wavelength_mm: float
+    crest_mm: float
 
 
 def survey_drawing(
@@ -60,7 +84,7 @@ def survey_drawing(
     pins: Sequence[Pin],
     wave: tuple[float, float],
 ) -> SurveyDrawing:
-    """Return the drawing of a survey: its data, and a function that draws it.
+    """Return the drawing of a survey: a row of data per judgement, and a function that draws.
 
     Parameters
     ----------
@@ -79,8 +103,19 @@ def survey_drawing(
     length_mm = 1000 * told if isinstance(told, int | float) else 0.0
     known = track.head_mm[track.known]
     length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
-    picture = SurveyPicture(title, track, session.places, pins, length_mm, *wave)
-    return picture_table(track), lambda width_in: draw_survey(picture, width_in)
+    pairs = list(zip(session.places, pins, strict=False))
+    picture = _Picture(title, track, pairs, length_mm, *wave)
+    columns = {
+        "time_s": track.time_s.tolist(),
+        "head_mm": np.round(track.head_mm, 2).tolist(),
+        "measured": track.known.tolist(),
+        "state": track.state.tolist(),
+        "score": track.score.tolist(),
+        "threshold": track.threshold.tolist(),
+        "wave_mm": track.wave_mm.tolist(),
+    }
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    return rows, lambda width_in: _draw(picture, width_in)
 
 
 def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
@@ -126,16 +161,8 @@ def frames(figure: Figure) -> dict[str, Any]:
     return told
 
 
-def draw_survey(picture: SurveyPicture, width_in: float = PAGE_WIDTH_IN) -> Figure:
-    """Draw the picture; its first axes are the map, and its second axes the evidence.
-
-    Parameters
-    ----------
-    picture : SurveyPicture
-        The survey's data.
-    width_in : float
-        Width of the figure in inches.
-    """
+def _draw(picture: _Picture, width_in: float) -> Figure:
+    """Draw the picture; its first axes are the map, and its second axes the evidence."""
     narrow = width_in <= COLUMN_WIDTH_IN
     across = _PLACES_ACROSS_NARROW if narrow else _PLACES_ACROSS
     shown = _places_shown(picture, across * (2 if narrow else 1))
@@ -153,44 +180,232 @@ def draw_survey(picture: SurveyPicture, width_in: float = PAGE_WIDTH_IN) -> Figu
             say_nothing_to_show(space, "the survey never knew where the capsule was")
             say_nothing_to_show(evidence, "")
             return figure
-        draw_map(space, picture, narrow=narrow)
-        draw_evidence(evidence, picture)
+        _draw_map(space, picture, narrow=narrow)
+        _draw_evidence(evidence, picture)
         for row in range(rows):
             panels = parts[1 + row].subplots(1, across, squeeze=False)[0]
             for axes in panels[len(shown[row * across :]) :]:
                 axes.set_visible(False)
             for axes, (place, pin) in zip(panels, shown[row * across :], strict=False):
-                draw_place(axes, picture, place, pin)
+                _draw_place(axes, picture, place, pin)
             panels[0].set_ylabel("time (s)")
         _add_legend(figure, picture, narrow=narrow)
     return figure
 
 
-def _places_shown(picture: SurveyPicture, most: int) -> list[tuple[StoredPlace, Pin]]:
+def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]:
     """Return the places that have room, nodules before others, in the order of their numbers."""
     order = {"confirmed": 0, "undecided": 1, "dismissed": 2}
-    pairs = list(zip(picture.places, picture.pins, strict=False))
-    pairs.sort(key=lambda pair: (order[pair[0].status], -_known_or_zero(pair[0].height)))
-    return sorted(pairs[:most], key=lambda pair: pair[0].number)
+    ranked = sorted(
+        picture.places, key=lambda pair: (order[pair[0].status], -np.nan_to_num(pair[0].height))
+    )
+    return sorted(ranked[:most], key=lambda pair: pair[0].number)
 
 
-def _known_or_zero(value: float) -> float:
-    return value if words.is_known(value) else 0.0
-
-
-def _add_legend(figure: Figure, picture: SurveyPicture, *, narrow: bool) -> None:
-    handles = [Line2D([], [], **look) for look in LOOKS.values()]
-    handles.append(Line2D([], [], color=MUTED, linestyle=UNMEASURED, label="position not measured"))
-    handles.append(Line2D([], [], label="threshold of suspicion", **THRESHOLD))
+def _add_legend(figure: Figure, picture: _Picture, *, narrow: bool) -> None:
+    handles = [Line2D([], [], **look) for look in _LOOKS.values()]
+    unmeasured: Look = {"color": MUTED, "linestyle": _UNMEASURED}
+    handles.append(Line2D([], [], label="position not measured", **unmeasured))
+    handles.append(Line2D([], [], label="threshold of suspicion", **_THRESHOLD))
     handles += [
         line for line in figure.axes[0].get_lines() if str(line.get_label()).startswith("crest")
     ]
-    present = {place.status for place in picture.places}
+    present = {place.status for place, _ in picture.places}
     handles += [
         Line2D([], [], label=status, **look)
-        for status, look in PIN_LOOKS.items()
+        for status, look in _PIN_LOOKS.items()
         if status in present
     ]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=2 if narrow else 4, handlelength=2.4
+    )
+
+
+def _draw_path(
+    axes: Axes, track: Track, within_s: tuple[float, float], per_s: float, tolerance_mm: float
+) -> None:
+    """Draw the head's path; each piece has the look of its group of states."""
+    lines: dict[tuple[str, bool], list[FloatArray]] = {}
+    for run in runs_of(track):
+        some = slice(run.first, run.last + 1)
+        time_s, head_mm = track.time_s[some], track.head_mm[some]
+        if time_s[-1] < within_s[0] or time_s[0] > within_s[1]:
+            continue
+        enough = simplified(time_s, head_mm, tolerance_mm)
+        points = np.column_stack([head_mm[enough], time_s[enough] / per_s])
+        lines.setdefault((run.group, run.known), []).extend([points, _BREAK])
+    for (group, known), pieces in lines.items():
+        look = {key: value for key, value in _LOOKS[group].items() if key != "label"}
+        axes.plot(
+            *np.concatenate(pieces).T,
+            linestyle="-" if known else _UNMEASURED,
+            solid_capstyle="round",
+            dash_capstyle="butt",
+            zorder=3,
+            **look,
+        )
+
+
+def _draw_waves(
+    axes: Axes,
+    picture: _Picture,
+    within_mm: tuple[float, float],
+    within_s: tuple[float, float],
+    per_s: float,
+) -> int:
+    """Draw the wave's crests as faint diagonals; return n if every n-th crest is drawn, or 0."""
+    track, wavelength_mm = picture.track, picture.wavelength_mm
+    known = ~np.isnan(track.wave_mm)
+    if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
+        return 0
+    # The wave moves evenly between judgements. A fine grid lets its lines reach the panel's edges.
+    time_s = np.linspace(within_s[0], within_s[1], 2000)
+    wave_mm = np.interp(time_s, track.time_s[known], track.wave_mm[known]) + picture.crest_mm
+    numbers = np.arange(
+        np.floor((within_mm[0] - wave_mm.max()) / wavelength_mm),
+        np.ceil((within_mm[1] - wave_mm.min()) / wavelength_mm) + 1,
+    )
+    every = max(1, -(-numbers.size // _WAVES))
+    drawn: list[tuple[float, float]] = []
+    for number in numbers[numbers % every == 0]:
+        at_mm = wave_mm + number * wavelength_mm
+        inside = np.flatnonzero((at_mm >= within_mm[0]) & (at_mm <= within_mm[1]))
+        if inside.size > 1:
+            drawn += [(at_mm[end], time_s[end] / per_s) for end in inside[[0, -1]]]
+            drawn.append((np.nan, np.nan))
+    if drawn:
+        axes.plot(*np.array(drawn).T, color=_WAVE, linewidth=0.5, zorder=1)
+    return every
+
+
+def _draw_map(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
+    """Draw the path of the whole survey, some waves, and a pin for each place."""
+    track = picture.track
+    span_s = (0.0, float(track.time_s[-1]))
+    margin_mm = 0.02 * picture.length_mm
+    within_mm = (-margin_mm, picture.length_mm + margin_mm)
+    every = _draw_waves(axes, picture, (0.0, picture.length_mm), span_s, 60.0)
+    _draw_path(axes, track, span_s, 60.0, picture.length_mm / _POINTS_ACROSS)
+    _draw_pins(axes, picture, narrow=narrow)
+    axes.set(xlim=within_mm, ylim=(span_s[1] / 60, 0), xlabel="distance along the gut (mm)")
+    axes.set_ylabel("time (min)")
+    axes.set_title("where the head was", color=MUTED)
+    if every:
+        label = "crest of the wave" if every == 1 else f"crest of one wave in {every}"
+        axes.plot([], [], color=_WAVE, linewidth=0.8, label=label)
+
+
+def _draw_pins(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
+    """Mark each place on the free side of the path, with its number and its size."""
+    # The area to the right is free above the path; the area to the left is free below it.
+    for right in (True, False):
+        some = [
+            each for each in picture.places if (each[0].place_mm < picture.length_mm / 2) == right
+        ]
+        middles = [(pin.suspected_s + pin.decided_s) / 120 for _, pin in some]
+        span = float(picture.track.time_s[-1]) / 60
+        labels = spread_out(middles, _LABEL_PT / _MAP_PT * span, span)
+        reach_mm = (0.075 if right else -0.075) * picture.length_mm
+        for (place, _), middle, label in zip(some, middles, labels, strict=True):
+            at_mm = place.place_mm + reach_mm
+            axes.plot(
+                [place.place_mm, at_mm], [middle, label], color=MUTED, linewidth=0.5, zorder=2
+            )
+            axes.plot([at_mm], [label], zorder=4, **_PIN_LOOKS[place.status])
+            axes.annotate(
+                f"{place.number}" if narrow else f"{place.number} {verdict_words(place)}",
+                (at_mm, label),
+                xytext=(5 if right else -5, 0),
+                textcoords="offset points",
+                ha="left" if right else "right",
+                va="center",
+                fontsize=7,
+                bbox={"facecolor": "#ffffff", "edgecolor": "none", "pad": 0.6},
+                zorder=5,
+            )
+
+
+def spread_out(places: Sequence[float], least: float, end: float) -> list[float]:
+    """Return ascending positions moved apart by at least `least`, and none beyond `end`.
+
+    If there is not enough room, positions run together at the start.
+    """
+    moved: list[float] = []
+    for place in places:
+        moved.append(max(place, moved[-1] + least) if moved else place)
+    limit = end
+    for number in range(len(moved) - 1, -1, -1):
+        moved[number] = max(min(moved[number], limit), 0.0)
+        limit = moved[number] - least
+    return moved
+
+
+def verdict_words(place: StoredPlace) -> str:
+    """Return the verdict on a place with its size: ``confirmed, 3.1 mm (2.4 to 3.8)``."""
+    if place.status != "confirmed" or not words.is_known(place.size_mm):
+        return place.status
+    names = ("size_mm", "size_low_mm", "size_high_mm")
+    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
+    return f"{place.status}, {words.estimated_size(size)}"
+
+
+def _draw_evidence(axes: Axes, picture: _Picture) -> None:
+    """Draw the score and the threshold of suspicion, on the map's axis of time."""
+    track = picture.track
+    some = _highest_of_each(track.score, _POINTS_OF_EVIDENCE)
+    minutes = track.time_s[some] / 60
+    score, level = (np.clip(values, 0, None) for values in (track.score[some], track.threshold))
+    axes.fill_betweenx(minutes, 0, score, facecolor=GREY, edgecolor=MUTED, linewidth=0.4)
+    enough = simplified(track.time_s, level, 0.02 * float(level.max()))
+    axes.plot(level[enough], track.time_s[enough] / 60, **_THRESHOLD)
+    # Nodules' scores are many times the threshold. The square root keeps low scores visible.
+    axes.set_xscale("function", functions=(np.sqrt, np.square))
+    top = 1.08 * max(float(np.nanmax(score, initial=0.0)), float(level.max()))
+    axes.set(xlim=(0, top), xlabel="score", xticks=_round_ticks(top))
+    axes.set_title("evidence", color=MUTED)
+    axes.tick_params(labelleft=False)
+
+
+def _round_ticks(top: float) -> list[float]:
+    """Return the ticks of a square-root scale: 0, one near the middle, and one near the end."""
+    steps = [digit * 10.0**power for power in range(-4, 3) for digit in (1, 2, 5)]
+    return [0, *(max(step for step in steps if step <= share * top) for share in (0.25, 1.0))]
+
+
+def _highest_of_each(values: FloatArray, most: int) -> IntArray:
+    """Return the indices of the highest values of at most `most` pieces of a long series."""
+    pieces = np.array_split(np.arange(values.size), min(most, values.size))
+    return np.array(
+        [
+            piece[np.nanargmax(values[piece])] if not np.isnan(values[piece]).all() else piece[0]
+            for piece in pieces
+        ]
+    )
+
+
+def _around(track: Track, place_mm: float, within_s: tuple[float, float]) -> tuple[float, float]:
+    """Return the range in mm of a place's panel: its whole path, up to a limit on both sides."""
+    inside = (track.time_s >= within_s[0]) & (track.time_s <= within_s[1])
+    head_mm = np.clip(track.head_mm[inside], place_mm - _FARTHEST_MM, place_mm + _FARTHEST_MM)
+    low, high = place_mm - _BEFORE_MM, place_mm + _BEHIND_MM
+    return min(low, *(head_mm - _MARGIN_MM)), max(high, *(head_mm + _MARGIN_MM))
+
+
+def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> None:
+    """Draw the path near a place, large enough to show its sawtooth."""
+    within_s = (
+        max(pin.suspected_s - _BEFORE_S, 0.0),
+        min(pin.decided_s + _BEHIND_S, float(picture.track.time_s[-1])),
+    )
+    within_mm = _around(picture.track, place.place_mm, within_s)
+    _draw_waves(axes, picture, within_mm, within_s, 1.0)
+    axes.axvline(place.place_mm, color=MUTED, linewidth=0.6, zorder=2)
+    _draw_path(axes, picture.track, within_s, 1.0, _PATH_MM)
+    axes.plot([place.place_mm], [within_s[0]], clip_on=False, zorder=4, **_PIN_LOOKS[place.status])
+    axes.set(xlim=within_mm, ylim=(within_s[1], within_s[0]), xlabel="distance (mm)")
+    axes.xaxis.set_major_locator(MaxNLocator(3, integer=True))
+    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    size = place.status if place.status != "confirmed" else verdict_words(place)
+    axes.set_title(
+        f"{place.number}  {size.replace(', ', ',' + chr(10) + '    ')}", fontsize=7.5, pad=7
     )
