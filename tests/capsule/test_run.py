@@ -12,7 +12,7 @@ from capsule import files, run
 from capsule.errors import CapsuleError
 from capsule.locks import RUN_LOCK, hold_run_lock
 from capsule.results import batch_size, batches, described_together
-from capsule.survey.session_names import Surveys
+from capsule.survey.listed import Surveys
 
 KEY = "0123456789" * 2
 PAGE = f'<head>\n<meta name="made-from" content="{KEY}">\n</head>\n<body>\n<p>page</p>\n'.encode()

@@ -10,8 +10,7 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.page.survey_player import player
 from capsule.page.survey_words import survey_values, title_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.survey.files import read_session
-from capsule.survey.stored_session import SessionError
+from capsule.survey.files import SessionError, read_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 
 WIDTHS = {"wide": (PAGE_WIDTH_IN, ""), "narrow": (COLUMN_WIDTH_IN, "_column")}

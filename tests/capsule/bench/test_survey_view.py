@@ -8,7 +8,7 @@ import pytest
 from capsule.bench.survey_view import SurveyState, SurveyView, state_lines
 from capsule.survey.cycle import Cycle
 from capsule.survey.survey_log import Event
-from capsule.survey.suspected_place import Place
+from capsule.survey.suspects import Place
 
 NAN = float("nan")
 STATE = SurveyState(

@@ -11,7 +11,7 @@ from matplotlib.text import Text
 
 from capsule.figures.draw_survey import frames, spread_out, survey_drawing, unreadable_drawing
 from capsule.figures.style import BLUE, COLUMN_WIDTH_IN, INK, ORANGE, PAGE_WIDTH_IN, render_figure
-from capsule.survey.stored_session import parse_session
+from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support import surveys
 from support.surveys import DETECTOR, WAVELENGTH_MM

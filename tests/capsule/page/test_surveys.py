@@ -15,9 +15,7 @@ from capsule.page.survey_player import capsule_outline, player
 from capsule.page.survey_section import page_values
 from capsule.page.survey_words import survey_values, title_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.survey.cycle import STATES
-from capsule.survey.state_words import STATE_WORDS
-from capsule.survey.stored_session import parse_session
+from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support.surveys import CREST_MM, DETECTOR, PLACES, head_mm, session_contents
 
@@ -38,10 +36,6 @@ def unpacked(packed):
     numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
     missing = numbers == 2 ** packed["bits"] - 1
     return np.where(missing, np.nan, packed["low"] + packed["scale"] * numbers)
-
-
-def test_every_state_has_words():
-    assert set(STATE_WORDS) == set(STATES)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from capsule.geometry.origami import sensor_offsets, vertices
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.survey.state_words import STATE_WORDS
+from capsule.survey.cycle import STATES
 from support.browser import PHONE, needed
 from support.surveys import head_mm
 
@@ -79,9 +79,9 @@ def test_it_says_in_words_what_the_capsule_does(browser, page, project):
     for time_s, state in ((50, "exploring"), (160, "returning"), (240, "passing")):
         browser.run(MOVE, time_s)
         said = browser.find("output.moment").text
-        assert STATE_WORDS[state] in said
+        assert STATES[state] in said
         assert ("position not measured" in said) == (state == "returning")
-        assert stored["player"]["words"][state] == STATE_WORDS[state]
+        assert stored["player"]["words"][state] == STATES[state]
     assert "score 0.05, threshold 0.15" in said
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.survey.stored_session import parse_session
+from capsule.survey.files import parse_session
 from capsule.survey.track import (
     AGAIN,
     AHEAD,

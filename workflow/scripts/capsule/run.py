@@ -20,7 +20,7 @@ from capsule.held_out import unknown_sessions
 from capsule.kinds import Settings
 from capsule.locks import RUN_LOCK, hold_run_lock
 from capsule.results import batch_size, left_over
-from capsule.survey.session_names import Surveys
+from capsule.survey.listed import Surveys
 
 # With less free space than this, a run stops before its first job.
 _FULL_DISK_BYTES = 1_000_000

@@ -18,8 +18,8 @@ from capsule.files import read_json, write_csv, write_json, write_whole
 from capsule.kinds import Row, Settings
 from capsule.names import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
+from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.odometer import mean_origin
-from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import Event, Judgement, Readings
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"

@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule.bench.session_folder import JUDGED, stream_columns
 from capsule.names import PART
-from capsule.survey.session_names import EVENTS, STREAM
+from capsule.survey.listed import EVENTS, STREAM
 from capsule.survey.survey_log import (
     FOLDED,
     FOLDING,

@@ -20,7 +20,7 @@ from capsule.bench.survey_view import SurveyView
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Judgement, Readings
-from capsule.survey.suspected_place import Place
+from capsule.survey.suspects import Place
 
 # Samples in the recording of one pass. It must fit into the paper's matrix, and be long enough to
 # show the sensors' usual beats. Two recordings share no samples.

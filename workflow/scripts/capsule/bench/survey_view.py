@@ -8,9 +8,8 @@ from typing import TextIO
 from capsule import words
 from capsule.bench.live_panel import LivePanel
 from capsule.bench.terminal import REDRAW_EVERY_S
-from capsule.survey.cycle import FOLDED_STATES
+from capsule.survey.cycle import FOLDED_STATES, STATES
 from capsule.survey.pilot import Pilot
-from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.survey_log import Event
 
 # Number of places that the display lists.
@@ -74,7 +73,7 @@ def state_lines(state: SurveyState, width: int, *, plain: bool = False) -> list[
     minutes, seconds = divmod(int(state.time_s), 60)
     head = f"head {'' if state.known else 'last '}at {words.number(state.head_mm, 1)} mm"
     lines = [
-        f"{state.title}  {minutes} min {seconds:02d} s  {head}: {STATE_WORDS[state.state]}",
+        f"{state.title}  {minutes} min {seconds:02d} s  {head}: {STATES[state.state]}",
         _gut_bar(state, width),
         _score_bar(state, width),
     ]

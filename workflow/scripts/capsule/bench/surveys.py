@@ -34,7 +34,7 @@ from capsule.configuration import read_settings
 from capsule.phantom.files import read_phantom
 from capsule.project import config_file
 from capsule.survey.pilot import Pilot
-from capsule.survey.suspected_place import STATUSES
+from capsule.survey.suspects import STATUSES
 
 
 def survey(options: argparse.Namespace) -> None:

@@ -28,7 +28,7 @@ from capsule.figures.style import (
     say_nothing_to_show,
 )
 from capsule.kinds import Look
-from capsule.survey.stored_session import Session, StoredPlace
+from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
 # The rows of a figure's data, and a function that draws the figure at a width in inches.

@@ -13,8 +13,8 @@ from capsule.geometry.origami import Origami, half_width, pitch, vertices
 from capsule.kinds import Cells
 from capsule.page.packing import pack, rounded
 from capsule.phantom.parameters import Phantom
-from capsule.survey.state_words import STATE_WORDS
-from capsule.survey.stored_session import Session
+from capsule.survey.cycle import STATES
+from capsule.survey.files import Session
 from capsule.survey.track import Track, folded_part, group_of, simplified
 
 # Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.
@@ -64,8 +64,8 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
         "wave": _points(track.time_s, track.wave_mm, _WAVE_MM),
         "folded": _points(time_s, folded_part(time_s, session.fold), _FOLDED),
         "states": _states(session, track),
-        "words": STATE_WORDS,
-        "groups": {state: group_of(state) for state in STATE_WORDS},
+        "words": STATES,
+        "groups": {state: group_of(state) for state in STATES},
         "judged_s": judged_s,
         "score": _on_grid(track, track.score, judged_s),
         "threshold": _points(track.time_s, track.threshold, _THRESHOLD, digits=4),

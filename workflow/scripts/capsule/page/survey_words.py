@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from capsule import words
 from capsule.kinds import Cells
 from capsule.page.provenance import is_simulated
-from capsule.survey.stored_session import Session, StoredPlace
-from capsule.survey.suspected_place import STATUSES
+from capsule.survey.files import Session, StoredPlace
+from capsule.survey.suspects import STATUSES
 from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of
 
 

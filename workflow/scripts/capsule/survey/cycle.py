@@ -22,20 +22,21 @@ class Step(NamedTuple):
     commands: tuple[str, ...] = ()
 
 
-STATES = (
-    "starting",
-    "exploring",
-    "finishing",
-    "folding",
-    "returning",
-    "unfolding",
-    "finding",
-    "passing",
-    "approaching",
-    "arrived",
-    "closing",
-    "ended",
-)
+# The states, with their descriptions for the user.
+STATES = {
+    "starting": "waits until it feels the wave",
+    "exploring": "explores",
+    "finishing": "passes the suspected place",
+    "folding": "folds",
+    "returning": "is folded; the waves push it back",
+    "unfolding": "unfolds",
+    "finding": "finds its position",
+    "passing": "passes the place again",
+    "approaching": "travels to its target",
+    "arrived": "has reached its target",
+    "closing": "unfolds at the end",
+    "ended": "the survey is over",
+}
 # In these states the origami is folded, or may be folded.
 FOLDED_STATES = {"folding", "returning"}
 

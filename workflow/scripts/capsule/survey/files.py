@@ -1,11 +1,110 @@
 """Read the files of a survey."""
 
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from capsule.arrays import FloatArray, TextArray
+from capsule.errors import CapsuleError
 from capsule.files import read_limited
-from capsule.survey.listed import LARGEST_BYTES
-from capsule.survey.session_names import FILES
-from capsule.survey.stored_session import Session, SessionError, parse_session
+from capsule.kinds import Row, Settings
+from capsule.names import displayed
+from capsule.survey.listed import ABOUT, EVENTS, FILES, LARGEST_BYTES, PLACES, STREAM
+from capsule.survey.survey_log import Event
+from capsule.survey.suspects import STATUSES
+
+_WORD = re.compile("[a-z]{1,20}")
+_TEXTS = ("before", "event", "after", "reason")
+_NUMBERS_OF_PLACE = ("place_mm", "size_mm", "size_low_mm", "size_high_mm", "height", "threshold")
+_SHOWN = 60
+
+
+class SessionError(CapsuleError):
+    """The error of a session that cannot be read; its text names the file and the fault."""
+
+
+@dataclass(frozen=True)
+class StoredPlace:
+    """A row of places.csv; NaN where a cell is empty.
+
+    Attributes
+    ----------
+    number, passes : int
+        Number of the place, from 1, and number of passes with evidence.
+    status : str
+        One of `capsule.survey.suspects.STATUSES`.
+    place_mm : float
+        Position of the place.
+    size_mm, size_low_mm, size_high_mm : float
+        Size of the nodule, with its interval.
+    height : float
+        Mean evidence in units of the usual evidence.
+    threshold : float
+        Threshold above which the first pass was suspicious.
+    unfamiliar_because : str
+        Why a pass is unlike the recordings that teach the size; empty if none is.
+    """
+
+    number: int
+    passes: int
+    status: str
+    place_mm: float
+    size_mm: float
+    size_low_mm: float
+    size_high_mm: float
+    height: float
+    threshold: float
+    unfamiliar_because: str = ""
+
+
+@dataclass(frozen=True)
+class Session:
+    """A whole survey.
+
+    Attributes
+    ----------
+    name : str
+        Name of its folder.
+    about : mapping
+        Parameters with which the survey was started.
+    time_s, wave_mm, head_mm, score, threshold : (K,) arrays
+        Values of each sample; NaN where a cell is empty.
+    values : (S, K) array
+        The readings.
+    fold : (K,) array of str
+        State of the origami from the fold board.
+    events : sequence of Event
+        All events.
+    places : sequence of StoredPlace
+        The suspected places.
+    """
+
+    name: str
+    about: Settings
+    time_s: FloatArray
+    values: FloatArray
+    wave_mm: FloatArray
+    head_mm: FloatArray
+    score: FloatArray
+    threshold: FloatArray
+    fold: TextArray
+    events: Sequence[Event]
+    places: Sequence[StoredPlace]
+
+    @property
+    def source(self) -> str:
+        """Source of the survey from its own files; empty if they name none."""
+        header = self.about.get("header")
+        told = header if isinstance(header, dict) and "source" in header else self.about
+        return str(told.get("source", ""))
 
 
 def read_session(folder: Path) -> Session:
@@ -26,3 +125,151 @@ def read_session(folder: Path) -> Session:
             raise SessionError(f"{file}: larger than {LARGEST_BYTES / 1e6:g} MB")
         contents[file] = content
     return parse_session(folder.name, contents)
+
+
+def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
+    """Return the session in some files.
+
+    Parameters
+    ----------
+    name : str
+        Name of its folder.
+    contents : mapping of str to bytes
+        Content of each of `capsule.survey.listed.FILES`.
+
+    Raises
+    ------
+    SessionError
+        A file is damaged, or was written by an earlier version.
+    """
+    texts = {file: _text(file, content) for file, content in contents.items()}
+    return Session(
+        name,
+        _parse_about(texts[ABOUT]),
+        **_parse_stream(texts[STREAM]),
+        events=_parse_events(texts[EVENTS]),
+        places=_parse_places(texts[PLACES]),
+    )
+
+
+def _text(file: str, content: bytes) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SessionError(f"{file}: byte {error.start + 1} is not UTF-8 text") from error
+
+
+def _parse_about(text: str) -> Row:
+    try:
+        about = json.loads(text)
+    except ValueError as error:
+        raise SessionError(f"{ABOUT}: this is not JSON: {error}") from error
+    if not isinstance(about, dict):
+        raise SessionError(f"{ABOUT}: this is not a JSON object of names and values")
+    return about
+
+
+def _rows(file: str, text: str, columns: Sequence[str]) -> tuple[list[str], list[list[str]]]:
+    """Return the column names and the rows of a table that must have some columns."""
+    try:
+        head, *rows = list(csv.reader(io.StringIO(text), strict=True)) or [[]]
+    except csv.Error as error:
+        raise SessionError(f"{file}: {error}") from error
+    missing = [name for name in columns if name not in head]
+    if missing:
+        raise SessionError(
+            f"{file}: there is no column {missing[0]}; another version may have written it"
+        )
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(head):
+            raise SessionError(f"{file}: line {number} has {len(row)} cells instead of {len(head)}")
+    return head, rows
+
+
+def _number(file: str, line: int, name: str, cell: str) -> float:
+    """Return the number in a cell; NaN if it is empty."""
+    if cell == "":
+        return math.nan
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        shown = displayed(cell)[:_SHOWN]
+        raise SessionError(f"{file}: line {line}: {name} is {shown!r}, which is not a number")
+    return value
+
+
+def _parse_stream(text: str) -> dict[str, Any]:
+    named = ("wave_mm", "head_mm", "score", "threshold")
+    head, rows = _rows(STREAM, text, ("time_s", "sensor_1", *named, "fold"))
+    if len(rows) < 2:
+        raise SessionError(f"{STREAM}: there are no samples")
+
+    def column(name: str) -> FloatArray:
+        at = head.index(name)
+        cells = [_number(STREAM, line, name, row[at]) for line, row in enumerate(rows, start=2)]
+        return np.array(cells)
+
+    time_s = column("time_s")
+    if not np.all(np.diff(time_s) > 0):
+        raise SessionError(f"{STREAM}: time_s does not increase from line to line")
+    if np.count_nonzero(~np.isnan(column("threshold"))) < 2:
+        raise SessionError(f"{STREAM}: fewer than 2 lines have a threshold, so nothing was judged")
+    sensors = [name for name in head if name.startswith("sensor_")]
+    at = head.index("fold")
+    fold = np.array([row[at] for row in rows])
+    # A board of another version may report states that this program does not know.
+    if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
+        shown = displayed(min(unknown))[:_SHOWN]
+        raise SessionError(f"{STREAM}: fold is {shown!r}, which is not a state in small letters")
+    values = np.array([column(name) for name in sensors])
+    return {
+        "time_s": time_s,
+        "values": values,
+        **{name: column(name) for name in named},
+        "fold": fold,
+    }
+
+
+def _parse_events(text: str) -> list[Event]:
+    return [_event(number, line) for number, line in enumerate(text.splitlines(), start=1)]
+
+
+def _event(number: int, line: str) -> Event:
+    try:
+        content = json.loads(line)
+        cells: dict[str, Any] = {each.name: content[each.name] for each in fields(Event)}
+    except (ValueError, KeyError, TypeError) as error:
+        raise SessionError(f"{EVENTS}: line {number} is not an event") from error
+    for name, value in cells.items():
+        wanted = isinstance(value, str) if name in _TEXTS else value is None or _is_number(value)
+        if not wanted or (name == "time_s" and value is None):
+            shown, kind = displayed(str(value))[:_SHOWN], "text" if name in _TEXTS else "a number"
+            raise SessionError(f"{EVENTS}: line {number}: {name} is {shown!r}, which is not {kind}")
+    known: dict[str, Any] = {
+        name: math.nan if value is None else value for name, value in cells.items()
+    }
+    return Event(**known)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _parse_places(text: str) -> list[StoredPlace]:
+    head, rows = _rows(PLACES, text, ("place", "status", "passes", *_NUMBERS_OF_PLACE))
+    places = []
+    for line, row in enumerate(rows, start=2):
+        cells = dict(zip(head, row, strict=True))
+        numbers = {name: _number(PLACES, line, name, cells[name]) for name in _NUMBERS_OF_PLACE}
+        counts = [_number(PLACES, line, name, cells[name]) for name in ("place", "passes")]
+        if cells["status"] not in STATUSES or math.isnan(sum(counts)):
+            raise SessionError(f"{PLACES}: line {line} is not a place with a verdict")
+        number, passes = map(int, counts)
+        # A survey of an earlier version does not say which places are familiar.
+        because = cells.get("unfamiliar_because", "") if cells.get("familiar") == "no" else ""
+        places.append(
+            StoredPlace(number, passes, cells["status"], **numbers, unfamiliar_because=because)
+        )
+    return places

@@ -7,7 +7,7 @@ import numpy as np
 from capsule.kinds import Settings
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
-from capsule.survey.sensing import Sensing
+from capsule.survey.sensing import EVERY, Sensing
 from capsule.survey.survey_log import (
     FOLDED,
     FOLDING,
@@ -17,7 +17,6 @@ from capsule.survey.survey_log import (
     Event,
     Readings,
 )
-from capsule.survey.survey_settings import SurveySettings
 from capsule.survey.suspects import Suspects
 from capsule.survey.way_back import Leg, WayBack
 
@@ -25,6 +24,20 @@ _UNKNOWN = float("nan")
 _SENSORS = 4
 # Start of the gut. Nothing pushes the capsule beyond it.
 _START_MM = 0.0
+# Distance before the place at which the first sensor should begin a repeated pass, and the smallest
+# at which it can begin.
+_RUN_UP_MM, _TOO_NEAR_MM = 7.0, 3.0
+# Longest time for a move of the origami; a longer move has failed.
+_LATEST_S = 10.0
+# Longest time that a fold board may say nothing while the origami unfolds.
+_PATIENCE_S = 60.0
+# Longest time to find the position, and to pass a place again; then the survey gives up.
+_LONGEST_FINDING_S, _LONGEST_PASS_S = 60.0, 600.0
+# Distance before a target at which a way back should end, besides the way until the position is
+# known. The capsule stops most precisely after it has followed its own approach.
+_APPROACH_MM = 10.0
+# A way back that should lead this far beyond the start of the gut surely ends at the start.
+_SURELY_MM = 10.0
 
 
 class Pilot:
@@ -36,8 +49,6 @@ class Pilot:
         Section ``diagonal`` of the configuration.
     rate_hz : float
         Sampling rate.
-    settings : SurveySettings
-        Settings of the survey.
     targets_mm : sequence of float
         Places to go to, one after the other, instead of a survey.
     start_mm : float
@@ -57,15 +68,13 @@ class Pilot:
         self,
         detector: Settings,
         rate_hz: float,
-        settings: SurveySettings | None = None,
         targets_mm: Sequence[float] = (),
         start_mm: float = 0.0,
     ) -> None:
-        self._settings = settings or SurveySettings()
         self.cycle = Cycle()
         self.log: list[Event] = []
-        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm)
-        self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
+        self.sensing = Sensing(detector, rate_hz, start_mm)
+        self.suspects = Suspects((_SENSORS - 1) * detector["pitch_mm"])
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
         self._since_s = self._now_s = 0.0
@@ -88,7 +97,7 @@ class Pilot:
     @property
     def every(self) -> int:
         """Number of samples that one tick should hold."""
-        return self._settings.every
+        return EVERY
 
     @property
     def _waited_s(self) -> float:
@@ -98,7 +107,7 @@ class Pilot:
     @property
     def _too_late(self) -> bool:
         """True if a move of the origami has taken too long."""
-        return self._waited_s > self._settings.latest_s
+        return self._waited_s > _LATEST_S
 
     # One method for each state, called with the state that the fold board reports.
 
@@ -170,7 +179,7 @@ class Pilot:
             return self._happen("unfolded", "finding the position")
         # A board whose link is lost unfolds by itself, and its link may come back.
         silent = fold == UNKNOWN_FOLD
-        if self._too_late and not (silent and self._waited_s <= self._settings.patience_s):
+        if self._too_late and not (silent and self._waited_s <= _PATIENCE_S):
             return self._happen("late", f"the origami does not unfold: it is {fold}")
         return (cycles.UNFOLD,)
 
@@ -179,7 +188,7 @@ class Pilot:
         if not self.sensing.settled():
             if self._reckons_to_have_arrived():
                 return self._happen("arrived", "computed from the start of the gut")
-            if self._waited_s <= self._settings.longest_finding_s:
+            if self._waited_s <= _LONGEST_FINDING_S:
                 return ()
             self.suspects.close("undecided")
             return self._happen("lost", "the position is not found")
@@ -193,12 +202,12 @@ class Pilot:
         if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_again(evidence)
         if not self.suspects.is_beyond(self.sensing.position_mm):
-            if self._waited_s <= self._settings.longest_pass_s:
+            if self._waited_s <= _LONGEST_PASS_S:
                 return ()
             self.suspects.close("undecided")
             return self._happen("lost", "the capsule does not pass the place again")
         place = self.suspects.present
-        outcome = self.suspects.end_pass(cycles.MOST_RETESTS)
+        outcome = self.suspects.end_pass()
         reason = f"place {place.number}: evidence {place.heights[-1]:.1f} times the usual"
         if outcome == "again":
             return self._fold("again", reason, place.evidence[-1])
@@ -260,7 +269,7 @@ class Pilot:
 
     def _reckons_to_have_arrived(self) -> bool:
         """Return whether the capsule must be at a target that is too near the start for fixes."""
-        surely = self._way_back.end_mm(self._leg) <= _START_MM - self._settings.surely_mm
+        surely = self._way_back.end_mm(self._leg) <= _START_MM - _SURELY_MM
         if not self._targets_mm or self._leg.lasted_s == 0 or not surely:
             return False
         reckoned_mm = _START_MM + self.sensing.on_mm(self._waited_s)
@@ -270,13 +279,13 @@ class Pilot:
         """Return where a way back should end."""
         if self._targets_mm:
             return self._targets_mm[0]
-        return self.suspects.present.first_mm - self._settings.run_up_mm
+        return self.suspects.present.first_mm - _RUN_UP_MM
 
     def _tolerance_mm(self) -> float:
         """Return by how much a way back may end too early."""
         if self._targets_mm:
             return self.sensing.half_stroke_mm
-        return self._settings.run_up_mm - self._settings.too_near_mm
+        return _RUN_UP_MM - _TOO_NEAR_MM
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
         """Plan a leg of the way back and process an event that leads to folding."""
@@ -288,7 +297,7 @@ class Pilot:
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
         if self._targets_mm:
             near = self._goal_mm() - _START_MM < self.sensing.blind_mm
-            way_mm += 1.5 * self._settings.surely_mm if near else self._settings.approach_mm
+            way_mm += 1.5 * _SURELY_MM if near else _APPROACH_MM
         return Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
 
     def _give_up_without_return(self) -> None:

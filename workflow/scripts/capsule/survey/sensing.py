@@ -7,9 +7,15 @@ from capsule.kinds import Settings
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
-from capsule.survey.survey_settings import SurveySettings
 from capsule.units import pressed_and_period
 
+# Number of samples from one judgement to the next.
+EVERY = 8
+# Smallest and largest number of samples for the evidence, and the way that they should cover.
+_WINDOW, _LONGEST_WINDOW, _WINDOW_MM = 400, 1500, 21.0
+# Number of judgements until the first fix after unfolding, and number of agreeing fixes that make
+# the position known.
+_FIRST_FIX_TICKS, _FIXES = 8, 4
 # Largest difference between the steps of successive fixes before a position counts, in mm.
 _AGREE_MM = 3.0
 # Usual way between two judgements, in mm, until the odometer measures it.
@@ -30,8 +36,6 @@ class Sensing:
         Section ``diagonal`` of the configuration.
     rate_hz : float
         Sampling rate.
-    settings : SurveySettings
-        Settings of the survey.
     start_mm : float
         Position of the head at the start.
 
@@ -43,12 +47,10 @@ class Sensing:
         True while the motor of the fold board rests, so that the capsule travels on unfolded.
     """
 
-    def __init__(
-        self, detector: Settings, rate_hz: float, settings: SurveySettings, start_mm: float
-    ) -> None:
-        self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
+    def __init__(self, detector: Settings, rate_hz: float, start_mm: float) -> None:
+        self._detector, self._rate_hz = detector, rate_hz
         self._odometer = Odometer(detector, rate_hz, start_mm)
-        self._keep = max(settings.longest_window, self._odometer.span)
+        self._keep = max(_LONGEST_WINDOW, self._odometer.span)
         self._count = 0
         self._values: FloatArray | None = None
         self._wave_mm = np.empty(0)
@@ -60,7 +62,7 @@ class Sensing:
         self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
 
     def _since_fix_mm(self) -> float:
-        return self.step_mm * self._odometer.delay / self._settings.every
+        return self.step_mm * self._odometer.delay / EVERY
 
     @property
     def position_mm(self) -> float:
@@ -109,11 +111,11 @@ class Sensing:
 
     def settled(self) -> bool:
         """Return whether enough fixes since the capsule unfolded agree."""
-        return self._odometer.settled(self._settings.fixes, _AGREE_MM)
+        return self._odometer.settled(_FIXES, _AGREE_MM)
 
     def on_mm(self, seconds: float) -> float:
         """Return how far the unfolded capsule travels in this time."""
-        return seconds * self._rate_hz / self._settings.every * self.step_mm
+        return seconds * self._rate_hz / EVERY * self.step_mm
 
     @property
     def half_stroke_mm(self) -> float:
@@ -128,7 +130,7 @@ class Sensing:
     @property
     def blind_mm(self) -> float:
         """Way of the capsule from unfolding until its position is known."""
-        return (self._settings.first_fix_ticks + self._settings.fixes) * self.step_mm
+        return (_FIRST_FIX_TICKS + _FIXES) * self.step_mm
 
     def take(self, readings: Readings) -> None:
         """Add the newest samples.
@@ -180,12 +182,12 @@ class Sensing:
 
     def evidence(self) -> GutEvidence | None:
         """Return the evidence of the last samples; None if they have none."""
-        values, window = self._values, self._settings.window
-        if values is None or values.shape[1] < window or self._odometer.fixes < 2:
+        values = self._values
+        if values is None or values.shape[1] < _WINDOW or self._odometer.fixes < 2:
             return None
         # A capsule that is held up needs more samples than usual to pass enough gut.
-        since = self._count - self._odometer.last_before(self.fix_mm - self._settings.window_mm)
-        values = values[:, -min(max(window, since), values.shape[1]) :]
+        since = self._count - self._odometer.last_before(self.fix_mm - _WINDOW_MM)
+        values = values[:, -min(max(_WINDOW, since), values.shape[1]) :]
         if self._any_still(values[:, -self._odometer.span :]):
             return None
         first = self._count - values.shape[1]

@@ -1,14 +1,188 @@
-"""The suspected places of a survey, and the updates of their threshold as new gut is judged."""
+"""The places that a survey suspects: the threshold of suspicion, and the decision on each place.
+
+The threshold is adaptive. It keeps a budget of suspicions a metre on any bench, after I. Gibbs and
+E. Candes, Adaptive Conformal Inference Under Distribution Shift (arXiv 2106.00170). A level rises
+with every error and sinks without one, so that the rate of errors approaches the wanted rate for
+any distribution of the scores. Their level is a quantile. Here the level is a height above the
+usual evidence, in units of its spread, so that it can exceed all values seen so far.
+
+The decision assumes:
+
+- The unit of evidence is the largest evidence that some centimetres of healthy gut usually have at
+  present. So the limits also hold on a noisier bench.
+- The first pass counts as well, although it was selected for its high evidence. The limits were
+  learned from suspected healthy places, which were selected in the same way.
+- Seat, noise and drift differ from pass to pass. The nodule's height against the capsule and the
+  wall's unevenness do not. Passes over one place are therefore far from independent, and the
+  decision uses no sequential test that assumes independence.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from capsule.survey.decision import decide
+from capsule.survey.cycle import MOST_RETESTS
 from capsule.survey.gut_evidence import GutEvidence
-from capsule.survey.survey_settings import SurveySettings
-from capsule.survey.suspected_place import Place
-from capsule.survey.suspicion import AdaptiveThreshold
 
+STATUSES = ("confirmed", "dismissed", "undecided")
+
+# Simulated guts gave the numbers of threshold and decision (docs/survey.md).
+# Wanted number of suspicions in a metre of healthy gut.
+_BUDGET = 1.5
+# Length of a block, and the number of blocks that are remembered.
+_BLOCK_MM, _MEMORY = 25.0, 80
+# Median and scale of the blocks' largest evidence before any block is known, and the number of
+# blocks that replace this prior step by step.
+_PRIOR, _PRIOR_BLOCKS = (0.07, 0.0166), 20
+# Rise of the level with each suspicion, in spreads.
+_GAIN = 1.0
+# Values of a Gumbel distribution of scale 1, the distribution of the largest of many values.
+_MEDIAN = -np.log(np.log(2.0))
+_BELOW_MEDIAN = _MEDIAN + np.log(np.log(4.0))
+# A mean height above the first confirms, below the second dismisses; after the last pass, one above
+# the third confirms.
+_CONFIRM, _DISMISS, _AT_LAST = 2.05, 1.8, 2.0
+# A pass is over when the last sensor is this far beyond the place.
+_BEYOND_MM = 5.0
+# Largest distance from a place at which evidence counts for it.
+_REACH_MM = 6.0
+# Smallest distance of a new suspicion from a place that was judged.
+_APART_MM = 10.0
 _UNKNOWN = float("nan")
+
+
+@dataclass
+class Place:
+    """A suspected place.
+
+    Attributes
+    ----------
+    number : int
+        Number from 1, in the order of suspicion.
+    first_mm : float
+        Position from the first pass.
+    evidence : list of float
+        The largest evidence of each pass, including the first; NaN for a pass without evidence.
+    heights : list of float
+        The same in units of the usual evidence; empty before the first repeated pass.
+    again_mm : list of float
+        Position from each repeated pass.
+    threshold : float
+        Threshold above which the first pass was suspicious.
+    status : str
+        One of `STATUSES`; empty before the decision.
+    """
+
+    number: int
+    first_mm: float
+    threshold: float
+    evidence: list[float] = field(default_factory=list)
+    heights: list[float] = field(default_factory=list)
+    again_mm: list[float] = field(default_factory=list)
+    status: str = ""
+
+    @property
+    def passes(self) -> int:
+        """Number of passes with evidence."""
+        return int(np.count_nonzero(~np.isnan(self.evidence)))
+
+    @property
+    def place_mm(self) -> float:
+        """Position: the median over all passes, or the first pass's if the place is dismissed."""
+        again = [place for place in self.again_mm if not np.isnan(place)]
+        if self.status == "dismissed":
+            return self.first_mm
+        return float(np.median([self.first_mm, *again]))
+
+
+class AdaptiveThreshold:
+    """The threshold above which evidence is suspicious.
+
+    The gut is divided into blocks of a few centimetres, and each block gives its largest evidence.
+    The usual evidence (median and spread) comes from the last blocks, and at first from a prior.
+
+    Attributes
+    ----------
+    usual : pair of float
+        Median and scale of the blocks' largest evidence at present.
+    """
+
+    def __init__(self) -> None:
+        self._blocks: deque[float] = deque(maxlen=_MEMORY)
+        self._learned = 0
+        self.usual = _PRIOR
+        # In a Gumbel distribution, blocks exceed this level at the wanted rate.
+        rate = -np.log1p(-_BUDGET * _BLOCK_MM / 1000)
+        self._begin = self._level = float(-np.log(rate) - _MEDIAN)
+
+    def _usual(self) -> tuple[float, float]:
+        count = len(self._blocks)
+        if count < 2:
+            return _PRIOR
+        share = min(count / _PRIOR_BLOCKS, 1.0)
+        # A nodule that was not suspected raises the upper half, so only the lower half is used.
+        low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
+        scale = (middle - low) / _BELOW_MEDIAN
+        median, spread = _PRIOR
+        return share * middle + (1 - share) * median, share * scale + (1 - share) * spread
+
+    @property
+    def threshold(self) -> float:
+        """Evidence above it is suspicious."""
+        median, scale = self.usual
+        return float(median + self._level * scale)
+
+    def height(self, evidence: float) -> float:
+        """Return evidence in units of the largest that a block of healthy gut usually has."""
+        return float(evidence / self.usual[0])
+
+    def passed(self, way_mm: float) -> None:
+        """Lower the level for new gut that was judged."""
+        self._level -= _GAIN * _BUDGET * way_mm / 1000
+
+    def suspected(self) -> None:
+        """Raise the level after a suspicion."""
+        self._level += _GAIN
+
+    def was_right(self) -> None:
+        """Undo the rise after a confirmed nodule, because the suspicion was no error."""
+        self._level -= _GAIN
+
+    def learn(self, largest: float) -> None:
+        """Add the largest evidence of a block without a nodule."""
+        self._blocks.append(largest)
+        self.usual = self._usual()
+        self._learned += 1
+        if self._learned == _PRIOR_BLOCKS:
+            # This undoes the effect of a wrong prior on the level.
+            self._level = self._begin
+
+
+def decide(heights: Sequence[float]) -> str:
+    """Return the decision from all passes over a place.
+
+    Parameters
+    ----------
+    heights : sequence of float
+        Evidence near the place in the first pass and in each repeated pass, in units of the usual
+        evidence; NaN for a pass without evidence.
+
+    Returns
+    -------
+    {"confirmed", "dismissed", "again", "undecided"}
+    """
+    again = np.array(heights[1:])
+    last = len(again) >= MOST_RETESTS
+    if np.isnan(again).all():
+        return "undecided" if last else "again"
+    mean = np.nanmean(heights)
+    if mean > (_AT_LAST if last else _CONFIRM):
+        return "confirmed"
+    if mean < _DISMISS:
+        return "dismissed"
+    return "undecided" if last else "again"
 
 
 class Suspects:
@@ -16,8 +190,6 @@ class Suspects:
 
     Parameters
     ----------
-    settings : SurveySettings
-        Settings of the survey.
     length_mm : float
         Distance from the first sensor to the last.
 
@@ -33,19 +205,12 @@ class Suspects:
         The largest evidence of the newest judgement; NaN if it had none.
     """
 
-    def __init__(self, settings: SurveySettings, length_mm: float) -> None:
+    def __init__(self, length_mm: float) -> None:
         self.places: list[Place] = []
         self.judged_mm = 0.0
         self.newest_score = _UNKNOWN
-        self.threshold = AdaptiveThreshold(
-            budget=settings.budget,
-            block_mm=settings.block_mm,
-            prior=settings.prior,
-            prior_blocks=settings.prior_blocks,
-            memory=settings.memory,
-            gain=settings.gain,
-        )
-        self._settings, self._length_mm = settings, length_mm
+        self.threshold = AdaptiveThreshold()
+        self._length_mm = length_mm
         self._front_mm: float | None = None
         self._open_from_mm = -np.inf
         self._block: tuple[int, float] | None = None
@@ -63,7 +228,7 @@ class Suspects:
 
     def is_beyond(self, position_mm: float) -> bool:
         """Return whether the last sensor is far enough beyond the present place."""
-        return position_mm >= self.present.first_mm + self._length_mm + self._settings.beyond_mm
+        return position_mm >= self.present.first_mm + self._length_mm + _BEYOND_MM
 
     def look(self, evidence: GutEvidence, fix_mm: float) -> Place | None:
         """Add the evidence of new gut, and return a new suspected place, if any.
@@ -109,34 +274,18 @@ class Suspects:
 
     def look_again(self, evidence: GutEvidence) -> None:
         """Add evidence of a repeated pass; only evidence near the present place counts."""
-        reach_mm, first_mm = self._settings.reach_mm, self.present.first_mm
-        self._keep_best(evidence.within(first_mm - reach_mm, first_mm + reach_mm))
+        first_mm = self.present.first_mm
+        self._keep_best(evidence.within(first_mm - _REACH_MM, first_mm + _REACH_MM))
 
-    def end_pass(self, most: int) -> str:
-        """End a repeated pass over the present place, and return the decision.
-
-        Parameters
-        ----------
-        most : int
-            Largest number of repeated passes.
-
-        Returns
-        -------
-        {"confirmed", "dismissed", "again", "undecided"}
-        """
+    def end_pass(self) -> str:
+        """End a repeated pass over the present place, and return the decision of `decide`."""
         place_mm, score = self._best
         seen, place = np.isfinite(score), self.present
         place.evidence.append(score if seen else _UNKNOWN)
         place.again_mm.append(place_mm)
         # The heights of all passes are computed with the present noise.
         place.heights = [self.threshold.height(evidence) for evidence in place.evidence]
-        outcome = decide(
-            place.heights,
-            confirm=self._settings.confirm,
-            dismiss=self._settings.dismiss,
-            at_last=self._settings.at_last,
-            most=most,
-        )
+        outcome = decide(place.heights)
         if outcome != "again":
             self.close(outcome)
         return outcome
@@ -158,7 +307,7 @@ class Suspects:
     def _unjudged(self, evidence: GutEvidence) -> GutEvidence:
         judged = [place.first_mm for place in self.places if place.status]
         ahead = evidence.within(self._open_from_mm, np.inf)
-        return ahead.without(judged, self._settings.apart_mm)
+        return ahead.without(judged, _APART_MM)
 
     def _go_on(self, evidence: GutEvidence, front_mm: float) -> None:
         """Update the threshold with new gut that all sensors have passed, block by block."""
@@ -168,13 +317,13 @@ class Suspects:
         self._front_mm += new_mm
         self.judged_mm += new_mm
         self.threshold.passed(new_mm)
-        number = int(front_mm // self._settings.block_mm)
+        number = int(front_mm // _BLOCK_MM)
         if self._block is None or number > self._block[0]:
             if self._block is not None and np.isfinite(self._block[1]):
                 self.threshold.learn(self._block[1])
             self._block = number, -np.inf
         perhaps = [place.first_mm for place in self.places if place.status != "dismissed"]
         ahead = evidence.within(self._open_from_mm, np.inf)
-        _, largest = ahead.without(perhaps, 2 * self._settings.apart_mm).best()
+        _, largest = ahead.without(perhaps, 2 * _APART_MM).best()
         if largest > self._block[1]:
             self._block = number, largest

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
 from capsule.kinds import Settings
-from capsule.survey.stored_session import Session
+from capsule.survey.files import Session
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
 from capsule.units import pressed_and_period
 

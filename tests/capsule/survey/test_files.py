@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from capsule.survey.session_names import classify_sessions
-from capsule.survey.stored_session import SessionError, parse_session
+from capsule.survey.files import SessionError, parse_session
+from capsule.survey.listed import classify_sessions
 from support.surveys import EVENTS, PLACES, session_contents, stream_rows
 
 FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
