@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.survey.files import SessionError, parse_session
-from capsule.survey.listed import classify_sessions
+from capsule.survey.listed import list_surveys
 from support.surveys import EVENTS, PLACES, session_contents, stream_rows
 
 FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
@@ -78,17 +78,20 @@ def test_a_survey_may_have_ended_before_anything_happened():
     assert parse_session("demo", session_contents() | {"events.jsonl": b""}).events == []
 
 
-def test_finished_surveys_are_told_from_the_others():
-    listed = classify_sessions(
-        {
-            "b": FILES,
-            "a.1": FILES | {"recordings"},
-            "running": {"session.json", "stream.csv.part", "events.jsonl.part"},
-            "a b": FILES,
-            "half": FILES - {"places.csv"},
-            ".hidden": FILES,
-        }
-    )
+def test_finished_surveys_are_told_from_the_others(tmp_path):
+    folders = {
+        "b": FILES,
+        "a.1": FILES | {"recordings"},
+        "running": {"session.json", "stream.csv.part", "events.jsonl.part"},
+        "a b": FILES,
+        "half": FILES - {"places.csv"},
+        ".hidden": FILES,
+    }
+    for name, files in folders.items():
+        (tmp_path / name).mkdir()
+        for file in files:
+            (tmp_path / name / file).touch()
+    listed = list_surveys(tmp_path)
     assert listed.names == ("a.1", "b")
     assert set(listed.passed_over) == {"running", "a b", "half"}
     assert "--resume" in listed.passed_over["running"]

@@ -34,23 +34,30 @@ class Surveys:
     passed_over: Mapping[str, str] = field(default_factory=dict)
 
 
-def classify_sessions(folders: Mapping[str, set[str]]) -> Surveys:
-    """Return which folders under sessions/ are finished surveys, and why the others are not.
+def list_surveys(sessions: Path) -> Surveys:
+    """Return the surveys under sessions/, and why other folders are none.
 
-    Parameters
-    ----------
-    folders : mapping of str to set of str
-        Names of the files in each folder.
+    Both are empty if sessions/ does not exist.
     """
     names, passed_over = [], {}
-    for name, files in sorted(folders.items()):
-        if name.startswith("."):
-            continue
+    for name, files in sorted(_folders(sessions).items()):
         if reason := _why_not(name, files):
             passed_over[displayed(name)] = reason
         else:
             names.append(name)
     return Surveys(tuple(names), passed_over)
+
+
+def _folders(sessions: Path) -> dict[str, set[str]]:
+    """Return the names of the files in each visible folder; none for a folder without access."""
+    folders = {}
+    for folder in sessions.iterdir() if sessions.is_dir() else ():
+        try:
+            if folder.is_dir() and not folder.name.startswith("."):
+                folders[folder.name] = {path.name for path in folder.iterdir()}
+        except OSError:
+            folders[folder.name] = set()
+    return folders
 
 
 def _why_not(name: str, files: set[str]) -> str:
@@ -64,19 +71,6 @@ def _why_not(name: str, files: set[str]) -> str:
         return "not finished; if no survey is running, go on with capsule survey --resume"
     missing = [file for file in FILES if file not in files]
     return f"there is no {missing[0]}" if missing else ""
-
-
-def list_surveys(sessions: Path) -> Surveys:
-    """Return the list of the surveys under sessions/; empty if this folder does not exist."""
-    folders = {}
-    for folder in sessions.iterdir() if sessions.is_dir() else ():
-        try:
-            if folder.is_dir():
-                folders[folder.name] = {path.name for path in folder.iterdir()}
-        except OSError:
-            # A folder that cannot be listed counts as empty.
-            folders[folder.name] = set()
-    return classify_sessions(folders)
 
 
 def survey_content(folder: Path) -> str:

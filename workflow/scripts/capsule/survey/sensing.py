@@ -75,19 +75,22 @@ class Sensing:
 
         Its error is smaller than that of `position_mm`, unless the sensors creep.
         """
-        span = self._odometer.span
-        if self._values is None or self._values.shape[1] < span:
+        newest = self._newest()
+        if newest is None or np.isnan(self.fix_mm):
             return self.position_mm
-        wave_mm = self._wave_mm[-span:]
-        if np.isnan(wave_mm).any() or np.isnan(self.fix_mm):
-            return self.position_mm
-        newest_mm = self._odometer.newest(self._pressed(self._values), wave_mm)
+        newest_mm = self._odometer.newest(*newest)
         return newest_mm + self._since_fix_mm() / 2 if np.isfinite(newest_mm) else self.position_mm
 
-    def _pressed(self, values: FloatArray) -> FloatArray:
-        """Return how hard each sensor is pressed in the newest samples."""
-        newest = values[:, -self._odometer.span :]
-        return pressed_and_period(newest, self._rate_hz, self._detector)[0]
+    def _newest(self) -> tuple[FloatArray, FloatArray] | None:
+        """Return the newest samples as the odometer takes them; None if some are missing."""
+        span = self._odometer.span
+        if self._values is None or self._values.shape[1] < span:
+            return None
+        wave_mm = self._wave_mm[-span:]
+        if np.isnan(wave_mm).any():
+            return None
+        pressed, _ = pressed_and_period(self._values[:, -span:], self._rate_hz, self._detector)
+        return pressed, wave_mm
 
     @property
     def head_mm(self) -> float:
@@ -159,19 +162,14 @@ class Sensing:
             Expected position, with an error of less than half a wavelength; by default, the last
             known position. It counts only before the first fix.
         """
-        span, before_mm = self._odometer.span, self._odometer.position_mm
-        if self._values is None or self._values.shape[1] < span:
-            return False
-        wave_mm = self._wave_mm[-span:]
-        if np.isnan(wave_mm).any():
+        newest, before_mm = self._newest(), self._odometer.position_mm
+        if newest is None:
             return False
         if not np.isnan(before_mm):
             expected_mm = before_mm + self.step_mm
         elif expected_mm is None:
             expected_mm = self._last_mm
-        fix_mm = self._odometer.fix(
-            self._count - 1, self._pressed(self._values), wave_mm, expected_mm
-        )
+        fix_mm = self._odometer.fix(self._count - 1, *newest, expected_mm)
         if np.isnan(fix_mm):
             return False
         self._last_mm, self._fixed_at = fix_mm, self._count
@@ -188,15 +186,12 @@ class Sensing:
         # A capsule that is held up needs more samples than usual to pass enough gut.
         since = self._count - self._odometer.last_before(self.fix_mm - _WINDOW_MM)
         values = values[:, -min(max(_WINDOW, since), values.shape[1]) :]
-        if self._any_still(values[:, -self._odometer.span :]):
+        newest = values[:, -self._odometer.span :]
+        highest = np.nanmax(newest, axis=1, initial=-np.inf)
+        if np.any(highest <= np.nanmin(newest, axis=1, initial=np.inf)):
+            # A sensor has failed: constant readings look as if nothing pressed it.
             return None
         first = self._count - values.shape[1]
         return evidence_along(
             values, self._rate_hz, self._detector, lambda at: self._odometer.way(first + at)
         )
-
-    @staticmethod
-    def _any_still(values: FloatArray) -> bool:
-        """Return whether a sensor has failed: constant readings look as if nothing pressed it."""
-        highest = np.nanmax(values, axis=1, initial=-np.inf)
-        return bool(np.any(highest <= np.nanmin(values, axis=1, initial=np.inf)))

@@ -1,15 +1,15 @@
 """The track of a survey for its picture: positions of the head, states and suspected places."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
 from capsule.kinds import Settings
 from capsule.survey.files import Session
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING
 from capsule.units import pressed_and_period
 
 # Groups of the states of `capsule.survey.cycle` that look the same in a picture.
@@ -52,18 +52,11 @@ class Track:
     wave_mm: FloatArray
 
 
-@dataclass(frozen=True)
-class Run:
-    """A stretch of a track with the same look throughout.
+class Run(NamedTuple):
+    """A piece of a track with one look, from its first to its last judgement.
 
-    Attributes
-    ----------
-    first, last : int
-        Its first and last judgement; the last is also the first of the next stretch.
-    group : str
-        `AHEAD`, `BACK` or `AGAIN`.
-    known : bool
-        True if the survey knew the position at both ends of each step.
+    The last judgement is also the first of the next piece. `known` is true if the survey knew the
+    position at both ends of each step. `group` is `AHEAD`, `BACK` or `AGAIN`.
     """
 
     first: int
@@ -72,19 +65,9 @@ class Run:
     known: bool
 
 
-@dataclass(frozen=True)
-class Pin:
-    """A suspected place, with the times when the survey examined it.
+class Pin(NamedTuple):
+    """The times in s at which a survey suspected a place and decided on it."""
 
-    Attributes
-    ----------
-    number : int
-        Number from 1, in the order of suspicion.
-    suspected_s, decided_s : float
-        Time of the suspicion and time of the decision.
-    """
-
-    number: int
     suspected_s: float
     decided_s: float
 
@@ -96,23 +79,18 @@ def track_of(session: Session) -> Track:
     known = ~np.isnan(head_mm)
     if known.any():
         head_mm = np.interp(time_s, time_s[known], head_mm[known])
+    states = np.array(["starting", *(event.after for event in session.events)])
+    when_s = np.array([event.time_s for event in session.events])
     return Track(
         time_s,
         head_mm,
         known,
-        states_at(session.events, time_s),
+        # One millisecond more, because times are stored with three decimals.
+        states[np.searchsorted(when_s, time_s + 1e-3, side="right")],
         session.score[judged],
         session.threshold[judged],
         session.wave_mm[judged],
     )
-
-
-def states_at(events: Sequence[Event], time_s: FloatArray) -> TextArray:
-    """Return the state of the capsule at each of some times (J,)."""
-    states = np.array(["starting", *(event.after for event in events)])
-    when_s = np.array([event.time_s for event in events])
-    # One millisecond more, because times are stored with three decimals.
-    return states[np.searchsorted(when_s, time_s + 1e-3, side="right")]
 
 
 def group_of(state: str) -> str:
@@ -139,16 +117,14 @@ def runs_of(track: Track) -> list[Run]:
 def pins_of(session: Session) -> list[Pin]:
     """Return when each suspected place was suspected and decided."""
     suspected = [event.time_s for event in session.events if event.event == "suspected"]
-    end_s = float(session.time_s[-1])
     pins = []
-    for number, since_s in enumerate(suspected, start=1):
-        until_s = suspected[number] if number < len(suspected) else end_s
-        explored = [
+    for since_s, until_s in pairwise([*suspected, float(session.time_s[-1])]):
+        explored = (
             event.time_s
             for event in session.events
             if since_s < event.time_s <= until_s and event.after in ("exploring", "closing")
-        ]
-        pins.append(Pin(number, since_s, explored[0] if explored else until_s))
+        )
+        pins.append(Pin(since_s, next(explored, until_s)))
     return pins
 
 
