@@ -20,7 +20,7 @@ from capsule.names import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.odometer import mean_origin
-from capsule.survey.survey_log import Event, Judgement, Readings
+from capsule.survey.survey_log import Event, Readings
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 # Results of a judgement; only the row of its last sample has them.
@@ -100,16 +100,24 @@ class SessionFolder:
         with writing(self.folder / ABOUT, REMEDY):
             write_json(self.folder / ABOUT, self._about)
 
-    def add_readings(self, readings: Readings, judgement: Judgement) -> None:
-        """Add samples to the stream, and the judgement to the last of them.
+    def add_readings(
+        self, readings: Readings, head_mm: float, score: float, threshold: float
+    ) -> None:
+        """Add samples to the stream, and the judgement of them to the last.
 
         The cell of a missing value stays empty.
+
+        Parameters
+        ----------
+        readings : Readings
+            The samples since the last judgement.
+        head_mm : float
+            Position of the head; NaN if the samples do not show it.
+        score, threshold : float
+            The largest evidence that counts in the present state (NaN if there is none), and the
+            threshold above which it is suspicious.
         """
-        judged = [
-            _cell(judgement.head_mm, 2),
-            _cell(judgement.score, 5),
-            _cell(judgement.threshold, 5),
-        ]
+        judged = [_cell(head_mm, 2), _cell(score, 5), _cell(threshold, 5)]
         last = readings.time_s.size - 1
         for number, (time_s, values, wave_mm) in enumerate(
             zip(readings.time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)

@@ -19,7 +19,7 @@ from capsule.bench.survey_bench import SurveyBench
 from capsule.bench.survey_view import SurveyView
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Judgement, Readings
+from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
 from capsule.survey.suspects import Place
 
 # Samples in the recording of one pass. It must fit into the paper's matrix, and be long enough to
@@ -183,7 +183,13 @@ class SurveyRun:
             self._pilot.sensing.take_origin(self._earlier_mm + self._index_mm)
         commands = self._pilot.tick(readings)
         kept = replace(readings, time_s=readings.time_s + self._away_s)
-        self._disk.add_readings(kept, self._judgement())
+        suspects = self._pilot.suspects
+        self._disk.add_readings(
+            kept,
+            self._pilot.sensing.head_mm,
+            suspects.newest_score,
+            suspects.threshold.threshold,
+        )
         self._note_events()
         return commands
 
@@ -202,13 +208,6 @@ class SurveyRun:
             print(_NO_INDEX, file=sys.stderr)
             self._earlier_mm = None
             self._disk.leave_out(EARLIER_ORIGIN)
-
-    def _judgement(self) -> Judgement:
-        """Return the pilot's judgement of the newest readings."""
-        suspects = self._pilot.suspects
-        return Judgement(
-            self._pilot.sensing.head_mm, suspects.newest_score, suspects.threshold.threshold
-        )
 
     @staticmethod
     def _obey(bench: SurveyBench, commands: tuple[str, ...]) -> None:

@@ -1,5 +1,6 @@
 """Read the files of a survey."""
 
+import contextlib
 import csv
 import io
 import json
@@ -169,67 +170,54 @@ def _parse_about(text: str) -> Row:
     return about
 
 
-def _rows(file: str, text: str, columns: Sequence[str]) -> tuple[list[str], list[list[str]]]:
-    """Return the column names and the rows of a table that must have some columns."""
+def _columns(file: str, text: str, wanted: Sequence[str]) -> dict[str, list[str]]:
+    """Return the cells of a table by column, which must have the wanted ones."""
     try:
         head, *rows = list(csv.reader(io.StringIO(text), strict=True)) or [[]]
     except csv.Error as error:
         raise SessionError(f"{file}: {error}") from error
-    missing = [name for name in columns if name not in head]
-    if missing:
+    if missing := [name for name in wanted if name not in head]:
         raise SessionError(
             f"{file}: there is no column {missing[0]}; another version may have written it"
         )
-    for number, row in enumerate(rows, start=2):
+    for line, row in enumerate(rows, start=2):
         if len(row) != len(head):
-            raise SessionError(f"{file}: line {number} has {len(row)} cells instead of {len(head)}")
-    return head, rows
+            raise SessionError(f"{file}: line {line} has {len(row)} cells instead of {len(head)}")
+    return {name: [row[at] for row in rows] for at, name in enumerate(head)}
 
 
-def _number(file: str, line: int, name: str, cell: str) -> float:
-    """Return the number in a cell; NaN if it is empty."""
-    if cell == "":
-        return math.nan
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        shown = displayed(cell)[:_SHOWN]
-        raise SessionError(f"{file}: line {line}: {name} is {shown!r}, which is not a number")
-    return value
+def _numbers(file: str, columns: Mapping[str, list[str]], name: str) -> FloatArray:
+    """Return the numbers in a column; NaN where a cell is empty."""
+    numbers = np.full(len(columns[name]), np.nan)
+    for at, cell in enumerate(columns[name]):
+        if cell == "":
+            continue
+        with contextlib.suppress(ValueError):
+            numbers[at] = float(cell)
+        if not math.isfinite(numbers[at]):
+            shown = displayed(cell)[:_SHOWN]
+            raise SessionError(f"{file}: line {at + 2}: {name} is {shown!r}, which is not a number")
+    return numbers
 
 
 def _parse_stream(text: str) -> dict[str, Any]:
-    named = ("wave_mm", "head_mm", "score", "threshold")
-    head, rows = _rows(STREAM, text, ("time_s", "sensor_1", *named, "fold"))
-    if len(rows) < 2:
+    named = ("time_s", "wave_mm", "head_mm", "score", "threshold")
+    columns = _columns(STREAM, text, ("sensor_1", *named, "fold"))
+    fold = columns["fold"]
+    if len(fold) < 2:
         raise SessionError(f"{STREAM}: there are no samples")
-
-    def column(name: str) -> FloatArray:
-        at = head.index(name)
-        cells = [_number(STREAM, line, name, row[at]) for line, row in enumerate(rows, start=2)]
-        return np.array(cells)
-
-    time_s = column("time_s")
-    if not np.all(np.diff(time_s) > 0):
+    numbers = {name: _numbers(STREAM, columns, name) for name in named}
+    if not np.all(np.diff(numbers["time_s"]) > 0):
         raise SessionError(f"{STREAM}: time_s does not increase from line to line")
-    if np.count_nonzero(~np.isnan(column("threshold"))) < 2:
+    if np.count_nonzero(~np.isnan(numbers["threshold"])) < 2:
         raise SessionError(f"{STREAM}: fewer than 2 lines have a threshold, so nothing was judged")
-    sensors = [name for name in head if name.startswith("sensor_")]
-    at = head.index("fold")
-    fold = np.array([row[at] for row in rows])
     # A board of another version may report states that this program does not know.
     if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
         shown = displayed(min(unknown))[:_SHOWN]
         raise SessionError(f"{STREAM}: fold is {shown!r}, which is not a state in small letters")
-    values = np.array([column(name) for name in sensors])
-    return {
-        "time_s": time_s,
-        "values": values,
-        **{name: column(name) for name in named},
-        "fold": fold,
-    }
+    sensors = [name for name in columns if name.startswith("sensor_")]
+    values = np.array([_numbers(STREAM, columns, name) for name in sensors])
+    return {**numbers, "values": values, "fold": np.array(fold)}
 
 
 def _parse_events(text: str) -> list[Event]:
@@ -258,18 +246,19 @@ def _is_number(value: object) -> bool:
 
 
 def _parse_places(text: str) -> list[StoredPlace]:
-    head, rows = _rows(PLACES, text, ("place", "status", "passes", *_NUMBERS_OF_PLACE))
+    wanted = ("place", "passes", *_NUMBERS_OF_PLACE)
+    columns = _columns(PLACES, text, ("status", *wanted))
+    numbers = [_numbers(PLACES, columns, name).tolist() for name in wanted]
     places = []
-    for line, row in enumerate(rows, start=2):
-        cells = dict(zip(head, row, strict=True))
-        numbers = {name: _number(PLACES, line, name, cells[name]) for name in _NUMBERS_OF_PLACE}
-        counts = [_number(PLACES, line, name, cells[name]) for name in ("place", "passes")]
-        if cells["status"] not in STATUSES or math.isnan(sum(counts)):
-            raise SessionError(f"{PLACES}: line {line} is not a place with a verdict")
-        number, passes = map(int, counts)
+    for at, status in enumerate(columns["status"]):
+        number, passes, *values = (column[at] for column in numbers)
+        if status not in STATUSES or math.isnan(number + passes):
+            raise SessionError(f"{PLACES}: line {at + 2} is not a place with a verdict")
+        cells = {name: column[at] for name, column in columns.items()}
         # A survey of an earlier version does not say which places are familiar.
         because = cells.get("unfamiliar_because", "") if cells.get("familiar") == "no" else ""
+        known = dict(zip(_NUMBERS_OF_PLACE, values, strict=True))
         places.append(
-            StoredPlace(number, passes, cells["status"], **numbers, unfamiliar_because=because)
+            StoredPlace(int(number), int(passes), status, **known, unfamiliar_because=because)
         )
     return places

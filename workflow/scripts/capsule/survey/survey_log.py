@@ -1,4 +1,4 @@
-"""The input and the output of a survey: readings of the boards, judgements and a log of events."""
+"""The input and the output of a survey: readings of the boards, and a log of events."""
 
 from dataclasses import dataclass
 
@@ -32,24 +32,6 @@ class Readings:
     values: FloatArray
     wave_mm: FloatArray
     fold: str
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """The survey's result for the samples up to the newest.
-
-    Attributes
-    ----------
-    head_mm : float
-        Position of the head; NaN if the samples do not show it.
-    score, threshold : float
-        The largest evidence that counts in the present state (NaN if there is none), and the
-        threshold above which it is suspicious.
-    """
-
-    head_mm: float
-    score: float
-    threshold: float
 
 
 @dataclass(frozen=True)
