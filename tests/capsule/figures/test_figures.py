@@ -164,7 +164,7 @@ def test_negatives_are_shares_of_the_recordings_without_a_nodule():
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     table = paper.sizing_points(judged(VERDICTS, SIZES)["sizing"])
     panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
-    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", rate_looks(["template"]), width)
+    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", ["template"], width)
     exact, within = figure.axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
@@ -174,8 +174,8 @@ def test_without_a_healthy_recording_the_figure_says_so():
     made = judged([(2.5, 2.5), (6, 6)], SIZES)
     table = paper.negative_points(made["confusion"])
     assert table.empty
-    looks = rate_looks(["template"])
-    figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)", looks)
+    panels = {"classified": "verdicts"}
+    figure = draw_rates(table, panels, SIZES, "predicted size (mm)", ["template"])
     assert "no recording to count" in texts(figure)
 
 

@@ -1,6 +1,7 @@
 """Draw curves of rates: for each threshold of a score, and by the recordings that teach."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -63,7 +64,7 @@ def roc_drawing(inputs: FigureInputs) -> Drawing:
     scheme = main_scheme(tables["roc"]["scheme"].unique())
     curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
     detectors = inputs.evaluation.detectors()
-    return curves, lambda width_in: draw_roc(curves, detectors, width_in)
+    return curves, partial(draw_roc, curves, detectors)
 
 
 def draw_roc(
@@ -151,7 +152,7 @@ def _draw_roc_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) 
 def learning_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the rates at each share of the archive, per learning detector."""
     table, detectors = inputs.learning, inputs.evaluation.detectors()
-    return table, lambda width_in: draw_learning(table, detectors, width_in)
+    return table, partial(draw_learning, table, detectors)
 
 
 def draw_learning(

@@ -1,6 +1,7 @@
 """Draw rates per size: of the leading detector, the paper's detector, and the paper."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,8 @@ def detection_drawing(inputs: FigureInputs) -> Drawing:
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
     table = paper.detection_points(series_rows(inputs, "detection"))
     panels = {"precision": "precision", "recall": "recall"}
-    return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
+    detectors = inputs.evaluation.detectors()
+    return table, partial(draw_rates, table, panels, sizes_mm, _TRUE_SIZE, detectors)
 
 
 def sizing_drawing(inputs: FigureInputs) -> Drawing:
@@ -45,7 +47,8 @@ def sizing_drawing(inputs: FigureInputs) -> Drawing:
     table = paper.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
     panels = {"exact_rate": "exact size", "within_rate": within}
-    return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
+    detectors = inputs.evaluation.detectors()
+    return table, partial(draw_rates, table, panels, sizes_mm, _TRUE_SIZE, detectors)
 
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
@@ -53,7 +56,8 @@ def negatives_drawing(inputs: FigureInputs) -> Drawing:
     table = paper.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
     sizes_mm = inputs.evaluation.sizes_mm()
-    return _drawing(inputs, table, panels, sizes_mm, "predicted size (mm)")
+    label, detectors = "predicted size (mm)", inputs.evaluation.detectors()
+    return table, partial(draw_rates, table, panels, sizes_mm, label, detectors)
 
 
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
@@ -76,17 +80,6 @@ def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
     return pd.concat([*shown, evaluation.paper[name]], ignore_index=True)
 
 
-def _drawing(
-    inputs: FigureInputs,
-    table: pd.DataFrame,
-    panels: Mapping[str, str],
-    sizes_mm: Sequence[float],
-    x_label: str,
-) -> Drawing:
-    looks = rate_looks(inputs.evaluation.detectors())
-    return table, lambda width_in: draw_rates(table, panels, sizes_mm, x_label, looks, width_in)
-
-
 def rate_looks(detectors: Sequence[str]) -> dict[str, Look]:
     """Return colour and marker for the points of each detector and of the paper."""
     looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
@@ -101,7 +94,7 @@ def draw_rates(
     panels: Mapping[str, str],
     sizes_mm: Sequence[float],
     x_label: str,
-    looks: Mapping[str, Look],
+    detectors: Sequence[str],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw rates per size with their intervals, one panel per measure.
@@ -116,8 +109,8 @@ def draw_rates(
         The sizes along the axis; 0 is labelled as none.
     x_label : str
         Label of the axis of sizes.
-    looks : mapping of str to mapping
-        Colour and marker of each detector and of the paper, from `rate_looks`.
+    detectors : sequence of str
+        In the order of the configuration, which gives each its look.
     width_in : float
         Width of the figure in inches.
 
@@ -127,6 +120,7 @@ def draw_rates(
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     stacked = narrow and len(panels) > 1
+    looks = rate_looks(detectors)
     with figure_style():
         height = 1.75 * len(panels) + 0.85 if stacked else 2.6
         figure = Figure(figsize=(width_in, height), layout="constrained")
@@ -156,22 +150,17 @@ def _draw_panel(
         position = np.array([tick_of[size_mm] + shift for size_mm in rows["size_mm"]])
         value = rows["rate"].to_numpy()
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
-        label = _label(detector, scheme)
+        shown = words.scheme(scheme)
+        label = shown if detector == paper.NAME else f"{detector} ({shown})"
         axes.errorbar(position, value, yerr=reach, label=label, **_MARKS, **looks[detector])
     one_sided = set(table.loc[table["one_sided"], "size_mm"])
     axes.set_xticks(range(len(sizes_mm)))
-    axes.set_xticklabels([_tick(size_mm, size_mm in one_sided) for size_mm in sizes_mm])
+    axes.set_xticklabels(
+        "none" if size_mm == 0 else f"{size_mm:g}" + "*" * (size_mm in one_sided)
+        for size_mm in sizes_mm
+    )
     axes.set(xlim=(-0.6, len(sizes_mm) - 0.4), ylim=(-0.03, 1.05))
     show_percent(axes.yaxis, 6)
     axes.grid(axis="y")
     axes.set_axisbelow(True)
     axes.axhline(0, color=INK, linewidth=0.6)
-
-
-def _label(detector: str, scheme: str) -> str:
-    shown = words.scheme(scheme)
-    return shown if detector == paper.NAME else f"{detector} ({shown})"
-
-
-def _tick(size_mm: float, one_sided: bool) -> str:
-    return "none" if size_mm == 0 else f"{size_mm:g}" + ("*" if one_sided else "")

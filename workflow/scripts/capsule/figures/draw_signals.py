@@ -1,6 +1,7 @@
 """Draw signals: the stages of pre-processing, the templates, and a recording as it is judged."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -141,10 +142,10 @@ def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
     frames = []
     for example in filter(None, examples):
         frame = pd.DataFrame({"recording": example.recording, "time_s": example.time_s})
-        for name in ("values", "envelope", "matrix"):
-            label = "reading" if name == "values" else name
-            for sensor, row in enumerate(getattr(example, name), start=1):
-                frame[f"{label}_{sensor}"] = row
+        stages = {"reading": example.values, "envelope": example.envelope}
+        for name, rows in (stages | {"matrix": example.matrix}).items():
+            for sensor, row in enumerate(rows, start=1):
+                frame[f"{name}_{sensor}"] = row
         frames.append(frame)
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
 
@@ -154,10 +155,7 @@ def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
     typical = typical_recordings(inputs.evaluation)
     examples = [inputs.run(name, title) if name else None for title, name in typical]
     threshold = inputs.settings["preprocessing"]["threshold"]
-    return (
-        example_table(examples),
-        lambda width_in: draw_preprocessing(examples, threshold, width_in),
-    )
+    return example_table(examples), partial(draw_preprocessing, examples, threshold)
 
 
 def draw_preprocessing(
@@ -196,7 +194,13 @@ def draw_preprocessing(
                 continue
             signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
             _draw_signals(signal, example)
-            _draw_envelopes(envelope, example, threshold, tallest)
+            for sensor, row in enumerate(example.envelope):
+                envelope.plot(example.time_s, row, **sensor_line(sensor))
+            envelope.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
+            envelope.set(ylim=(0, 1.05 * tallest))
+            for axes in (signal, envelope):
+                axes.set_xlim(example.time_s[0], example.time_s[-1])
+                axes.tick_params(labelbottom=False)
             filled = draw_matrix(matrix, example.matrix, example.time_s, levels) or filled
             matrix.set_xlabel("time (s)")
             if not narrow:
@@ -225,16 +229,6 @@ def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
         axes.plot(example.time_s, row - sensor * distance, **line)
     axes.set_yticks([-sensor * distance for sensor in range(sensors)])
     axes.set_yticklabels([str(sensor + 1) for sensor in range(sensors)])
-    axes.set_xlim(example.time_s[0], example.time_s[-1])
-    axes.tick_params(labelbottom=False)
-
-
-def _draw_envelopes(axes: Axes, example: PreprocessedRun, threshold: float, tallest: float) -> None:
-    for sensor, row in enumerate(example.envelope):
-        axes.plot(example.time_s, row, **sensor_line(sensor))
-    axes.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
-    axes.set(xlim=(example.time_s[0], example.time_s[-1]), ylim=(0, 1.05 * tallest))
-    axes.tick_params(labelbottom=False)
 
 
 def _add_height_bar(
@@ -297,11 +291,8 @@ def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) ->
 def templates_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the templates, each with the number of recordings that it averages."""
     sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
-    counts = inputs.template_counts
-    return (
-        template_table(sizes_mm, matrices),
-        lambda width_in: draw_templates(sizes_mm, matrices, counts, width_in),
-    )
+    draw = partial(draw_templates, sizes_mm, matrices, inputs.template_counts)
+    return template_table(sizes_mm, matrices), draw
 
 
 def draw_templates(
@@ -341,15 +332,13 @@ def draw_templates(
         ):
             column = np.arange(1, matrix.shape[1] + 1)
             filled = draw_matrix(axes, matrix, column, levels) or filled
-            axes.set_title(_title(size_mm, recordings, float(np.max(matrix)), narrow))
+            peak = float(np.max(matrix))
+            if size_mm == 0:
+                axes.set_title("no nodule")
+            elif narrow or np.isnan(peak):
+                axes.set_title(f"{size_mm:g} mm (n = {recordings})")
+            else:
+                axes.set_title(f"{size_mm:g} mm (mean of {recordings}, peak {peak:.2f})")
         place = {"location": "bottom", "aspect": 40} if narrow else {"aspect": 25, "pad": 0.01}
         _add_height_bar(figure, filled, list(figure.axes), place)
     return figure
-
-
-def _title(size_mm: float, count: int, highest: float, narrow: bool) -> str:
-    if size_mm == 0:
-        return "no nodule"
-    if narrow or np.isnan(highest):
-        return f"{size_mm:g} mm (n = {count})"
-    return f"{size_mm:g} mm (mean of {count}, peak {highest:.2f})"

@@ -117,17 +117,6 @@ class AdaptiveThreshold:
         rate = -np.log1p(-_BUDGET * _BLOCK_MM / 1000)
         self._begin = self._level = float(-np.log(rate) - _MEDIAN)
 
-    def _usual(self) -> tuple[float, float]:
-        count = len(self._blocks)
-        if count < 2:
-            return _PRIOR
-        share = min(count / _PRIOR_BLOCKS, 1.0)
-        # A nodule that was not suspected raises the upper half, so only the lower half is used.
-        low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
-        scale = (middle - low) / _BELOW_MEDIAN
-        median, spread = _PRIOR
-        return share * middle + (1 - share) * median, share * scale + (1 - share) * spread
-
     @property
     def threshold(self) -> float:
         """Evidence above it is suspicious."""
@@ -153,8 +142,14 @@ class AdaptiveThreshold:
     def learn(self, largest: float) -> None:
         """Add the largest evidence of a block without a nodule."""
         self._blocks.append(largest)
-        self.usual = self._usual()
         self._learned += 1
+        if self._learned > 1:
+            share = min(len(self._blocks) / _PRIOR_BLOCKS, 1.0)
+            # A nodule that was not suspected raises the upper half, so only the lower half is used.
+            low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
+            scale = (middle - low) / _BELOW_MEDIAN
+            median, spread = _PRIOR
+            self.usual = share * middle + (1 - share) * median, share * scale + (1 - share) * spread
         if self._learned == _PRIOR_BLOCKS:
             # This undoes the effect of a wrong prior on the level.
             self._level = self._begin
