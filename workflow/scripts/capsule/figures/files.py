@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capsule import files
 from capsule.figures.inputs import Drawing, FigureInputs
-from capsule.figures.registry import figure_row
+from capsule.figures.registry import FIGURES
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 
 _WIDTHS = ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column"))
@@ -30,13 +30,8 @@ def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> st
     -------
     str
         A line for the log.
-
-    Raises
-    ------
-    CapsuleError
-        There is no such figure.
     """
-    row = figure_row(name)
+    row = FIGURES[name]
     make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)
     table, draw = make(inputs)
     with files.write_whole(folder / f"{name}.csv") as stream:

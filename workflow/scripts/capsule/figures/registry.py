@@ -6,8 +6,6 @@ This module imports nothing heavy, because the Snakefile reads it at every start
 
 from dataclasses import dataclass
 
-from capsule.errors import CapsuleError
-
 
 @dataclass(frozen=True)
 class Row:
@@ -39,16 +37,3 @@ _ROWS = (
     Row("readings", "capsule.figures.draw_capsule", "readings_drawing"),
 )
 FIGURES = {row.name: row for row in _ROWS}
-
-
-def figure_row(name: str) -> Row:
-    """Return the row of a figure.
-
-    Raises
-    ------
-    CapsuleError
-        If there is no such figure; the message lists all figures.
-    """
-    if name not in FIGURES:
-        raise CapsuleError(f"there is no figure {name}; allowed are: {', '.join(FIGURES)}")
-    return FIGURES[name]
