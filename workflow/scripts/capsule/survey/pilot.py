@@ -7,7 +7,7 @@ import numpy as np
 from capsule.kinds import Settings
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
-from capsule.survey.sensing import EVERY, Sensing
+from capsule.survey.sensing import EVERY, START_MM, Sensing
 from capsule.survey.survey_log import (
     FOLDED,
     FOLDING,
@@ -22,8 +22,6 @@ from capsule.survey.way_back import Leg, WayBack
 
 _UNKNOWN = float("nan")
 _SENSORS = 4
-# Start of the gut. Nothing pushes the capsule beyond it.
-_START_MM = 0.0
 # Distance before the place at which the first sensor should begin a repeated pass, and the smallest
 # at which it can begin.
 _RUN_UP_MM, _TOO_NEAR_MM = 7.0, 3.0
@@ -51,8 +49,6 @@ class Pilot:
         Sampling rate.
     targets_mm : sequence of float
         Places to go to, one after the other, instead of a survey.
-    start_mm : float
-        Position of the head at the start.
 
     Attributes
     ----------
@@ -65,15 +61,11 @@ class Pilot:
     """
 
     def __init__(
-        self,
-        detector: Settings,
-        rate_hz: float,
-        targets_mm: Sequence[float] = (),
-        start_mm: float = 0.0,
+        self, detector: Settings, rate_hz: float, targets_mm: Sequence[float] = ()
     ) -> None:
         self.cycle = Cycle()
         self.log: list[Event] = []
-        self.sensing = Sensing(detector, rate_hz, start_mm)
+        self.sensing = Sensing(detector, rate_hz)
         self.suspects = Suspects((_SENSORS - 1) * detector["pitch_mm"])
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
@@ -184,7 +176,7 @@ class Pilot:
         return (cycles.UNFOLD,)
 
     def _in_finding(self, fold: str) -> tuple[str, ...]:
-        self.sensing.follow(max(self._way_back.end_mm(self._leg), _START_MM))
+        self.sensing.follow(max(self._way_back.end_mm(self._leg), START_MM))
         if not self.sensing.settled():
             if self._reckons_to_have_arrived():
                 return self._happen("arrived", "computed from the start of the gut")
@@ -241,7 +233,7 @@ class Pilot:
         if moved_mm > 0:
             self.suspects.jump()
         # The start of the gut stops the capsule, so it cannot come nearer to the goal.
-        held_up = min(self._way_back.end_mm(self._leg), goal_mm) < _START_MM
+        held_up = min(self._way_back.end_mm(self._leg), goal_mm) < START_MM
         if position_mm <= goal_mm + self._tolerance_mm() or held_up:
             if self._targets_mm:
                 return self._happen("goal_ahead", reason)
@@ -269,10 +261,10 @@ class Pilot:
 
     def _reckons_to_have_arrived(self) -> bool:
         """Return whether the capsule must be at a target that is too near the start for fixes."""
-        surely = self._way_back.end_mm(self._leg) <= _START_MM - _SURELY_MM
+        surely = self._way_back.end_mm(self._leg) <= START_MM - _SURELY_MM
         if not self._targets_mm or self._leg.lasted_s == 0 or not surely:
             return False
-        reckoned_mm = _START_MM + self.sensing.on_mm(self._waited_s)
+        reckoned_mm = START_MM + self.sensing.on_mm(self._waited_s)
         return self._goal_mm() - reckoned_mm <= self.sensing.half_stroke_mm
 
     def _goal_mm(self) -> float:
@@ -296,7 +288,7 @@ class Pilot:
         """Return a plan for the way back from the present position."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
         if self._targets_mm:
-            near = self._goal_mm() - _START_MM < self.sensing.blind_mm
+            near = self._goal_mm() - START_MM < self.sensing.blind_mm
             way_mm += 1.5 * _SURELY_MM if near else _APPROACH_MM
         return Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
 

@@ -9,6 +9,8 @@ from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
 from capsule.units import pressed_and_period
 
+# Start of the gut, where the head is at first. Nothing pushes the capsule beyond it.
+START_MM = 0.0
 # Number of samples from one judgement to the next.
 EVERY = 8
 # Smallest and largest number of samples for the evidence, and the way that they should cover.
@@ -36,8 +38,6 @@ class Sensing:
         Section ``diagonal`` of the configuration.
     rate_hz : float
         Sampling rate.
-    start_mm : float
-        Position of the head at the start.
 
     Attributes
     ----------
@@ -47,19 +47,19 @@ class Sensing:
         True while the motor of the fold board rests, so that the capsule travels on unfolded.
     """
 
-    def __init__(self, detector: Settings, rate_hz: float, start_mm: float) -> None:
+    def __init__(self, detector: Settings, rate_hz: float) -> None:
         self._detector, self._rate_hz = detector, rate_hz
-        self._odometer = Odometer(detector, rate_hz, start_mm)
+        self._odometer = Odometer(detector, rate_hz, START_MM)
         self._keep = max(_LONGEST_WINDOW, self._odometer.span)
         self._count = 0
         self._values: FloatArray | None = None
         self._wave_mm = np.empty(0)
-        self._last_mm = start_mm
+        self._last_mm = START_MM
         self._fixed_at: int | None = None
         self.step_mm = _USUAL_STEP_MM
         self.resting = False
         # The first fix is a mean over the first stroke and part of the next one.
-        self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
+        self._odometer.start_mm = START_MM + _FIRST_STROKES * self._since_fix_mm()
 
     def _since_fix_mm(self) -> float:
         return self.step_mm * self._odometer.delay / EVERY
@@ -76,7 +76,7 @@ class Sensing:
         Its error is smaller than that of `position_mm`, unless the sensors creep.
         """
         newest = self._newest()
-        if newest is None or np.isnan(self.fix_mm):
+        if newest is None:
             return self.position_mm
         newest_mm = self._odometer.newest(*newest)
         return newest_mm + self._since_fix_mm() / 2 if np.isfinite(newest_mm) else self.position_mm
