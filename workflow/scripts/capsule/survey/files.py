@@ -144,11 +144,12 @@ def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
         A file is damaged, or was written by an earlier version.
     """
     texts = {file: _text(file, content) for file, content in contents.items()}
+    lines = texts[EVENTS].splitlines()
     return Session(
         name,
         _parse_about(texts[ABOUT]),
         **_parse_stream(texts[STREAM]),
-        events=_parse_events(texts[EVENTS]),
+        events=[_event(number, line) for number, line in enumerate(lines, start=1)],
         places=_parse_places(texts[PLACES]),
     )
 
@@ -218,10 +219,6 @@ def _parse_stream(text: str) -> dict[str, Any]:
     sensors = [name for name in columns if name.startswith("sensor_")]
     values = np.array([_numbers(STREAM, columns, name) for name in sensors])
     return {**numbers, "values": values, "fold": np.array(fold)}
-
-
-def _parse_events(text: str) -> list[Event]:
-    return [_event(number, line) for number, line in enumerate(text.splitlines(), start=1)]
 
 
 def _event(number: int, line: str) -> Event:

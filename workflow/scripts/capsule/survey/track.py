@@ -1,7 +1,7 @@
 """The track of a survey for its picture: positions of the head, states and suspected places."""
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -99,7 +99,7 @@ def group_of(state: str) -> str:
 
 
 def runs_of(track: Track) -> list[Run]:
-    """Return a track's stretches of one look; none if no position is known."""
+    """Return a track's pieces of one look; none if no position is known."""
     if not track.known.any():
         return []
     # The state after a judgement lasts until the next judgement.
@@ -109,9 +109,12 @@ def runs_of(track: Track) -> list[Run]:
             track.state[:-1], track.known[:-1], track.known[1:], strict=True
         )
     ]
-    changes = [at for at in range(1, len(looks)) if looks[at] != looks[at - 1]]
-    bounds = [0, *changes, len(looks)]
-    return [Run(first, last, *looks[first]) for first, last in pairwise(bounds) if last > first]
+    runs, first = [], 0
+    for look, same in groupby(looks):
+        last = first + len(list(same))
+        runs.append(Run(first, last, *look))
+        first = last
+    return runs
 
 
 def pins_of(session: Session) -> list[Pin]:
