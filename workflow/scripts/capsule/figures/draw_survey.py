@@ -405,7 +405,5 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
     axes.set(xlim=within_mm, ylim=(within_s[1], within_s[0]), xlabel="distance (mm)")
     axes.xaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-    size = place.status if place.status != "confirmed" else verdict_words(place)
-    axes.set_title(
-        f"{place.number}  {size.replace(', ', ',' + chr(10) + '    ')}", fontsize=7.5, pad=7
-    )
+    verdict = verdict_words(place).replace(", ", ",\n    ")
+    axes.set_title(f"{place.number}  {verdict}", fontsize=7.5, pad=7)
