@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,11 +29,10 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.configuration import read_config_file
-from capsule.files import read_csv, write_json
+from capsule.files import read_csv, read_json, write_json
 from capsule.names import size_mm
 from capsule.page.beside import stands_beside
 from capsule.page.packing import deflated, inflated, to_json
-from capsule.page.plot_data import PlotData, read_plot_data, write_plot_data
 from capsule.results import FITS, MATRICES, PLOT_DATA, Results, described_together
 from support.browser import MISSING, Browser
 
@@ -103,7 +102,7 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     before, after = Results.on_disk(results, 1), Results(target, originals, 1)
     names = sorted(set(originals.values()))
     fits = before.fits(name for name in names if size_mm(name))
-    drawn = before.described(PLOT_DATA, names, read_plot_data)
+    drawn = before.described(PLOT_DATA, names, read_json)
     for name, original in originals.items():
         link = after.file(MATRICES, name)
         link.parent.mkdir(parents=True, exist_ok=True)
@@ -116,13 +115,13 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
             for name in members
             if originals[name] in drawn
         }
-        write_plot_data(after.file(PLOT_DATA, members[0]), of_batch)
+        write_json(after.file(PLOT_DATA, members[0]), of_batch)
 
 
-def _renamed(plotted: PlotData, name: str) -> PlotData:
+def _renamed(plotted: dict[str, str], name: str) -> dict[str, str]:
     """Return the plot data of a recording under another name."""
-    drawn = json.loads(inflated(plotted.drawn)) | {"recording": name}
-    return replace(plotted, drawn=deflated(to_json(drawn)))
+    drawn = json.loads(inflated(plotted["drawn"])) | {"recording": name}
+    return plotted | {"drawn": deflated(to_json(drawn))}
 
 
 def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from capsule.acceptance import accept, check_recording, columns_by_time
 from capsule.configuration import read_config_file
 from capsule.errors import RecordingError
-from capsule.page.quality import quality_words
+from capsule.page.plot_data import quality_words
 from capsule.recording import Recording, format_recording
 from support.project import ROOT
 from support.synthetic import make_recording

@@ -6,7 +6,7 @@ from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.rates import rate_tables
-from capsule.page.detector_sections import Rates
+from capsule.page.rates import Rates
 from support.project import ROOT
 
 UNKNOWN = float("nan")

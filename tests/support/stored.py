@@ -1,21 +1,27 @@
 """Stored results of recordings for the page, without files."""
 
+from collections import defaultdict
+
 from capsule.page.packing import deflated, to_json
 
 
+class Named(dict):
+    """A mapping that makes the value of a missing name from the name."""
+
+    def __init__(self, make):
+        self._make = make
+
+    def __missing__(self, name):
+        return self._make(name)
+
+
 class StoredResults:
-    """Results for `archive_evidence`, with the given templates for every recording."""
+    """Results for `capsule.page.evidence`, with the given templates for every recording."""
 
     def __init__(self, **templates):
-        self._templates = templates
-
-    def drawn(self, name):
-        """Return a recording's name and no signals, as deflated JSON."""
-        return deflated(to_json({"recording": name, "peaks": []}))
-
-    def quality(self, name):
-        """Return words that name the recording."""
-        return f"{name}: no gap, no loose sensor"
+        self.templates = defaultdict(lambda: templates)
+        self.drawn = Named(lambda name: deflated(to_json({"recording": name, "peaks": []})))
+        self.qualities = Named(lambda name: f"{name}: no gap, no loose sensor")
 
     def matrix(self, name):
         """Fail, because no test here leaves a lag open."""
@@ -23,7 +29,3 @@ class StoredResults:
 
     def fit(self, name):
         """Return no fit."""
-
-    def templates(self, name):
-        """Return the given templates."""
-        return self._templates

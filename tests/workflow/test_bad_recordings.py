@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import yaml
 
+from capsule import files
 from capsule.detectors.described import read_features
 from capsule.names import as_cell
 from capsule.page.packing import inflated
-from capsule.page.plot_data import read_plot_data
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
 
@@ -100,8 +100,8 @@ def described(project, kind, suffix, read):
 def signals_drawn(project):
     """Return what the report draws of the good recordings, without the facts on their files."""
     drawn = {
-        name: json.loads(inflated(each.drawn))
-        for name, each in described(project, "plot_data", ".json", read_plot_data).items()
+        name: json.loads(inflated(each["drawn"]))
+        for name, each in described(project, "plot_data", ".json", files.read_json).items()
     }
     for each in drawn.values():
         del each["facts"]

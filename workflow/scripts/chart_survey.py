@@ -7,8 +7,7 @@ from pathlib import Path
 from capsule import files
 from capsule.figures.draw_survey import frames, survey_drawing, unreadable_drawing
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.page.survey_player import player
-from capsule.page.survey_words import survey_values, title_of
+from capsule.page.surveys import player, survey_values, title_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.survey.files import SessionError, read_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of

@@ -14,8 +14,7 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
 from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.detectors.wave_traits import wave_traits
-from capsule.page.plot_data import plot_data, write_plot_data
-from capsule.page.stretches import score_stretches
+from capsule.page.plot_data import plot_data, score_stretches
 from capsule.project import WEIGHTS
 from capsule.results import Results
 
@@ -52,7 +51,7 @@ def main() -> None:
             print(f"{name}: no peristaltic wave was found on every sensor")
     write_best_places(arguments.best_places, best_places, traits)
     write_features(arguments.features, features)
-    write_plot_data(arguments.plot_data, drawn)
+    files.write_json(arguments.plot_data, drawn)
     print(f"{len(best_places)} recordings described")
 
 

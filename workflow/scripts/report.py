@@ -3,6 +3,7 @@
 import argparse
 import datetime
 import json
+from functools import partial
 from pathlib import Path
 
 from capsule import files
@@ -10,13 +11,12 @@ from capsule.configuration import read_schema
 from capsule.evaluation.files import read_printed
 from capsule.forks import Forks
 from capsule.page import files as page_files
-from capsule.page.data_files import write_beside
-from capsule.page.methods import software_sentence
+from capsule.page.beside import write_beside
+from capsule.page.evidence import StoredRecordings
 from capsule.page.project_state import read_project_state
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
-from capsule.page.stored import StoredRecordings
 from capsule.project import PROJECT, SCHEMAS
 from capsule.results import Results
 
@@ -32,23 +32,23 @@ def main() -> None:
     parser.add_argument("--beside", type=Path, nargs="?", help="output: a folder for plot data")
     parser.add_argument("--processes", type=int, default=1, help="how many write (default: 1)")
     arguments = parser.parse_args()
-    settings, template = arguments.settings, PROJECT / "workflow" / "report"
+    settings, folder, template = arguments.settings, arguments.results, PROJECT / "workflow/report"
     surveys = settings.pop("surveys")
     printed, versions = read_printed(template / "paper.yaml"), page_files.read_versions(template)
-    folder, table = arguments.results, arguments.results / "recordings.csv"
-    tables = page_files.read_tables(folder, template, printed, settings["evaluation"]["confidence"])
-    stored = StoredRecordings(Results.of_table(folder, table, arguments.batch_size), settings)
+    tables = page_files.read_tables(folder, template, printed, settings)
+    stored = StoredRecordings(
+        Results.of_table(folder, folder / "recordings.csv", arguments.batch_size), settings
+    )
+    write = None
     if arguments.beside:
-        forks = Forks(arguments.processes)
-        stored = write_beside(arguments.beside, tables, stored, settings, forks)
+        write = partial(write_beside, arguments.beside, spread=Forks(arguments.processes))
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, settings, schema, printed),
+        **page_values(tables, stored, schema, printed, write),
         "figures": page_files.read_figures(folder / "figures"),
         "surveys": page_files.read_surveys(folder / "surveys", **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),
-        "software": software_sentence(state, versions),
         "key": arguments.key,
     }
     with files.write_whole(arguments.output) as stream:

@@ -5,6 +5,7 @@ import json
 import re
 
 from capsule.configuration import read_config_file
+from capsule.forks import Forks
 from capsule.page import beside
 from capsule.page.packing import deflated
 from support.project import ROOT
@@ -43,3 +44,32 @@ def test_a_file_is_named_by_its_content_so_that_no_page_reads_another_ones():
         beside.data_file(0, [texts_of("3mm/r01", content)]) for content in ("{}", '{"a":1}')
     )
     assert one != other
+
+
+ROWS = [(place, {"recording": f"3mm/r{place}"}) for place in range(70)]
+
+
+def evidence_of(rows):
+    for place, _ in rows:
+        yield deflated("{}"), deflated(f'{{"row":{place}}}')
+
+
+def test_every_recording_stands_in_one_file_and_the_files_are_listed_in_order(tmp_path):
+    told = beside.write_beside(tmp_path / "report", ROWS, evidence_of)
+    assert (told["folder"], told["each"], len(told["files"])) == ("report", 32, 3)
+    texts = [(tmp_path / "report" / f"{name}.js").read_text() for name in told["files"]]
+    assert [len(re.findall(r"\[\"", text)) for text in texts] == [32, 32, 6]
+    expected = [deflated(f'{{"row":{place}}}') for place in range(70)]
+    assert re.findall(r'","([^"]+)"', "".join(texts)) == expected
+
+
+def test_two_processes_write_the_same_files(tmp_path):
+    alone = beside.write_beside(tmp_path / "one" / "report", ROWS, evidence_of)
+    both = beside.write_beside(tmp_path / "two" / "report", ROWS, evidence_of, Forks(2))
+    assert both == alone
+    for path in (tmp_path / "one" / "report").iterdir():
+        assert (tmp_path / "two" / "report" / path.name).read_bytes() == path.read_bytes()
+
+
+def test_without_a_recording_there_is_no_file(tmp_path):
+    assert beside.write_beside(tmp_path / "report", [], evidence_of)["files"] == []

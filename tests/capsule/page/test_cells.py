@@ -3,13 +3,14 @@
 import pandas as pd
 
 from capsule.page import cells
+from support.sections import section
 
 UNKNOWN, OPEN = float("nan"), float("inf")
 
 
 def test_a_rate_that_nobody_counted_is_not_a_number():
-    point = pd.DataFrame([{"rate": UNKNOWN, "low": UNKNOWN, "high": UNKNOWN}]).iloc[0]
-    assert cells.rate_cell(point)["text"] == "not known"
+    point = {"rate": UNKNOWN, "low": UNKNOWN, "high": UNKNOWN}
+    assert cells.rate_cell(point, "leave_one_out")["text"] == "not known"
     assert cells.rate_cell(None, "paper")["text"] == "not given"
 
 
@@ -25,23 +26,46 @@ def test_every_detectors_size_stands_with_the_interval_that_it_has():
         {**found, "detector": detector, **dict(zip(each[::2], each[1::2], strict=True))}
         for detector, each in sizes.items()
     ]
-    (row,) = cells.detection_rows(pd.DataFrame(verdicts), 5.0)["rows"]
-    assert [verdict["estimate"] for verdict in row["verdicts"]] == [
-        "3.0 mm",
-        "3.2 mm (2.1 to 4.0)",
-        "2.9 mm (2.5 to 5 mm or more)",
+    rows = cells.detection_rows(pd.DataFrame(verdicts))
+    said = section(
+        "unlabelled", detections=rows, largest_mm=5.0, size_confidence="90 %", prevalence="10 %"
+    )
+    for estimate in ("3.0 mm", "3.2 mm (2.1 to 4.0)", "2.9 mm (2.5 to 5 mm or more)"):
+        assert f"<td>{estimate}</td>" in said
+
+
+def test_the_page_has_a_row_a_place_and_a_column_a_detector():
+    rows = [
+        ["a", 0.0, 2, "template", True, 2.0, *[UNKNOWN] * 3],
+        ["a", 0.0, 2, "diagonal", False, *[UNKNOWN] * 4],
+        ["p", UNKNOWN, 3, "template", *[UNKNOWN] * 5],
+        ["p", UNKNOWN, 3, "diagonal", True, 3.14, 5.0, 2.2, float("inf")],
+        ["q", UNKNOWN, 2, "template", True, *[UNKNOWN] * 4],
+        ["q", UNKNOWN, 2, "diagonal", True, UNKNOWN, 5.0, *[UNKNOWN] * 2],
     ]
+    columns = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
+    columns += ["location_mm", "estimate_low_mm", "estimate_high_mm"]
+    made = cells.place_rows(pd.DataFrame(rows, columns=columns), 5.0)
+    assert made["detectors"] == ["template", "diagonal"]
+    assert [(row["site"], row["size"], row["recordings"]) for row in made["rows"]] == [
+        ("a", "no nodule", 2),
+        ("p", "unlabelled", 3),
+        ("q", "unlabelled", 2),
+    ]
+    assert made["rows"][0]["verdicts"] == ["nodule of 2.0 mm", "no nodule"]
+    assert made["rows"][1]["verdicts"] == [
+        "no verdict",
+        "nodule of 3.1 mm (2.2 to 5 mm or more), at 5.0 mm",
+    ]
+    assert made["rows"][2]["verdicts"] == ["nodule", "nodule, at 5.0 mm"]
+    assert cells.place_rows(pd.DataFrame(columns=columns), 5.0)["rows"] == []
 
 
-def test_recordings_without_a_verdict_have_a_cell_of_their_own():
-    counts = [(0.0, 0.0, 8), (0.0, 2.0, 1), (0.0, UNKNOWN, 1), (2.0, 0.0, 0), (2.0, 2.0, 5)]
-    table = pd.DataFrame(counts, columns=["size_mm", "predicted_mm", "count"])
-    table["scheme"] = "leave_one_out"
-    healthy, nodule = cells.confusion_rows(table, "leave_one_out", [0.0, 2.0])
-    assert [cell["count"] for cell in healthy["cells"]] == [8, 1, 1]
-    assert [cell["right"] for cell in healthy["cells"]] == [True, False, False]
-    assert (healthy["total"], nodule["total"]) == (10, 5)
-    assert [cell["count"] for cell in nodule["cells"]] == [0, 5, 0]
-    judged = table[table["predicted_mm"].notna()]
-    first, _ = cells.confusion_rows(judged, "leave_one_out", [0.0, 2.0])
-    assert len(first["cells"]) == 2
+def test_more_passes_are_rows_and_sizes_are_columns():
+    key = {"detector": "diagonal", "detected_low": 0.1, "detected_high": 0.9, "sites": 4}
+    rows = [key | {"passes": n, "size_mm": size, "detected": 0.25 * n} for n in (1, 2) for size in (0.0, 2.0)]  # fmt: skip  # noqa: E501
+    made = cells.retest_rows(pd.DataFrame(rows[:-1]))
+    assert made["sizes"] == ["no nodule", "2 mm"]
+    assert [row["passes"] for row in made["rows"]] == [1, 2]
+    assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
+    assert cells.retest_rows(pd.DataFrame(columns=["detector"]))["rows"] == []

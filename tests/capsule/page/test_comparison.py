@@ -9,6 +9,7 @@ from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison
 from capsule.seeding import generator
+from support.sections import section
 
 SETTINGS = {
     "detectors": ["template", "diagonal"],
@@ -21,6 +22,13 @@ SETTINGS = {
         "passes": [1],
     },
 }
+ROWS = [
+    row
+    for groups in (comparison.GROUPS, comparison.FOLDED_GROUPS)
+    for rows in groups.values()
+    for row in rows
+]
+UNKNOWN = float("nan")
 SCHEMES = ["leave_one_out", "resubstitution"]
 
 
@@ -140,13 +148,93 @@ def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
     assert first == ["100 %", "90 %", "80 %"]
 
 
-def test_a_detector_without_a_verdict_is_named_with_the_reason():
+def test_a_detector_without_a_verdict_is_named():
     page = comparison.page_values(judgements(verdicts("template")), SCHEMES, SETTINGS, "diagonal")
-    assert page["silent"].startswith("diagonal has given no verdict on a labelled recording.")
-    assert "two healthy places" in page["silent"]
+    assert page["silent"] == ["diagonal"]
 
 
 def test_without_any_verdict_nothing_is_compared():
     page = comparison.page_values(judgements(), SCHEMES, SETTINGS, "diagonal")
     assert page["compared"] == page["calibration"] == []
-    assert page["silent"].startswith("template and diagonal have given no verdict")
+    assert page["silent"] == ["template", "diagonal"]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
+def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
+    columns = COLUMNS[row.table]
+    assert row.sizes == "all" or "size_mm" in columns
+    assert bool(row.measure) == ("measure" in columns)
+    assert ("{size}" in row.title) == (row.sizes in ("each", "smallest"))
+
+
+def test_a_number_has_its_unit_and_its_interval():
+    bias = comparison.number_of("bias", " mm", "_mm")
+    cell = bias({"bias_mm": 0.251, "bias_low_mm": -0.1, "bias_high_mm": 0.6})
+    assert (cell["value"], cell["text"]) == (0.251, "0.25 mm")
+    assert cell["interval"] == "\u22120.10 to 0.60 mm"
+    cell = bias({"bias_mm": 0.251, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN})
+    assert (cell["text"], cell["interval"]) == ("0.25 mm", "")
+
+
+def test_what_is_not_known_has_no_value():
+    row = {"bias_mm": UNKNOWN, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN}
+    cell = comparison.number_of("bias", " mm", "_mm")(row)
+    assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
+    cell = comparison.difference({"difference": UNKNOWN})
+    assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
+
+
+BENCHES = [
+    {"detector": detector, "part": part, "of the benches the": which, "bench": bench}
+    | dict(zip(comparison.RATES, rates, strict=True))
+    for detector, part, which, bench, rates in [
+        ("diagonal", "chose", "worst", "uneven", ("0.95", "0.8", "0.9")),
+        ("diagonal", "chose", "best", "usual", ("0.95", "0.9", "0.99")),
+        ("diagonal", "judged only", "worst", "steep", ("0.95", "0.1", "0.4")),
+        ("diagonal", "judged only", "best", "calm", ("0.95", "0.9", "1.0")),
+        ("diagonal", "judged only", "least specific", "steep", ("0.812", "0.1", "0.4")),
+        ("other", "judged only", "worst", "steep", ("0.9", "0.0", "0.2")),
+        ("other", "judged only", "best", "calm", ("0.9", "0.5", "0.7")),
+    ]
+]
+
+
+def benches_of(detectors, rows=BENCHES):
+    return comparison.bench_values(rows, detectors)
+
+
+def sentence_of(detectors, origin="simulated"):
+    return section("other_benches", **benches_of(detectors), labelled_origin=origin)
+
+
+def test_the_range_stands_in_one_sentence_and_in_a_table():
+    assert sentence_of(["diagonal", "other"]).endswith(
+        "nodules from 2 mm on: diagonal 40 % to 100 %, with a specificity from 81.2 % on; other "
+        "20 % to 70 %."
+    )
+    assert benches_of(["diagonal", "other"])["bench_rows"][0] == {
+        "detector": "diagonal",
+        "which": "worst",
+        "bench": "steep",
+        "rates": ["95 %", "10 %", "40 %"],
+    }
+
+
+def test_only_detectors_that_judge_the_archive_are_named():
+    assert "diagonal" not in sentence_of(["other"])
+    assert benches_of(["template"]) == {"bench_rows": [], "bench_ranges": []}
+
+
+def test_only_benches_that_judged_and_had_no_other_part_are_shown():
+    rows = benches_of(["diagonal"])["bench_rows"]
+    assert [row["bench"] for row in rows] == ["steep", "calm", "steep"]
+    assert "simulated benches, which taught and chose nothing" in sentence_of(["diagonal"])
+    without = [{name: text for name, text in row.items() if name != "part"} for row in BENCHES]
+    assert benches_of(["diagonal"], without)["bench_rows"] == []
+
+
+def test_of_real_recordings_a_range_of_simulated_benches_is_never_told_as_theirs():
+    for origin in ("recorded", "mixed", "unknown"):
+        text = sentence_of(["diagonal"], origin)
+        assert text.startswith("Not of this archive: on other simulated benches")
+        assert text.endswith("and say nothing about the bench of this archive.")

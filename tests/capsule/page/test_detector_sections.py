@@ -2,6 +2,7 @@
 
 import json
 
+import pandas as pd
 import pytest
 
 from capsule import words
@@ -9,8 +10,15 @@ from capsule.evaluation.lead import Lead
 from capsule.page import detector_sections
 from support.evaluated import UNKNOWN, evaluated, index_of, rates_of, read_paper
 from support.project import ROOT
+from support.sections import cards_of, section
 
 PAPER = read_paper()
+
+
+def summary_of(values):
+    return section("summary", **values)
+
+
 LEAD = Lead("template", False, UNKNOWN, 0)
 
 
@@ -31,10 +39,10 @@ def test_what_cannot_be_said_is_not_said(verdicts, sizes_mm, expected):
     rows = [[name, true, "accepted", UNKNOWN, "", "aa", 70.0] for name, true, _ in verdicts]
     rates = rates_of(evaluation, index=index_of(*rows))
     values = detector_sections.page_values(rates, LEAD, PAPER["sizing_tolerance_mm"])
-    assert expected in values["summary"]
+    assert expected in summary_of(values)
     assert "nan" not in json.dumps(values["results"], allow_nan=True).replace("NaN", "").lower()
-    cards = values["results"][0]["cards"]
-    assert not any("nan" in card["answer"] + card["detail"] for card in cards)
+    cards = cards_of(rates, "template")
+    assert not any("nan" in card["answer"] + card["detail"] for card in cards.values())
 
 
 def test_an_unlabelled_recording_is_no_evidence():
@@ -43,7 +51,7 @@ def test_an_unlabelled_recording_is_no_evidence():
     rows += [["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "simulated phantom", "bb", 70.0]] * 5
     rates = rates_of(evaluated(verdicts, (0.0, 2.0)), index=index_of(*rows))
     values = detector_sections.page_values(rates, LEAD, PAPER["sizing_tolerance_mm"])
-    assert values["summary"].startswith(
+    assert summary_of(values).startswith(
         "On 2 recordings (1 without a nodule and 1 with one), the paper's detector"
     )
 
@@ -77,3 +85,17 @@ def test_no_section_names_a_scheme_by_itself():
             continue
         text = path.read_text(encoding="utf-8").casefold()
         assert "leave-one-out" not in text and "resubstitution" not in text, path.name
+
+
+def test_recordings_without_a_verdict_have_a_cell_of_their_own():
+    counts = [(0.0, 0.0, 8), (0.0, 2.0, 1), (0.0, UNKNOWN, 1), (2.0, 0.0, 0), (2.0, 2.0, 5)]
+    table = pd.DataFrame(counts, columns=["size_mm", "predicted_mm", "count"])
+    table["scheme"] = "leave_one_out"
+    healthy, nodule = detector_sections.confusion_rows(table, "leave_one_out", [0.0, 2.0])
+    assert [cell["count"] for cell in healthy["cells"]] == [8, 1, 1]
+    assert [cell["right"] for cell in healthy["cells"]] == [True, False, False]
+    assert (healthy["total"], nodule["total"]) == (10, 5)
+    assert [cell["count"] for cell in nodule["cells"]] == [0, 5, 0]
+    judged = table[table["predicted_mm"].notna()]
+    first, _ = detector_sections.confusion_rows(judged, "leave_one_out", [0.0, 2.0])
+    assert len(first["cells"]) == 2

@@ -1,20 +1,42 @@
 """The methods paragraph: the numbers that were used, and a reference for each tool."""
 
+import datetime
 import re
 
+import pandas as pd
 import yaml
 
+from capsule import files, words
 from capsule.evaluation.lead import Lead
+from capsule.page import detector_sections, overview, provenance
 from capsule.page import files as page_files
-from capsule.page import methods
-from capsule.page.provenance import ProjectState
+from capsule.page.provenance import ProjectState, how_made
 from support.evaluated import UNKNOWN, evaluated, index_of, rates_of, read_paper
 from support.project import ROOT
+from support.sections import section
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
 REFERENCES = (ROOT / "workflow/report/references.bib").read_text(encoding="utf-8")
 PAPER = read_paper()
 VERDICTS = [("0mm/a", 0.0, 0.0), ("0mm/b", 0.0, 2.0), ("2mm/a", 2.0, 3.0), ("3mm/a", 3.0, 3.0)]
+
+
+def paragraph_of(rates, lead, config):
+    values = detector_sections.page_values(rates, lead, 1)
+    values |= overview.overview(rates.index, pd.DataFrame(columns=["path", "reason"]), [])
+    values |= provenance.page_values([], CONFIG, SCHEMA, PAPER)
+    return section(
+        "methods",
+        **values,
+        methods=detector_sections.methods_values(rates, lead, values["ours"]),
+        settings=config,
+        software="",
+        confidence=words.percent(config["evaluation"]["confidence"]),
+        size_confidence=words.percent(config["evaluation"]["size_confidence"]),
+        prevalence=words.percent(config["evaluation"]["prevalence"]),
+        tolerance=f"{config['evaluation']['tolerance_mm']:g} mm",
+    )
 
 
 def text(config=CONFIG, verdicts=VERDICTS, source="simulated phantom", threshold=(), bounded=True):
@@ -34,8 +56,7 @@ def text(config=CONFIG, verdicts=VERDICTS, source="simulated phantom", threshold
     lead = Lead("diagonal", False, 0.75, 2)
     config = config | {"evaluation": {"held_out": [], **config["evaluation"]}}
     rates = rates_of(evaluation, config, index_of(*rows))
-    sentences = methods.methods_sentences(rates, lead, PAPER["equations"])
-    return " ".join(sentences)
+    return paragraph_of(rates, lead, config)
 
 
 def test_the_numbers_are_those_of_the_archive_and_the_configuration():
@@ -107,7 +128,8 @@ def entries():
 
 def test_every_reference_is_cited_and_every_citation_has_a_reference():
     versions = page_files.read_versions(ROOT / "workflow" / "report")
-    software = methods.software_sentence(ProjectState("1.2.0", None, False), versions)
+    made = datetime.datetime(2024, 6, 3, tzinfo=datetime.UTC)
+    software = how_made({}, versions, made, ProjectState("1.2.0", None, False))["software"]
     cited = set(re.findall(r"\[(\w+)\]", f"{text()} {software}"))
     assert cited == set(entries())
     for name, version in versions:
@@ -133,7 +155,5 @@ def test_recordings_of_several_origins_are_counted():
     rows = [["0mm/a", 0.0, "accepted", UNKNOWN, "simulated phantom", "aa", 70.0]]
     rows += [["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "bb", 70.0]]
     lead = Lead("template", False, UNKNOWN, 0)
-    first, *_ = methods.methods_sentences(
-        rates_of(evaluated([]), CONFIG, index_of(*rows)), lead, PAPER["equations"]
-    )
-    assert first.endswith("1 of these were simulated.")
+    rates = rates_of(evaluated([]), CONFIG, index_of(*rows))
+    assert "at 10 Hz. 1 of these were simulated. Pre-" in paragraph_of(rates, lead, CONFIG)

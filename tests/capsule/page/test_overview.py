@@ -1,10 +1,20 @@
-"""Tests of the numbers of recordings, used and not used."""
+"""Tests of the numbers of recordings, and of the warning that nodules follow from the header."""
+
+from collections import Counter
 
 import pandas as pd
+import pytest
 
+from capsule.evaluation.confounded import of_values
 from capsule.page import overview
+from capsule.page.answers import answers_of
+from capsule.page.overview import LONGEST, MOST_VALUES
+from capsule.page.provenance import origin_of
+from support.evaluated import UNKNOWN, evaluated, index_of, rates_of
+from support.sections import cards_of, section, summary, trust
 
-UNKNOWN = float("nan")
+SIZES_MM = (0.0, 1.0, 3.0)
+FABRIC, PHANTOM = "finger on fabric", "simulated phantom, version 5, seed 1"
 
 
 def test_the_overview_lists_what_was_not_used():
@@ -21,7 +31,7 @@ def test_the_overview_lists_what_was_not_used():
     )
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
     values = overview.overview(index, passed_over, [])
-    assert values["origin"]["kind"] == "recorded"
+    assert values["origin"].kind == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (3, 1)
     assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
     alike = {"recordings": ["2.5mm/b", "unlabelled/c"], "contradict": False}
@@ -61,14 +71,149 @@ def test_a_held_out_session_that_no_recording_carries_is_told():
         }
     )
     none = pd.DataFrame({"path": [], "reason": []})
-    spring = overview.overview(index, none, ["spring"])
-    assert spring["held_out_words"] == (
-        "1 of these is held out (session spring): they judge, and teach nothing."
+    spring = section("used", **overview.overview(index, none, ["spring"]))
+    assert "1 of these is held out (session spring): they judge, and teach nothing." in spring
+    assert "held out" not in section("used", **overview.overview(index, none, []))
+    assert overview.overview(index, none, ["spring"])["not_held_out"] == []
+    said = overview.overview(index, none, ["spring", "autumn", "summer"])
+    assert said["not_held_out"] == ["autumn", "summer"]
+
+
+def told(key, pairs):
+    """Return what the values of a key tell, from pairs of a value and a size."""
+    values, sizes_mm = (dict(enumerate(each)) for each in zip(*pairs, strict=True))
+    return of_values(key, values, sizes_mm, {name: name for name in values})
+
+
+def nodules(value, each=20):
+    return [(value, size) for size in SIZES_MM[1:] for _ in range(each)]
+
+
+def test_the_warning_says_what_follows_and_what_to_do():
+    values = overview.confounded_values(
+        [
+            told("source", [*nodules("phantom"), *[("fabric", 0.0)] * 20]),
+            told("rate_hz", [*nodules("10"), *[("", 0.0)] * 20]),
+        ]
     )
-    assert overview.overview(index, none, [])["held_out_words"] == ""
-    assert overview.overview(index, none, ["spring"])["not_held_out"] == ""
-    said = overview.overview(index, none, ["spring", "autumn", "summer"])["not_held_out"]
-    assert said == (
-        "evaluation.held_out names autumn and summer, but no recording of known size carries these "
-        "sessions."
+    assert values["headline"] == "A detector may have learned the source instead of the nodule"
+    assert values["text"] == (
+        "Among the recordings that teach, whether there is a nodule follows from the source and "
+        "from the sampling rate. Whoever knows nothing but the source finds 40 of 40 nodules, and "
+        "calls 20 of 20 healthy places healthy. So the rates below do not show that a detector "
+        "finds nodules. Record healthy places and nodules of every size with the same source and "
+        "sampling rate."
     )
+    assert values["sizes"] == ["no nodule", "1 mm", "3 mm"]
+    assert values["keys"] == [
+        {
+            "name": "source",
+            "rows": [
+                {"value": "phantom", "counts": [0, 20, 20]},
+                {"value": "fabric", "counts": [20, 0, 0]},
+            ],
+        },
+        {
+            "name": "sampling rate",
+            "rows": [
+                {"value": "10 Hz", "counts": [0, 20, 20]},
+                {"value": "not said", "counts": [20, 0, 0]},
+            ],
+        },
+    ]
+
+
+def test_if_the_size_alone_follows_the_warning_speaks_of_sizes():
+    pairs = [
+        (f"day {size}", kind) for size in SIZES_MM[1:] for kind in (0.0, size) for _ in "x" * 9
+    ]
+    values = overview.confounded_values([told("session", pairs)])
+    assert values["headline"] == "A detector may have learned the session instead of the size"
+    assert values["text"] == (
+        "Among the recordings that teach, the size of nodules of 1 and 3 mm follows from the "
+        "session. So the rates below do not show that a detector tells their sizes. Record healthy "
+        "places and nodules of every size with the same session."
+    )
+
+
+def test_many_values_share_a_row_and_values_of_single_places_do_so_always():
+    pairs = nodules("bench") + [(f"day {day}", 0.0) for day in range(9) for _ in range(9 - day)]
+    (key,) = overview.confounded_values([told("session", pairs)])["keys"]
+    assert [row["value"] for row in key["rows"]] == [
+        "bench",
+        *(f"day {day}" for day in range(4)),
+        "5 rarer values",
+    ]
+    assert len(key["rows"]) == MOST_VALUES
+    assert sum(sum(row["counts"]) for row in key["rows"]) == len(pairs)
+    pairs = nodules("bench") + [(f"day {day}", 0.0) for day in range(9)]
+    (key,) = overview.confounded_values([told("session", pairs)])["keys"]
+    assert [row["value"] for row in key["rows"]] == ["bench", "another value at each place"]
+
+
+def test_a_long_value_is_cut():
+    pairs = nodules("b" * 10_000) + [("bench", 0.0)] * 20
+    (key,) = overview.confounded_values([told("source", pairs)])["keys"]
+    assert [row["value"] for row in key["rows"]] == ["b" * (LONGEST - 1) + "…", "bench"]
+
+
+def test_without_such_a_key_there_is_no_warning():
+    assert overview.confounded_values([]) is None
+
+
+def rates_with(source_of_healthy, **columns):
+    """Return the rates of detectors that are always right, with the healthy recordings' source."""
+    verdicts = [(f"{size:g}mm/{n}", size, size) for size in SIZES_MM for n in range(60)]
+    rows = [
+        [name, size, "accepted", UNKNOWN, PHANTOM if size else source_of_healthy, "aa", 70.0]
+        for name, size, _ in verdicts
+    ]
+    index = index_of(*rows).assign(**columns)
+    return rates_of(evaluated(verdicts, SIZES_MM, ("template", "taught")), index=index)
+
+
+@pytest.mark.parametrize("detector", ["template", "taught"])
+def test_no_detector_is_called_reliable_on_the_first_screen(detector):
+    said = {}
+    for source in (PHANTOM, FABRIC):
+        rates = rates_with(source)
+        cards = cards_of(rates, detector)
+        ours = answers_of(rates, detector, "leave_one_out")
+        texts = [str(card) for card in cards.values()]
+        texts += [summary("mixed", ours, detector), trust(ours)]
+        said[source] = " ".join(texts)
+        if source == FABRIC:
+            assert {card["answer"] for card in cards.values()} == {"not shown"}
+            assert {card["value"] for card in cards.values()} == {None}
+            assert "whether there is a nodule follows from the source" in texts[-2]
+            assert texts[-1] == (
+                "These recordings cannot show how far to trust a verdict: among those that teach, "
+                "whether there is a nodule follows from the source."
+            )
+            # The counts stay.
+            assert "1 mm: 100 % (94 to 100 %), 60 of 60" in said[source]
+    assert "reliably" in said[PHANTOM] and "1 mm and larger" in said[PHANTOM]
+    assert "reliab" not in said[FABRIC].casefold() and "and larger" not in said[FABRIC]
+
+
+def test_held_out_recordings_and_an_index_without_the_columns_warn_of_nothing():
+    rates = rates_with(PHANTOM)
+    assert rates.confounded == []
+    assert not {"unit", "rate_hz"} & set(rates.index)
+    (found,) = rates_with(PHANTOM, unit=["counts"] * 60 + ["V"] * 120).confounded
+    assert (found.key, found.counts["counts"]) == ("unit", Counter({0.0: 60}))
+
+
+@pytest.mark.parametrize(
+    ("sources", "headline", "text"),
+    [
+        (["simulated phantom"] * 2, "Simulated recordings", "A simulator made all 2 recordings."),
+        (["bench 2", "bench 3"], "Recorded data", "bench 2 (1); bench 3 (1)."),
+        (["bench", "simulated", ""], "Mixed origin", "1 simulated, 1 from another source and 1 w"),
+        (["", ""], "Origin not stated", "Write a line such as “# source: bench 2” at the top"),
+        ([], "No recordings", "There is no usable recording under raw/."),
+    ],
+)
+def test_the_origin_of_the_recordings_stands_in_words(sources, headline, text):
+    said = section("origin", origin=origin_of(sources), accepted_words=f"{len(sources)} recordings")
+    assert f'<p class="headline">{headline}</p>' in said and text in said

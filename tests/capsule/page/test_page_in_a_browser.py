@@ -13,7 +13,7 @@ from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation import intervals
 from capsule.figures.registry import FIGURES
-from capsule.page.dark_figures import PAPER
+from capsule.page.files import PAPER
 from capsule.recording import read_recording
 from support.browser import DESKTOP, PHONE, needed
 from support.project import ROOT

@@ -40,7 +40,7 @@ def values(index, detections, sites=(), columns=DETECTED, site_columns=SITE):
         pd.DataFrame(detections, columns=columns),
         pd.DataFrame(sites, columns=site_columns),
         "diagonal",
-        quality,
+        {name: quality(name) for name, *_ in index},
         5.0,
     )
 

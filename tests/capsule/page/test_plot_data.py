@@ -1,30 +1,195 @@
-"""The plot data of recordings are read as they were written, and hold what the report draws."""
+"""Tests of what the page holds of one recording alone: its signals and what was judged by."""
+
+import json
+
+import numpy as np
+import pytest
 
 from capsule.configuration import read_config_file
-from capsule.page.packing import deflated, to_json
-from capsule.page.plot_data import PlotData, plot_data, read_plot_data, write_plot_data
-from capsule.page.recording_evidence import RecordingResults, recording_evidence
+from capsule.detectors.beats import series_of
+from capsule.detectors.described import read_scorer
+from capsule.detectors.network import SERIES_ROWS, standardised
+from capsule.detectors.search import passage_of
+from capsule.page.packing import inflated
+from capsule.page.plot_data import (
+    STEP,
+    WIDTH,
+    along_gut,
+    peaks,
+    plot_data,
+    quality_words,
+    score_stretches,
+)
+from capsule.project import WEIGHTS
+from capsule.recording import read_recording
+from capsule.units import shares_at_ends
+from support.packed import unpack
 from support.project import ROOT
 from support.synthetic import make_recording
+from support.waves import wave_readings
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
+DIAGONAL = SETTINGS["diagonal"]
+CHECK = {"header": {}, "sha256": "0", "at_ends": [0.0] * 4}
 
 
-def test_plot_data_come_back_as_they_were(tmp_path):
-    drawn = {"3mm/r1": PlotData("no gap", "ab+/="), "3mm/r2": PlotData("gaps: 5 %", "cd")}
-    write_plot_data(tmp_path / "batch.json", drawn)
-    assert read_plot_data(tmp_path / "batch.json") == drawn
+def evidence_of(values, check=CHECK, stretches=None, **shape):
+    settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | shape}
+    made = plot_data("3mm/r01", values, check, stretches, 10.0, settings)
+    assert made["quality"] == "no gap, no loose sensor"
+    return json.loads(inflated(made["drawn"]))
 
 
-def test_a_batch_without_a_usable_recording_has_no_plot_data(tmp_path):
-    write_plot_data(tmp_path / "batch.json", {})
-    assert read_plot_data(tmp_path / "batch.json") == {}
+def test_peaks_say_how_high_when_and_how_long():
+    envelope = np.array([[0.5, 1.2, 2.0, 1.1], [0.1, 0.2, 0.3, 0.2]])
+    rows = peaks(envelope, np.array([0.0, 0.5, 1.0, 1.5]), 1.0)
+    assert rows == [[2.0, 1.0, 1.5], [0.3, 1.0, 0.0]]
 
 
-def test_they_are_the_quality_in_words_and_the_evidence_of_the_recording_alone():
-    values = make_recording(3.0, "3mm/r01", samples=300).values
-    check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
-    made = plot_data("3mm/r01", values, check, None, 10.0, SETTINGS)
-    assert made.quality.startswith("no gap")
-    alone = recording_evidence("3mm/r01", RecordingResults(values, check, None), 10.0, SETTINGS)
-    assert made.drawn == deflated(to_json(alone))
+def test_the_readings_stay_exact_and_the_smooth_signals_are_thinned():
+    values = make_recording(3, "3mm/r01", samples=600).values
+    drawn = evidence_of(values)
+    assert np.array_equal(unpack(drawn["readings"]), values)
+    assert drawn["envelope"]["every"] == drawn["matrix"]["every"] == 3
+    assert unpack(drawn["envelope"]).shape == unpack(drawn["matrix"]).shape == (4, 200)
+    assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
+
+
+def test_the_facts_are_those_of_the_file_and_its_header():
+    values = make_recording(3, "3mm/r01", samples=400).values
+    drawn = evidence_of(values, CHECK | {"header": {"site": "a"}})
+    assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0", "# site": "a"}
+
+
+def test_what_the_detectors_judged_by_goes_together():
+    recording = make_recording(3, "3mm/r01", samples=600)
+    stretches = 7.0, np.array([0.0, 1.0, 0.5])
+    check = CHECK | {"header": recording.header}
+    drawn = evidence_of(recording.values, check, stretches=stretches)
+    assert drawn["unit"] == "counts"
+    beats, losses = drawn["beats"], drawn["stretches"]
+    wave_s = SETTINGS["diagonal"]["wavelength_mm"] / SETTINGS["diagonal"]["wave_speed_mm_s"]
+    # The first stretch is two waves long and begins with the first beat.
+    assert losses["first_s"] - beats["first_s"] == pytest.approx(7 / 8 * wave_s, abs=1e-3)
+    assert losses["step_s"] == pytest.approx(wave_s / 2)
+    assert losses["score"] == 7.0
+    assert unpack(losses)[0] == pytest.approx([0.0, 1.0, 0.5], abs=0.003)
+    assert evidence_of(recording.values / 204.8)["unit"] == "V"
+
+
+def test_without_a_wave_there_are_no_beats_to_draw():
+    drawn = evidence_of(np.outer([1.0, 2.0, 3.0, 4.0], np.arange(60.0)), window=20)
+    assert drawn["beats"] is drawn["gut"] is drawn["stretches"] is None
+
+
+def gut_of(**wave):
+    """Return beats and gut as the page draws them, with their unpacked values."""
+    beats, gut = along_gut(wave_readings(**wave), 10, DIAGONAL)
+    return beats, gut, unpack(beats), unpack(gut)[0]
+
+
+@pytest.mark.parametrize("deeper", [0.0, 0.8])
+def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
+    passage = passage_of(wave_readings(deeper=deeper), 10, DIAGONAL)
+    beats, gut, _, evidence = gut_of(deeper=deeper)
+    assert evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
+    assert gut["step_mm"] * evidence.argmax() == passage.location_mm
+    assert beats["passed_s"][0] == round(passage.location_samples / 10, 2)
+
+
+def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_place():
+    beats, _, depth, _ = gut_of(deeper=0.8)
+    assert np.median(depth, axis=1) == pytest.approx(np.ones(4), abs=0.01)
+    deepest_s = beats["first_s"] + beats["step_s"] * depth.argmax(axis=1)
+    assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
+    assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)
+    assert depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
+
+
+def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
+    # The run ends before the fourth sensor reaches the place where the first three were pressed.
+    *passed, last = gut_of(samples=520, deeper=1.5)[0]["passed_s"]
+    assert None not in passed and last is None
+
+
+@pytest.fixture(scope="module")
+def scorer():
+    return read_scorer(WEIGHTS)
+
+
+def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(scorer):
+    series = np.zeros((4, 5, 40))
+    assert not standardised(series)[:, :SERIES_ROWS].any()
+    assert standardised(series)[:, SERIES_ROWS:].all()
+    score, loss = score_stretches(scorer, series)
+    assert score == scorer.features(series).score
+    assert not loss.any()
+
+
+def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score(scorer):
+    near_it, elsewhere = [], []
+    for path in sorted((ROOT / "raw" / "3mm").glob("r0*.csv")):
+        with path.open("rb") as stream:
+            values = read_recording(stream, 4).values
+        scored = score_stretches(scorer, series_of(values, 10, DIAGONAL))
+        drawn = evidence_of(values, stretches=scored)
+        passed_s = np.array(drawn["beats"]["passed_s"], dtype=float)[:, np.newaxis]
+        at_s = drawn["stretches"]["first_s"] + drawn["stretches"]["step_s"] * np.arange(
+            scored[1].size
+        )
+        near = np.nanmin(np.abs(at_s - passed_s), axis=0) < 4
+        near_it.append(scored[1][near].mean())
+        elsewhere.append(scored[1][~near].mean())
+    assert len(near_it) >= 5
+    assert np.mean(near_it) > 1.5 * np.mean(elsewhere) > 0
+
+
+@pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
+def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
+    _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
+    assert loss.size == max(beats - WIDTH, 0) // STEP + 1
+
+
+def test_what_cannot_be_scored_has_no_stretches(scorer):
+    assert score_stretches(scorer, None) is None
+    assert score_stretches(scorer, np.ones((3, 5, 40))) is None
+
+
+def readings(samples=200):
+    return 400.0 + np.arange(4 * samples).reshape(4, samples) % 37
+
+
+def quality(values):
+    return quality_words(values, shares_at_ends(values, {"adc_bits": "10"}), 10.0)
+
+
+def test_of_a_good_recording_nothing_is_said_but_that():
+    assert quality(readings()) == "no gap, no loose sensor"
+
+
+def test_gaps_are_told_by_their_share_and_the_longest_one():
+    values = readings()
+    values[:, 10:14] = np.nan
+    values[:, 50:62] = np.nan
+    text = quality(values)
+    assert text == "gaps: 8 % of the samples, the longest 1.2 s"
+
+
+def test_a_loose_sensor_is_named():
+    values = readings()
+    values[2, :40] = 0.0
+    values[3, :3] = 1023.0
+    values[1, 0] = 1023.0
+    assert quality(values) == (
+        "sensor 3 loose: at the end of its range in 20 % of the samples; "
+        "sensor 4 loose: at the end of its range in 1.5 % of the samples"
+    )
+
+
+def test_missing_samples_are_no_loose_sensor():
+    values = readings()
+    values[2, :40] = 0.0
+    values[:, 100:120] = np.nan
+    text = quality(values)
+    assert text.startswith("gaps: 10 % of the samples, the longest 2.0 s; sensor 3 loose")
+    assert "in 22.2 % of" in text

@@ -12,8 +12,7 @@ from capsule import files
 from capsule.evaluation import columns, learning, sites
 from capsule.figures.registry import FIGURES
 from capsule.page import files as page_files
-from capsule.page import methods, provenance, sections, survey_section
-from capsule.page.beside import FilesBeside
+from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
@@ -26,10 +25,11 @@ KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
 
 
-def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=(), stored=None):
+def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=(), write=None):
     """Put together what the page says of some recordings, each without signals."""
     tables = sections.Tables(
         index=index_of(*rows),
+        settings=CONFIG,
         passed_over=pd.DataFrame(columns=["path", "reason"]),
         detections=detections,
         sites=pd.DataFrame(verdicts_on_places, columns=sites.COLUMNS),
@@ -40,7 +40,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
         references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
     )
-    return sections.page_values(tables, stored or StoredResults(), CONFIG, SCHEMA, read_paper())
+    return sections.page_values(tables, StoredResults(), SCHEMA, read_paper(), write)
 
 
 def filled(page):
@@ -49,9 +49,9 @@ def filled(page):
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
     state, versions = provenance.ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
-    made |= {"software": methods.software_sentence(state, versions), "key": KEY}
+    made |= {"key": KEY}
     frame = page_files.read_frame(ROOT / "workflow" / "report")
-    none = survey_section.page_values([], {})
+    none = surveys.page_values([], {})
     return "".join(render_page(frame, {**page, "figures": figures, "surveys": none, **made}))
 
 
@@ -83,7 +83,7 @@ def test_every_accepted_recording_is_listed_and_carried(small):
 
 def test_the_template_says_what_the_values_say(small):
     page = filled(small)
-    assert small["summary"] in page.replace("&#39;", "'")
+    assert "On 2 recordings (1 without a nodule and 1 with one), the paper&#39;s detector" in page
     assert "<code>2mm/bad</code> the file is empty" in page
     assert "Made on 2024-06-03 12:30 UTC." in page
     assert '<tr data-recording="2mm/a" data-size="2 mm" data-outcome="within tolerance"' in page
@@ -137,16 +137,14 @@ def test_the_page_of_a_large_archive_tells_where_its_evidence_is_and_holds_none(
         ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
         ["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "bench", "bb", 70.0],
         detections=pd.DataFrame([verdict]),
-        stored=FilesBeside(
-            "report", ["00000-ab"], 32, {"unlabelled/a": "one gap, no loose sensor"}
-        ),
+        write=lambda rows, texts: {"folder": "report", "files": [len([*texts(rows)])], "each": 32},
     )
     assert page["evidence"] == []
-    told = {"folder": "report", "files": ["00000-ab"], "each": 32}
+    told = {"folder": "report", "files": [2], "each": 32}
     assert page["beside"] == json.loads(page["data"])["beside"] == told
     (patient,) = page["patients"]["rows"]
-    assert patient["quality"] == "one gap, no loose sensor"
-    assert filled(page).count("one gap, no loose sensor") == 1
+    assert patient["quality"] == "unlabelled/a: no gap, no loose sensor"
+    assert filled(page).count("no gap, no loose sensor") == 1
 
 
 def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate():

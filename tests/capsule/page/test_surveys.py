@@ -10,10 +10,8 @@ import pytest
 from capsule.figures.draw_survey import survey_drawing
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.geometry.origami import pitch, sensor_offsets, vertices
-from capsule.page.dark_figures import with_dark_colours
-from capsule.page.survey_player import capsule_outline, player
-from capsule.page.survey_section import page_values
-from capsule.page.survey_words import survey_values, title_of
+from capsule.page.files import with_dark_colours
+from capsule.page.surveys import capsule_outline, page_values, player, survey_values, title_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of

@@ -1,14 +1,16 @@
 """Compute the answers of the first screen: what a detector achieves on these recordings.
 
-`capsule.page.cards` puts them into words.
+The sentences around them are in workflow/report/sections/answer.html.j2, and in what it includes.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil
 
 import pandas as pd
 
+from capsule import words
+from capsule.evaluation.confounded import in_words
 from capsule.evaluation.intervals import (
     ONE_SIDED,
     mean_interval,
@@ -17,11 +19,14 @@ from capsule.evaluation.intervals import (
     rate,
     recordings_needed,
 )
+from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.kinds import Row, Settings
-from capsule.page.schemes import Scope
+from capsule.page.rates import Rates, Scope, sets_specificity
 
 # A specificity is called measured well enough with an interval of +-5 points.
 HALF_WIDTH = 0.05
+NO_INTERVAL = "no interval: fewer than three places"
+UNKNOWN = float("nan")
 
 
 @dataclass(frozen=True)
@@ -43,23 +48,24 @@ class Estimate:
     high: float
     hits: int
     of: int
-    at_least: float = float("nan")
+    at_least: float = UNKNOWN
 
+    def text(self) -> str:
+        """Return a rate with its interval in words."""
+        return f"{words.percent(self.value)} ({self.bounds()})" if self.of else words.UNKNOWN
 
-@dataclass(frozen=True)
-class Found:
-    """The share of the nodules of one size that are found.
+    def bounds(self) -> str:
+        """Return the interval of a rate in words, or that there is none."""
+        return words.interval(self.low, self.high) if words.is_known(self.low) else NO_INTERVAL
 
-    Attributes
-    ----------
-    size_mm : float
-        The size.
-    recall : Estimate
-        The share that is found.
-    """
+    def count(self) -> str:
+        """Return the counts in words."""
+        return words.count_of(self.hits, self.of)
 
-    size_mm: float
-    recall: Estimate
+    def in_hundred(self) -> tuple[str, str]:
+        """Return a share in 100, and the range of the share in 100 in words."""
+        value, low, high = map(_hundred, (self.value, self.low, self.high))
+        return value, f"{low} to {high}" if words.is_known(self.low) else NO_INTERVAL
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,9 @@ class SetSpecificity:
     mean : float
         The wanted specificity; with too few places, what such a threshold has on average.
     needed : int
-        How many healthy recordings would measure the wanted specificity to +-`HALF_WIDTH`.
+        How many healthy recordings would measure the wanted specificity to +-`half_width`.
+    half_width : float
+        Half the width of an interval that counts as measured.
     """
 
     wanted: float
@@ -87,23 +95,30 @@ class SetSpecificity:
     high: float
     mean: float
     needed: int
+    half_width: float = HALF_WIDTH
 
+    def cannot(self) -> bool:
+        """Return whether too few healthy places teach to promise the wanted specificity."""
+        return self.places < self.least_places
 
-@dataclass(frozen=True)
-class Meaning:
-    """The share of verdicts that are right, if a share of the places examined have a nodule.
+    def text(self) -> str:
+        """Return what the specificity is, and what a new patient may expect."""
+        promise = f"The threshold rests on {words.plural(self.places, 'healthy place')}."
+        if self.cannot():
+            promise = (
+                f"{words.percent(self.wanted)} cannot be promised: this takes {self.least_places} "
+                f"healthy places, and this archive has {self.places}. The threshold is their "
+                "highest score."
+            )
+        return (
+            f"{promise} A new patient may expect a specificity of "
+            f"{words.interval(self.low, self.high)} (central 90 %; approximate, because scores are "
+            "cross-validated)."
+        )
 
-    Attributes
-    ----------
-    prevalence : float
-        That share of the places.
-    detection, no_detection : Estimate
-        Positive and negative predictive value, over the sizes of the archive.
-    """
-
-    prevalence: float
-    detection: Estimate
-    no_detection: Estimate
+    def aim(self) -> tuple[str, str]:
+        """Return the verbs for an aim that a threshold reaches on average, or cannot promise."""
+        return ("meant for", "aims at") if self.cannot() else ("set for", "set to")
 
 
 @dataclass(frozen=True)
@@ -114,11 +129,8 @@ class Answers:
     ----------
     scheme : str
         The scheme.
-    reliable_rate : float
-        A size is reliably found if the lower bounds of its sensitivity and of the specificity
-        reach this rate, and those of every larger size too.
-    found : tuple of Found
-        The sizes of which a recording was judged, ascending.
+    found : dict of float to Estimate
+        The share of the nodules of each judged size that is found, by size in mm, ascending.
     any_size : Estimate
         The share of all nodules that is found.
     smallest_mm : float or None
@@ -130,12 +142,11 @@ class Answers:
         Share of the recordings without a nodule that have this verdict.
     set_specificity : SetSpecificity or None
         Set if the threshold sets the specificity, so that `specificity` says nothing.
-    meaning : Meaning or None
-        None if there is no recording without a nodule, or none with one.
+    meaning : (Estimate, Estimate) or None
+        Positive and negative predictive value, over the sizes of the archive. None if there is no
+        recording without a nodule, or none with one.
     nodules, healthy : Scope
         For which recordings the rates of nodules and of healthy recordings hold.
-    tolerance_mm : float
-        Allowed error of the size.
     within : Estimate
         Share of the recordings of nodules whose size is right within the tolerance.
     size_error_mm : Estimate
@@ -148,142 +159,103 @@ class Answers:
     """
 
     scheme: str
-    reliable_rate: float
-    found: tuple[Found, ...]
+    found: dict[float, Estimate]
     any_size: Estimate
     smallest_mm: float | None
     healthy_wanting: bool
     specificity: Estimate
     set_specificity: SetSpecificity | None
-    meaning: Meaning | None
+    meaning: tuple[Estimate, Estimate] | None
     nodules: Scope
     healthy: Scope
-    tolerance_mm: float
     within: Estimate
     size_error_mm: Estimate
-    unlike: int = 0
-    confounded: str = ""
+    unlike: int
+    confounded: str
 
-    def if_confounded(self, what: str) -> "Answers":
-        """Return the answers that stay if `what` follows from the header; all, if nothing does."""
-        if not what:
-            return self
-        return replace(self, confounded=what, smallest_mm=None, healthy_wanting=False, meaning=None)
+    def found_lines(self) -> list[str]:
+        """Return the share found of each size, and of all if there are several, in words."""
+        named = [(words.size(size_mm), each) for size_mm, each in self.found.items()]
+        named += [("all sizes", self.any_size)] if len(named) > 1 else []
+        return [f"{name}: {each.text()}, {each.count()}" for name, each in named]
 
-    @property
-    def judged(self) -> bool:
-        """Return whether any recording of a nodule of known size was judged."""
-        return bool(self.found)
-
-
-@dataclass(frozen=True)
-class PaperAnswers:
-    """The results of the paper on its recordings, by the same rules.
-
-    Attributes
-    ----------
-    smallest_mm : float or None
-        From `smallest_reliable_size`.
-    specificity : Estimate
-        Computed from the paper's counts.
-    sizes_mm : tuple of float
-        The sizes for which the paper gives sizing rates, ascending.
-    within : Estimate
-        Share of right sizes over these sizes, within the paper's tolerance.
-    same_tolerance : bool
-        Whether the paper's tolerance equals the configured one.
-    ours_within : Estimate or None
-        Our share over these sizes; None if this archive lacks one of them.
-    """
-
-    smallest_mm: float | None
-    specificity: Estimate
-    sizes_mm: tuple[float, ...]
-    within: Estimate
-    same_tolerance: bool
-    ours_within: Estimate | None
+    def meaning_lines(self) -> list[str]:
+        """Return the share of each verdict that is right, in words."""
+        pairs = zip(("detections", "verdicts of no nodule"), self.meaning or (), strict=False)
+        return [
+            f"Of 100 {what}, {each.in_hundred()[0]} are right ({each.in_hundred()[1]})."
+            for what, each in pairs
+            if words.is_known(each.value)
+        ]
 
 
-def our_answers(
-    tables: Mapping[str, pd.DataFrame],
-    predictions: pd.DataFrame,
-    settings: Settings,
-    confidence: float,
-    scheme: str,
-    scopes: tuple[Scope, Scope],
-    set_by: SetSpecificity | None,
-) -> Answers:
-    """Return a detector's results on these recordings.
+def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = None) -> Answers:
+    """Return a detector's results by one scheme.
 
     Parameters
     ----------
-    tables : mapping of str to DataFrame
-        ``detection``, ``specificity``, ``sizing``, ``summary`` and ``predictive_values`` of the
-        detector and one scheme.
-    predictions : DataFrame
-        The verdicts of that detector and scheme.
-    settings : mapping
-        Sections ``evaluation`` and ``report`` of the configuration.
-    confidence : float
-        Level of the intervals of the tables.
-    scheme : str
-        The scheme.
-    scopes : (Scope, Scope)
-        For which recordings the rates of nodules and of healthy recordings hold.
-    set_by : SetSpecificity or None
-        From `set_specificity`, if the threshold sets the specificity.
+    rates : Rates
+        The tables.
+    detector, scheme : str
+        Their names.
+    lead : Lead, optional
+        The leading detector: its intervals are corrected for having been chosen.
     """
-    reliable_rate = settings["report"]["reliable_rate"]
-    found = sizes_found(tables["detection"])
-    specific = specificity(tables["specificity"])
+    rules, reliable_rate = rates.settings["evaluation"], rates.settings["report"]["reliable_rate"]
+    tables, level = rates.of(detector, scheme), rules["confidence"]
+    if lead and lead.detector == detector:
+        level = headline_confidence(lead, scheme, level)
+    if level != rules["confidence"]:
+        tables = rates.at(detector, scheme, level)
+    set_by = set_specificity(rates, scheme) if sets_specificity(detector, scheme) else None
+    found, specific = sizes_found(tables["detection"]), specificity(tables["specificity"])
     quiet = specific.at_least if set_by is None else set_by.low
-    smallest_mm = smallest_reliable_size(found, quiet, reliable_rate)
-    no_healthy = specific.of == 0 and set_by is None
     any_reliable = smallest_reliable_size(found, 1.0, reliable_rate) is not None
+    verdicts, sizing = rates.verdicts(detector, scheme), tables["sizing"]
+    confounded, (nodules, healthy) = in_words(rates.confounded), rates.scopes(scheme)
+
+    def pooled(name: str, hits: int, of: int) -> Estimate:
+        if tables["summary"].empty or not of:
+            return Estimate(*rate(hits, of, level), hits, of)
+        return _estimate(tables["summary"].iloc[0], name, hits, of)
+
     return Answers(
         scheme=scheme,
-        reliable_rate=reliable_rate,
         found=found,
-        any_size=_pooled(
-            tables["summary"],
+        any_size=pooled(
             "sensitivity",
-            sum(each.recall.hits for each in found),
-            sum(each.recall.of for each in found),
-            confidence,
+            sum(each.hits for each in found.values()),
+            sum(each.of for each in found.values()),
         ),
-        smallest_mm=smallest_mm,
-        healthy_wanting=no_healthy and any_reliable,
+        smallest_mm=(None if confounded else smallest_reliable_size(found, quiet, reliable_rate)),
+        healthy_wanting=(not confounded and specific.of == 0 and set_by is None and any_reliable),
         specificity=specific,
         set_specificity=set_by,
-        meaning=_meaning(tables["predictive_values"], set_by),
-        nodules=scopes[0],
-        healthy=scopes[1],
-        tolerance_mm=settings["evaluation"]["tolerance_mm"],
-        within=_pooled(
-            tables["summary"],
-            "within_rate",
-            int(tables["sizing"]["within"].sum()),
-            int(tables["sizing"]["recordings"].sum()),
-            confidence,
-        ),
-        size_error_mm=mean_size_error(predictions, confidence),
-        unlike=int(predictions.get("familiar", pd.Series()).eq("no").sum()),
+        meaning=None if confounded else _meaning(tables["predictive_values"], set_by),
+        nodules=nodules,
+        healthy=healthy,
+        within=pooled("within_rate", int(sizing["within"].sum()), int(sizing["recordings"].sum())),
+        size_error_mm=mean_size_error(verdicts, level),
+        unlike=int(verdicts.get("familiar", pd.Series()).eq("no").sum()),
+        confounded=confounded,
     )
 
 
-def set_specificity(places: int, wanted: float, confidence: float) -> SetSpecificity | None:
+def set_specificity(rates: Rates, scheme: str) -> SetSpecificity | None:
     """Return what a threshold at a rank of healthy places promises; None without such a place."""
+    rules, places = rates.settings["evaluation"], rates.healthy_places(scheme)
     if not places:
         return None
+    wanted = rules["specificity"]
     low, high = new_specificity(places, wanted)
-    needed = recordings_needed(wanted, HALF_WIDTH, confidence)
+    needed = recordings_needed(wanted, HALF_WIDTH, rules["confidence"])
     # As few as reach it on average: the mean of Beta(n, 1) is n / (n + 1).
     least = ceil(wanted / (1 - wanted) - 1e-9)
     mean = wanted if places >= least else places / (places + 1)
     return SetSpecificity(wanted, places, least, low, high, mean, needed)
 
 
-def sizes_found(detection: pd.DataFrame) -> tuple[Found, ...]:
+def sizes_found(detection: pd.DataFrame) -> dict[float, Estimate]:
     """Return how often the nodules of each size are found, for the sizes that were judged.
 
     Parameters
@@ -292,10 +264,10 @@ def sizes_found(detection: pd.DataFrame) -> tuple[Found, ...]:
         Counts and recall per size, of one detector and scheme.
     """
     rows = detection[detection["tp"] + detection["fn"] > 0].sort_values("size_mm")
-    return tuple(
-        Found(float(row["size_mm"]), _estimate(row, "recall", row["tp"], row["tp"] + row["fn"]))
+    return {
+        float(row["size_mm"]): _estimate(row, "recall", row["tp"], row["tp"] + row["fn"])
         for row in rows.to_dict("records")
-    )
+    }
 
 
 def recordings_to_show(level: float) -> int:
@@ -307,7 +279,9 @@ def recordings_to_show(level: float) -> int:
     return ceil(square * level / (1 - level) - 1e-9)
 
 
-def _meaning(table: pd.DataFrame, set_by: SetSpecificity | None) -> Meaning | None:
+def _meaning(
+    table: pd.DataFrame, set_by: SetSpecificity | None
+) -> tuple[Estimate, Estimate] | None:
     """Return the predictive values over all sizes; the table has an empty size for these.
 
     Where the threshold sets the specificity, they follow from the set one (Bayes' rule), and their
@@ -317,18 +291,15 @@ def _meaning(table: pd.DataFrame, set_by: SetSpecificity | None) -> Meaning | No
     if rows.empty:
         return None
     row = rows.iloc[0]
-    prevalence, sensitivity = float(row["prevalence"]), float(row["sensitivity"])
     if set_by is None:
         ppv, npv = (_estimate(row, name, 0, 1) for name in ("ppv", "npv"))
     else:
         value, low, high = (
-            predictive_values(sensitivity, each, prevalence)
+            predictive_values(float(row["sensitivity"]), each, float(row["prevalence"]))
             for each in (set_by.mean, set_by.low, set_by.high)
         )
         ppv, npv = (Estimate(value[n], low[n], high[n], 0, 1) for n in (0, 1))
-    if not (ppv.value >= 0 or npv.value >= 0):
-        return None
-    return Meaning(prevalence, ppv, npv)
+    return (ppv, npv) if ppv.value >= 0 or npv.value >= 0 else None
 
 
 def predictive_values(
@@ -337,18 +308,10 @@ def predictive_values(
     """Return positive and negative predictive value by Bayes' rule; NaN without such a verdict."""
     right, alarms = sensitivity * prevalence, (1 - specificity) * (1 - prevalence)
     quiet, missed = specificity * (1 - prevalence), (1 - sensitivity) * prevalence
-    unknown = float("nan")
     return (
-        right / (right + alarms) if right + alarms else unknown,
-        quiet / (quiet + missed) if quiet + missed else unknown,
+        right / (right + alarms) if right + alarms else UNKNOWN,
+        quiet / (quiet + missed) if quiet + missed else UNKNOWN,
     )
-
-
-def _pooled(summary: pd.DataFrame, name: str, hits: int, of: int, confidence: float) -> Estimate:
-    """Return a rate over all nodules, with the interval of the table where it has the rate."""
-    if summary.empty or not of:
-        return Estimate(*rate(hits, of, confidence), hits, of)
-    return _estimate(summary.iloc[0], name, hits, of)
 
 
 def paper_answers(
@@ -356,8 +319,8 @@ def paper_answers(
     our_sizing: pd.DataFrame,
     settings: Settings,
     printed_tolerance_mm: float,
-) -> PaperAnswers:
-    """Return the paper's results, with ours over the same sizes.
+) -> dict[str, str]:
+    """Return the results of the paper on its recordings in words, by the same rules.
 
     Parameters
     ----------
@@ -369,35 +332,43 @@ def paper_answers(
         Sections ``evaluation`` and ``report`` of the configuration.
     printed_tolerance_mm : float
         The tolerance of the paper's rates.
+
+    Returns
+    -------
+    dict of str to str
+        The paper's answer on each card, by the card's ``id``.
     """
-    confidence = settings["evaluation"]["confidence"]
-    sizes_mm = tuple(sorted(paper["sizing"]["size_mm"]))
-    ours_within = None
-    if set(sizes_mm) <= set(our_sizing["size_mm"]):
-        ours_within = within_tolerance(our_sizing, confidence, sizes_mm)
-    specific = specificity(paper["specificity"])
-    return PaperAnswers(
-        smallest_mm=smallest_reliable_size(
-            sizes_found(paper["detection"]),
-            specific.at_least,
-            settings["report"]["reliable_rate"],
-        ),
-        specificity=specific,
-        sizes_mm=sizes_mm,
-        within=within_tolerance(paper["sizing"], confidence),
-        same_tolerance=settings["evaluation"]["tolerance_mm"] == printed_tolerance_mm,
-        ours_within=ours_within,
+    confidence, tolerance = (settings["evaluation"][k] for k in ("confidence", "tolerance_mm"))
+    specific, sizes_mm = specificity(paper["specificity"]), sorted(paper["sizing"]["size_mm"])
+    smallest_mm = smallest_reliable_size(
+        sizes_found(paper["detection"]), specific.at_least, settings["report"]["reliable_rate"]
     )
+    size = "none" if smallest_mm is None else f"{words.size(smallest_mm)} and larger"
+    within = within_tolerance(paper["sizing"], confidence).text()
+    if tolerance != printed_tolerance_mm:
+        compared = ", with another tolerance"
+    elif set(sizes_mm) <= set(our_sizing["size_mm"]):
+        ours = within_tolerance(our_sizing, confidence, sizes_mm).value
+        compared = f"; here over the same sizes {words.percent(ours)}"
+    else:
+        compared = "; this archive lacks some of these sizes"
+    over = words.enumerate_words([f"{size_mm:g}" for size_mm in sizes_mm])
+    return {
+        "specificity": f"{specific.text()}, computed from its counts; the paper does not print it",
+        "found": f"{size}, by the same rule",
+        "meaning": "not given",
+        "within": f"{within} over {over} mm{compared}",
+    }
 
 
 def smallest_reliable_size(
-    found: Sequence[Found], specificity: float, level: float
+    found: dict[float, Estimate], specificity: float, level: float
 ) -> float | None:
     """Return the smallest size from which every size is reliably found.
 
     Parameters
     ----------
-    found : sequence of Found
+    found : dict of float to Estimate
         How often each size is found, ascending.
     specificity : float
         Lower bound of the specificity. Without it, a detector that reports a nodule everywhere
@@ -415,10 +386,10 @@ def smallest_reliable_size(
     # A comparison with NaN is false: an unknown rate is not reliable.
     if not specificity >= level - 1e-9:
         return smallest
-    for each in reversed(found):
-        if not each.recall.at_least >= level - 1e-9:
+    for size_mm in reversed(found):
+        if not found[size_mm].at_least >= level - 1e-9:
             break
-        smallest = each.size_mm
+        smallest = size_mm
     return smallest
 
 
@@ -469,8 +440,7 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
 def specificity(table: pd.DataFrame) -> Estimate:
     """Return the specificity from the only row of its table; NaN if the table is empty."""
     if table.empty:
-        unknown = float("nan")
-        return Estimate(unknown, unknown, unknown, 0, 0)
+        return Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, 0)
     row = table.iloc[0]
     return _estimate(row, "specificity", row["true_negatives"], row["healthy"])
 
@@ -479,3 +449,11 @@ def _estimate(row: Row, name: str, hits: float, of: float) -> Estimate:
     value, low, high = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
     at_least = float(row.get(f"{name}_at_least", "nan"))
     return Estimate(value, low, high, int(hits), int(of), at_least)
+
+
+def _hundred(share: float) -> str:
+    """Return a share in 100; with a decimal near 0 and 100, which it never reaches by rounding."""
+    count = 100 * share
+    if 1.5 <= count < 98.5 or count in (0, 100):
+        return words.number(count, 0)
+    return words.probability(share).removesuffix(" %")

@@ -1,21 +1,150 @@
-"""Compare the detectors: one table per scheme, one column per detector."""
+"""Compare the detectors: one table per scheme, one column per detector; and on other benches."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
 
 import pandas as pd
 
 from capsule import words
-from capsule.detectors.registry import DETECTORS, detector_row
+from capsule.detectors.registry import DETECTORS
 from capsule.evaluation.cross_validation import RESUBSTITUTION
 from capsule.evaluation.measures import ALWAYS
-from capsule.kinds import Cells, Settings
+from capsule.kinds import Cells, Row, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
-from capsule.page.compared_rows import GROUPS, Row
-from capsule.page.schemes import sets_specificity
+from capsule.page.rates import sets_specificity
 
 NOT_APPLICABLE = plain_cell(None, words.NOT_APPLICABLE)
+BASELINE = "baseline: calls everything a nodule"
 REFERENCE = plain_cell(None, "reference")
+# The part of a bench that neither taught a detector nor chose anything about it.
+JUDGED_ONLY = "judged only"
+RATES = ("specificity", "recall at 1 mm", "recall from 2 mm")
 Judgements = Mapping[str, pd.DataFrame]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A row of the comparison: one measure, one cell per detector.
+
+    Attributes
+    ----------
+    title : str
+        The heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
+    table : str
+        The table with its values, one of `capsule.evaluation.measures`.
+    cell : callable
+        Makes a cell from a row of that table.
+    sizes : {"all", "healthy", "each", "smallest"}
+        The recordings that count: all with a nodule, those without one, or those of one size
+        (one row for each size, or one row for the smallest).
+    measure : str
+        In the table of differences, the measure that is compared; empty for other tables.
+    of_specificity : bool
+        Whether the row rests on the specificity alone, which a learned threshold may set.
+    """
+
+    title: str
+    table: str
+    cell: Callable[[Row], Cells]
+    sizes: Literal["all", "healthy", "each", "smallest"] = "all"
+    measure: str = ""
+    of_specificity: bool = False
+
+
+def rate_of(name: str) -> Callable[[Row], Cells]:
+    """Return a function that makes a cell from the rate in a column."""
+    return partial(rate_cell_of, name=name)
+
+
+def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Row], Cells]:
+    """Return a function that makes a cell from the number in a column, with its unit.
+
+    Parameters
+    ----------
+    name : str
+        Start of the names of the three columns (value, ``_low`` and ``_high``).
+    unit : str, optional
+        Text after the number; it begins with a space.
+    end : str, optional
+        End of these names, such as ``_mm``.
+    """
+    return partial(_number_cell, name=name, unit=unit, end=end)
+
+
+def _number_cell(row: Row, name: str, unit: str, end: str) -> Cells:
+    value, low, high = (row[f"{name}{part}{end}"] for part in ("", "_low", "_high"))
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    interval = f"{words.number(low)} to {words.number(high)}{unit}" if words.is_known(low) else ""
+    return plain_cell(float(value), words.number(value) + unit, interval)
+
+
+def _brier(row: Row) -> Cells:
+    """Return the Brier score, and the score of always stating the prevalence."""
+    uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
+    return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
+
+
+def _size_error(row: Row) -> Cells:
+    """Return the mean absolute error of the size, and the number of nodules that it covers."""
+    cell = _number_cell(row, "absolute_error", " mm", "_mm")
+    return cell | {"count": words.count_of(row["detected"], row["recordings"])}
+
+
+def _location_error(row: Row) -> Cells:
+    """Return the median error of the place, and the number of recordings that it covers."""
+    cell = _number_cell(row, "median_absolute_error_mm", " mm", "")
+    return cell | {"count": words.plural(int(row["recordings"]), "recording")}
+
+
+def difference(row: Row) -> Cells:
+    """Return the difference of two rates, with the p value of McNemar's test."""
+    value = row["difference"]
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    bounds = f"{words.points(row['difference_low'])} to {words.points(row['difference_high'])}"
+    return plain_cell(float(value), words.points(value), bounds, words.p_value(row["mcnemar_p"]))
+
+
+_differs = partial(Measure, table="comparison", cell=difference)
+
+# The rows under each heading, in which {prevalence} and {reference} are filled in.
+GROUPS = {
+    "Finding a nodule": (
+        Measure("Specificity", "summary", rate_of("specificity"), of_specificity=True),
+        Measure("Sensitivity, any nodule", "summary", rate_of("sensitivity")),
+        Measure("Sensitivity, {size}", "predictive_values", rate_of("sensitivity"), "each"),
+        Measure("Balanced accuracy", "summary", rate_of("balanced_accuracy")),
+    ),
+    "Size and place of a nodule": (
+        Measure("Exact size, of all nodules", "summary", rate_of("exact_rate")),
+        Measure("Within {tolerance}, of all nodules", "summary", rate_of("within_rate")),
+        Measure("Mean absolute error, of those found", "size_error", _size_error),
+        Measure("Bias, of those found", "size_error", number_of("bias", " mm", "_mm")),
+        Measure("Median error of the place", "localisation", _location_error),
+    ),
+}
+# Those that are folded away, because most readers do not need them.
+FOLDED_GROUPS = {
+    "Ranking by the score, for all thresholds": (
+        Measure("AUC, any nodule against none", "auc", number_of("auc")),
+        Measure("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
+    ),
+    "Meaning of a verdict if {prevalence} of the places have a nodule": (
+        Measure("Positive predictive value", "predictive_values", rate_of("ppv")),
+        Measure("Negative predictive value", "predictive_values", rate_of("npv")),
+        Measure("Brier score of the probability", "brier", _brier),
+    ),
+    "Difference from {reference}, on the same recordings": (
+        _differs("Sensitivity, difference", measure="detection"),
+        _differs(
+            "Specificity, difference", sizes="healthy", measure="detection", of_specificity=True
+        ),
+        _differs("Within {tolerance}, difference", measure="size_within_tolerance"),
+    ),
+}
 
 
 def page_values(
@@ -37,42 +166,41 @@ def page_values(
     Returns
     -------
     dict
-        ``compared``, ``calibration``, ``silent`` and ``prevalence``.
+        ``compared``, for each scheme that has a verdict ``scheme``, ``title``, ``recordings``,
+        ``detectors``, and the rows in ``groups`` and ``folded_groups``. ``calibration``, stated and
+        observed frequencies of nodules, with ``detector``, ``stated`` (the range), ``recordings``,
+        ``mean`` and the ``observed`` cell. ``silent``, which detectors gave no verdict, and
+        ``needs``, what some of them need. ``prevalence``.
     """
-    judged = settings["evaluation"]
+    judged, calibration = settings["evaluation"], judgements["calibration"]
+    verdicts = judgements["summary"].query("scheme == @schemes[0]")
     # By resubstitution a detector is better the more it remembers: it compares nothing.
     honest = [name for name in schemes if name != RESUBSTITUTION] or list(schemes)
     return {
-        "compared": compared(judgements, honest, judged, lead),
-        "calibration": calibration_rows(judgements["calibration"], schemes[0]),
-        "silent": silent(judgements, schemes[0], settings["detectors"]),
+        "compared": _compared(judgements, honest, judged, lead),
+        "calibration": [
+            {
+                "detector": row["detector"],
+                "stated": words.interval(row["stated_low"], row["stated_high"]),
+                "recordings": int(row["recordings"]),
+                "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
+                "observed": rate_cell_of(row, "observed"),
+            }
+            for row in calibration[calibration["scheme"] == schemes[0]].to_dict("records")
+        ],
+        "silent": [
+            name for name in settings["detectors"] if name not in verdicts["detector"].array
+        ],
+        "needs": [(row.name, row.needs) for row in DETECTORS.values() if row.needs],
         "prevalence": words.percent(judged["prevalence"]),
     }
 
 
-def compared(
+def _compared(
     judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
 ) -> list[Cells]:
-    """Return the comparison of the detectors, one table per scheme.
-
-    Parameters
-    ----------
-    judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.measures`, by name.
-    schemes : sequence of str
-        The schemes to show, in this order; a scheme without a verdict is left out.
-    settings : mapping
-        Section ``evaluation`` of the configuration.
-    lead : str
-        The leading detector, whose column is the first.
-
-    Returns
-    -------
-    list of dict
-        For each scheme: ``scheme``, ``title``, ``recordings``, ``detectors``, and the rows in
-        ``groups`` and in ``folded_groups``.
-    """
     compared_schemes = []
+    sentences = {row.name: row.sentence for row in DETECTORS.values()}
     for scheme in schemes:
         tables = {
             name: table[table["scheme"] == scheme]
@@ -80,32 +208,33 @@ def compared(
             if "scheme" in table
         }
         judged = list(tables["summary"]["detector"])
-        detectors = sorted(judged, key=lambda name: name != lead)
         if judged:
-            reference = judged[0]
+            # Differences are from the first in the configuration.
+            names = judged[:1] + sorted(judged, key=lambda name: name != lead)
             count = int(tables["summary"]["recordings"].max())
             compared_schemes.append(
                 {
                     "scheme": scheme,
                     "title": words.scheme(scheme),
                     "recordings": words.plural(count, "recording"),
-                    "detectors": [{"name": name, "words": _sentence(name)} for name in detectors],
-                    "groups": _groups(tables, detectors, reference, settings, folded=False),
-                    "folded_groups": _groups(tables, detectors, reference, settings, folded=True),
+                    "detectors": [
+                        {"name": name, "words": BASELINE if name == ALWAYS else sentences[name]}
+                        for name in names[1:]
+                    ],
+                    "groups": _filled(GROUPS, tables, names, settings),
+                    "folded_groups": _filled(FOLDED_GROUPS, tables, names, settings),
                 }
             )
     return compared_schemes
 
 
-def _groups(
+def _filled(
+    groups: Mapping[str, tuple[Measure, ...]],
     tables: Judgements,
-    detectors: Sequence[str],
-    reference: str,
+    names: Sequence[str],
     settings: Settings,
-    *,
-    folded: bool,
 ) -> list[Cells]:
-    """Return the filled rows of `compared_rows.GROUPS`; differences are from `reference`."""
+    """Return the filled rows of groups; `names` are the reference, and the columns."""
     sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
     sizes_of: dict[str, list[float | None]] = {
         "all": [None],
@@ -114,44 +243,44 @@ def _groups(
         "smallest": sizes_mm[:1],
     }
     filled_in = {
-        "reference": reference,
+        "reference": names[0],
         "tolerance": f"{settings['tolerance_mm']:g} mm",
         "prevalence": words.percent(settings["prevalence"]),
     }
     return [
         {
-            "title": group.title.format(**filled_in),
+            "title": title.format(**filled_in),
             "rows": [
                 {
                     "title": row.title.format(**filled_in, size=words.size(size_mm)),
-                    "cells": _cells(
-                        tables[row.table], row, size_mm, detectors, reference, settings
-                    ),
+                    "cells": _cells(tables[row.table], row, size_mm, names, settings),
                 }
-                for row in group.rows
+                for row in rows
                 for size_mm in sizes_of[row.sizes]
             ],
         }
-        for group in GROUPS
-        if group.folded == folded
+        for title, rows in groups.items()
     ]
 
 
 def _cells(
     table: pd.DataFrame,
-    row: Row,
+    row: Measure,
     size_mm: float | None,
-    detectors: Sequence[str],
-    reference: str,
+    names: Sequence[str],
     settings: Settings,
 ) -> list[Cells]:
     """Return a row's cells, one per detector."""
+    reference, *detectors = names
     by_detector = {}
     if row.measure:
         table = table[(table["first"] == reference) & (table["measure"] == row.measure)]
         table = table.rename(columns={"second": "detector"})
         by_detector[reference] = REFERENCE
-    for values in _of_size(table, size_mm):
+    if "size_mm" in table:
+        size = pd.to_numeric(table["size_mm"])
+        table = table[size.isna() if size_mm is None else size == size_mm]
+    for values in table.to_dict("records"):
         cell = row.cell(values)
         if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):
             # The threshold sets it: its interval and its differences say nothing.
@@ -163,55 +292,35 @@ def _cells(
     return [by_detector.get(name, NOT_APPLICABLE) for name in detectors]
 
 
-def _of_size(table: pd.DataFrame, size_mm: float | None) -> list[Cells]:
-    if "size_mm" in table:
-        size = pd.to_numeric(table["size_mm"])
-        table = table[size.isna() if size_mm is None else size == size_mm]
-    rows: list[Cells] = table.to_dict("records")
-    return rows
+def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
+    """Return what the page says about other benches.
 
-
-def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str:
-    """Return a sentence on the detectors that judged no labelled recording, and why."""
-    table = judgements["summary"]
-    judged = set(table.loc[table["scheme"] == scheme, "detector"])
-    names = [name for name in detectors if name not in judged]
-    if not names:
-        return ""
-    verb = "has" if len(names) == 1 else "have"
-    needs = "".join(
-        f"; {row.name} also needs {row.needs}" for row in DETECTORS.values() if row.needs
-    )
-    return (
-        f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. The "
-        "place under test does not teach. So a threshold needs at least two healthy "
-        f"places, and a size needs at least two with a nodule{needs}."
-    )
-
-
-def _sentence(name: str) -> str:
-    """Return how a detector, or the baseline, decides."""
-    if name == ALWAYS:
-        return "baseline: calls everything a nodule"
-    return detector_row(name).sentence
-
-
-def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[Cells]:
-    """Return stated and observed frequencies of nodules, one row per bin, of one scheme.
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Each detector's worst, middle and best bench, from workflow/report/benches.csv. Those whose
+        ``part`` is not `JUDGED_ONLY` are left out.
+    detectors : sequence of str
+        The detectors that judge this archive.
 
     Returns
     -------
-    list of dict
-        ``detector``, ``stated`` (the range), ``recordings``, ``mean`` and the ``observed`` cell.
+    dict
+        ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``, and
+        ``bench_ranges``, the rates of each detector by ``which``.
     """
-    rows = calibration[calibration["scheme"] == scheme].to_dict("records")
-    return [
+    shown = [
         {
             "detector": row["detector"],
-            "stated": words.interval(row["stated_low"], row["stated_high"]),
-            "recordings": int(row["recordings"]),
-            "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
-            "observed": rate_cell_of(row, "observed"),
+            "which": row["of the benches the"],
+            "bench": row["bench"],
+            "rates": [words.percent(float(row[name])) for name in RATES],
         }
         for row in rows
+        if row["detector"] in detectors and row.get("part") == JUDGED_ONLY
     ]
+    ranges: dict[str, Cells] = {}
+    for row in shown:
+        of_detector = {"detector": row["detector"], "least specific": None}
+        ranges.setdefault(row["detector"], of_detector)[row["which"]] = row["rates"]
+    return {"bench_rows": shown, "bench_ranges": list(ranges.values())}

@@ -1,101 +1,34 @@
-"""Make each detector's section of the page: answers, rates beside the paper's, confusions."""
+"""Collect what the page says of each detector: answers, rates beside the paper's, and methods."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
-from capsule.evaluation.confounded import Confounded, confounded_keys, in_words
-from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
+from capsule.evaluation import paper
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
+from capsule.evaluation.intervals import ONE_SIDED
 from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.evaluation.measures import predictive, summary
-from capsule.evaluation.paper import TABLES, Evaluation
-from capsule.evaluation.rates import of_each, rate_tables
-from capsule.held_out import places_of
 from capsule.kinds import Cells, Settings
-from capsule.page import answers, cards, cells, provenance, schemes, trust
+from capsule.page import provenance
+from capsule.page.answers import (
+    Answers,
+    answers_of,
+    paper_answers,
+    recordings_to_show,
+    set_specificity,
+)
+from capsule.page.cells import plain_cell, rate_table
+from capsule.page.rates import Rates, scheme_note, table_note
 
-# The tables of a detector and a scheme that its answers need, besides those of `Evaluation`.
-_COMPARED = ("summary", "predictive_values")
-
-
-@dataclass(frozen=True)
-class Rates:
-    """All tables of rates, with the recordings behind them.
-
-    Attributes
-    ----------
-    evaluation : Evaluation
-        The rates, ours and the paper's.
-    judgements : mapping of str to DataFrame
-        The tables that compare the detectors, by name.
-    index : DataFrame
-        results/recordings.csv.
-    settings : mapping
-        The configuration.
-    """
-
-    evaluation: Evaluation
-    judgements: Mapping[str, pd.DataFrame]
-    index: pd.DataFrame
-    settings: Settings
-
-    @property
-    def held_out(self) -> list[str]:
-        """Return the sessions that are held out."""
-        return list(self.settings["evaluation"].get("held_out", ()))
-
-    @property
-    def schemes(self) -> list[str]:
-        """Return the schemes of the page; the first is shown first."""
-        configured = self.settings["evaluation"]["schemes"]
-        return schemes.shown_schemes(self.evaluation.predictions, configured)
-
-    @cached_property
-    def confounded(self) -> list[Confounded]:
-        """Return the keys of the header from which nodules or their sizes follow."""
-        return confounded_keys(_rows_of(self.index), self.held_out)
-
-    def recordings(self, scheme: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Return the rows of the index that a scheme judges, and those that teach."""
-        return schemes.judged_and_teaching(scheme, self.index, self.held_out)
-
-    def of(self, detector: str, scheme: str) -> dict[str, pd.DataFrame]:
-        """Return a detector's rows of all tables, by one scheme."""
-        tables = {name: self.evaluation.tables[name] for name in TABLES}
-        tables |= {name: self.judgements[name] for name in _COMPARED}
-        return {
-            name: table[(table["detector"] == detector) & (table["scheme"] == scheme)]
-            for name, table in tables.items()
-        }
-
-    def at(self, detector: str, scheme: str, confidence: float) -> dict[str, pd.DataFrame]:
-        """Return the tables of a detector with intervals of another level than the configured."""
-        rules = {**self.settings["evaluation"], "confidence": confidence}
-        rows = self.verdicts(detector, scheme)
-        index = _rows_of(self.index[self.index["status"] == "accepted"])
-        tables = rate_tables(rows, self.evaluation.sizes_mm(), rules, index)
-        each = list(of_each(rows, index))
-        made = {
-            "summary": summary(each, rules["tolerance_mm"], confidence) if each else (),
-            "predictive_values": (
-                key | row
-                for key, judged in each
-                for row in predictive(judged, rules["prevalence"], confidence)
-            ),
-        }
-        for name, rows_of in made.items():
-            table = pd.DataFrame(rows_of, columns=None if each else self.judgements[name].columns)
-            tables[name] = table[table["detector"] == detector]
-        return tables
-
-    def verdicts(self, detector: str, scheme: str) -> pd.DataFrame:
-        """Return a detector's verdicts by one scheme."""
-        rows = self.evaluation.predictions
-        return rows[(rows["detector"] == detector) & (rows["scheme"] == scheme)]
+_SCHEMES = {
+    HELD_OUT: "on held-out sessions, which taught no detector and chose nothing",
+    LEAVE_ONE_OUT: (
+        "by leave-one-out: the recordings that taught a detector excluded the place under test"
+    ),
+    RESUBSTITUTION: "by resubstitution: the recording under test also taught the detector",
+}
 
 
 def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
@@ -113,36 +46,51 @@ def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
     Returns
     -------
     dict
-        ``results`` are from `result_of`, the leading detector first, and ``lead_note`` says why it
-        leads. ``headline_confidence`` is the level of its first intervals, corrected for the
-        choice. ``rates_hold`` says for which recordings the rates of each scheme hold.
-        ``figure_series`` are the detectors whose rates the figures show. The others are ``trust``
-        (on single passes), ``summary``, ``sizes``, ``scheme_note`` and ``thresholds``.
+        ``ours`` are the leading detector's answers, ``others`` pairs of a title and the answers
+        beside these, and ``paper_answers`` the paper's. ``results`` are from `_result_of`, the
+        leading detector first, as ``lead`` says. ``headline_confidence`` is the
+        level of its first intervals, corrected for the choice. ``rates_hold`` says for which
+        recordings the rates of each scheme hold. ``figure_series`` are the detectors whose rates
+        the figures show. The others are ``held_out`` (whether held-out sessions judge),
+        ``one_sided`` (a level), ``needed_of_a_size`` (how many recordings, all found, can show that
+        a size is reliably found), ``judged_origin``, ``subject`` (of the
+        summary), ``sizes``,
+        ``scheme_note`` and ``threshold``, what
+        a learned one promises.
     """
-    evaluation, scheme = rates.evaluation, rates.schemes[0]
-    judged, teaching = rates.recordings(scheme)
+    evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
+    judged, _ = rates.recordings(scheme)
     rules = rates.settings["evaluation"]
-    set_by = answers.set_specificity(
-        healthy_places(teaching), rules["specificity"], rules["confidence"]
-    )
-    origin = provenance.origin_of(judged["source"].fillna("")).kind
-    drawn = [f"{name} ({words.scheme(scheme)})" for name in dict.fromkeys([lead.detector, PAPER])]
-    ours = answers_of(rates, lead.detector, scheme, lead)
+    drawn = [f"{name} ({words.scheme(scheme)})" for name in dict.fromkeys([detector, PAPER])]
+    ours, others = answers_of(rates, detector, scheme, lead), []
+    if scheme != LEAVE_ONE_OUT and LEAVE_ONE_OUT in rates.schemes:
+        others.append(("Leave-one-out", answers_of(rates, detector, LEAVE_ONE_OUT)))
+    if detector != PAPER and PAPER in evaluation.detectors():
+        others.append(("Paper's detector here", answers_of(rates, PAPER, scheme)))
+    sizing = evaluation.of("sizing", detector)
     return {
-        "results": [
-            result_of(rates, detector, lead, printed_tolerance_mm)
-            for detector in lead_first(evaluation.detectors(), lead)
-        ],
-        "lead_note": cards.lead_words(lead, scheme),
+        "ours": ours,
+        "others": others,
+        "held_out": scheme == HELD_OUT,
+        "one_sided": ONE_SIDED,
+        "needed_of_a_size": recordings_to_show(rates.settings["report"]["reliable_rate"]),
+        "paper_answers": paper_answers(
+            evaluation.paper,
+            sizing[sizing["scheme"] == scheme],
+            rates.settings,
+            printed_tolerance_mm,
+        ),
+        "results": [_result_of(rates, each) for each in lead_first(evaluation.detectors(), lead)],
+        "lead": lead,
         "headline_confidence": words.percent(
             headline_confidence(lead, scheme, rules["confidence"])
         ),
-        "trust": trust.trust_words(ours),
-        "summary": cards.summary(origin, ours, lead.detector),
+        "judged_origin": provenance.origin_of(judged["source"].fillna("")).kind,
+        "subject": "the paper's detector" if detector == PAPER else f"the detector {detector}",
         "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
-        "scheme_note": schemes.scheme_note(scheme),
-        "thresholds": cards.threshold_words(rules["specificity"], set_by),
-        "rates_hold": schemes.table_note(rates.schemes, rates.index, rates.held_out),
+        "scheme_note": scheme_note(scheme),
+        "threshold": set_specificity(rates, scheme),
+        "rates_hold": table_note(rates),
         "figure_series": words.enumerate_words([*drawn, "the paper"]),
     }
 
@@ -152,106 +100,140 @@ def lead_first(detectors: Iterable[str], lead: Lead) -> list[str]:
     return list(dict.fromkeys([lead.detector, *detectors]))
 
 
-def result_of(rates: Rates, detector: str, lead: Lead, printed_tolerance_mm: float) -> Cells:
-    """Return a detector's answers and tables.
-
-    Parameters
-    ----------
-    rates : Rates
-        The tables.
-    detector : str
-        Its name.
-    lead : Lead
-        The leading detector.
-    printed_tolerance_mm : float
-        The tolerance of the paper's rates.
-
-    Returns
-    -------
-    dict
-        ``detector``, ``words``, ``scheme``, ``cards``, ``confusions`` and the tables of rates.
-    """
+def _result_of(rates: Rates, detector: str) -> Cells:
+    """Return a detector's confusions and tables of rates."""
     evaluation, settings = rates.evaluation, rates.settings
-    sizes_mm, scheme = evaluation.sizes_mm(), rates.schemes[0]
-    both = {name: evaluation.of(name, detector, with_paper=True) for name in TABLES}
-    sizing = both["sizing"]
-    paper = answers.paper_answers(
-        evaluation.paper, sizing[sizing["scheme"] == scheme], settings, printed_tolerance_mm
-    )
-    ours, method, also = answers_of(rates, detector, scheme, lead), None, None
-    if detector != PAPER and PAPER in evaluation.detectors():
-        method = answers_of(rates, PAPER, scheme)
-    if scheme != LEAVE_ONE_OUT and LEAVE_ONE_OUT in rates.schemes:
-        also = answers_of(rates, detector, LEAVE_ONE_OUT)
+    sizes_mm = evaluation.sizes_mm()
+    both = {name: evaluation.of(name, detector, with_paper=True) for name in paper.TABLES}
     return {
         "detector": detector,
         "words": detector_row(detector).sentence,
-        "scheme": words.scheme(scheme),
-        "cards": cards.answer_cards(ours, paper, method, also),
+        "scheme": words.scheme(rates.schemes[0]),
         "confusions": [
             {
                 "title": words.scheme(name),
-                "rows": cells.confusion_rows(both["confusion"], name, sizes_mm),
+                "rows": confusion_rows(both["confusion"], name, sizes_mm),
             }
             for name in rates.schemes
         ],
-        **{
-            name: {"detector": detector, **table}
-            for name, table in cells.rate_tables(
-                both["detection"], sizing, both["confusion"], sizes_mm, settings["evaluation"]
-            ).items()
+        "rates": {"detector": detector, **_rates_by_size(both, sizes_mm, settings["evaluation"])},
+        "negatives": {
+            "detector": detector,
+            **rate_table(
+                paper.negative_points(both["confusion"]),
+                {"classified": "Share of the recordings without a nodule"},
+                sizes_mm,
+            ),
         },
     }
 
 
-def answers_of(
-    rates: Rates, detector: str, scheme: str, lead: Lead | None = None
-) -> answers.Answers:
-    """Return a detector's results by one scheme.
+def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[Cells]:
+    """Return the counts of one scheme: one row per true size, one cell per predicted size.
+
+    A further cell counts the recordings without a verdict, if there are any. A cell has its
+    ``count``, its ``share`` of the row in tenths (for its shade), and whether it is ``right``.
+    """
+    chosen = confusion[confusion["scheme"] == scheme]
+    of_none = chosen[chosen["predicted_mm"].isna()].set_index("size_mm")["count"]
+    counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
+    rows = []
+    for actual in sizes_mm:
+        row = [counts.get((actual, predicted), 0) for predicted in sizes_mm]
+        row += [int(of_none.get(actual, 0))] if of_none.any() else []
+        total = sum(row)
+        cells = [
+            {
+                "count": count,
+                "share": round(10 * count / total) if total else 0,
+                "right": actual == predicted,
+            }
+            for predicted, count in zip([*sizes_mm, None], row, strict=False)
+        ]
+        rows.append({"size": words.size(actual), "cells": cells, "total": total})
+    return rows
+
+
+def _rates_by_size(
+    tables: dict[str, pd.DataFrame], sizes_mm: Sequence[float], settings: Settings
+) -> Cells:
+    """Return the table of rates of detection and sizing by size, ours and the paper's."""
+    sizing, tolerance = tables["sizing"], settings["tolerance_mm"]
+    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    sized = rate_table(paper.sizing_points(sizing), measures, sizes_mm[1:])
+    measures = {"precision": "Precision", "recall": "Recall"}
+    detected = rate_table(paper.detection_points(tables["detection"]), measures, sizes_mm[1:])
+    ours = sizing[sizing["scheme"] != paper.NAME]
+    schemes = list(dict.fromkeys(ours["scheme"]))
+    errors = ours.set_index(["scheme", "size_mm"])["mean_absolute_error_mm"].to_dict()
+    error_titles = {"title": "Mean absolute error", "schemes": list(map(words.scheme, schemes))}
+    rows = [
+        row
+        | {
+            "cells": of_detection["cells"]
+            + row["cells"]
+            + [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
+        }
+        for of_detection, row in zip(detected["rows"], sized["rows"], strict=True)
+    ]
+    return {"groups": [*detected["groups"], *sized["groups"], error_titles], "rows": rows}
+
+
+def _error_cell(value: float | None, scheme: str) -> Cells:
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN, scheme=scheme)
+    return plain_cell(float(value), f"{words.number(value)} mm", scheme=scheme)
+
+
+def methods_values(rates: Rates, lead: Lead, ours: Answers) -> Cells:
+    """Return what workflow/report/sections/methods.html.j2 says beside the configuration.
 
     Parameters
     ----------
     rates : Rates
-        The tables.
-    detector, scheme : str
-        Their names.
-    lead : Lead, optional
-        The leading detector: its intervals are corrected for having been chosen.
+        The rates.
+    lead : Lead
+        The leading detector.
+    ours : Answers
+        Its answers.
     """
-    rules = rates.settings["evaluation"]
-    judged, teaching = rates.recordings(scheme)
-    set_by = None
-    if schemes.sets_specificity(detector, scheme):
-        places = healthy_places(teaching)
-        set_by = answers.set_specificity(places, rules["specificity"], rules["confidence"])
-    scopes = (
-        schemes.scope_of(judged[judged["size_mm"] > 0], teaching, scheme),
-        schemes.scope_of(judged[judged["size_mm"] == 0], teaching, scheme),
-    )
-    tables, level = rates.of(detector, scheme), rules["confidence"]
-    if lead and lead.detector == detector:
-        level = headline_confidence(lead, scheme, level)
-    if level != rules["confidence"]:
-        tables = rates.at(detector, scheme, level)
-    verdicts = rates.verdicts(detector, scheme)
-    ours = answers.our_answers(tables, verdicts, rates.settings, level, scheme, scopes, set_by)
-    return ours.if_confounded(in_words(rates.confounded))
+    index, scheme, names = rates.index, rates.schemes[0], rates.settings["detectors"]
+    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
+    sizes = labelled.groupby("size_mm").size().items()
+    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
+    rows = rates.evaluation.predictions
+    of_scheme = rows[rows["scheme"] == scheme]
+    level = rates.settings["evaluation"]["confidence"]
+    return {
+        "labelled": len(labelled),
+        "of_each": [
+            f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(size_mm)}"
+            for size_mm, count in sizes
+        ],
+        "simulated": sum(map(provenance.is_simulated, labelled["source"].fillna(""))),
+        "detectors": [
+            f"{name} ({detector_row(name).sentence}"
+            f"{'' if fixed[name] else _threshold(of_scheme[of_scheme['detector'] == name])})"
+            for name in names
+        ],
+        "learned": not all(fixed.values()),
+        "judged": _SCHEMES.get(scheme, f"by {words.scheme(scheme)}"),
+        "lead": lead,
+        "chosen": lead.compared > 1 and not lead.named,
+        "chosen_by": " by leave-one-out" if scheme == HELD_OUT else "",
+        "found": [
+            f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
+            for size_mm, each in ours.found.items()
+        ],
+        "corrected": headline_confidence(lead, scheme, level) != level,
+        "bounded": "estimate_low_mm" in rows and rows["estimate_low_mm"].notna().any(),
+    }
 
 
-def healthy_places(teaching: pd.DataFrame) -> int:
-    """Return the number of healthy places that teach; passes over one place count once.
-
-    Parameters
-    ----------
-    teaching : DataFrame
-        Rows of results/recordings.csv.
-    """
-    places = places_of(_rows_of(teaching))
-    able = (teaching["size_mm"] == 0) & teaching["no_verdict"].isna()
-    return len({places[name] for name in teaching.loc[able, "recording"]})
-
-
-def _rows_of(index: pd.DataFrame) -> dict[str, Cells]:
-    """Return rows of results/recordings.csv by recording; what is not known is an empty text."""
-    known = index.astype(object).where(index.notna(), "")
-    return dict(zip(known["recording"], known.to_dict("records"), strict=True))
+def _threshold(rows: pd.DataFrame) -> str:
+    """Return a learned threshold with its range over the folds; empty if it is not known."""
+    known = rows["threshold"].dropna() if "threshold" in rows else rows.iloc[:0, 0]
+    if known.empty:
+        return ""
+    low, high = (words.significant(float(end)) for end in (known.min(), known.max()))
+    return f"; threshold {low}" if low == high else f"; threshold {low} to {high} over the folds"

@@ -1,7 +1,6 @@
 """Estimate the gain from more recordings: narrower intervals, and better taught detectors."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Mapping
 
 import pandas as pd
 
@@ -13,8 +12,7 @@ from capsule.evaluation.more_healthy import MoreHealthy, with_more_healthy
 from capsule.evaluation.rates import with_clusters
 from capsule.kinds import Cells, Row
 from capsule.page.cells import plain_cell, rate_cell_of
-from capsule.page.detector_sections import Rates
-from capsule.page.schemes import sets_specificity
+from capsule.page.rates import Rates, sets_specificity
 
 # Half the width of the interval that the page plans for: +-10 points.
 HALF_WIDTH = 0.1
@@ -27,13 +25,6 @@ MORE_HEALTHY, LEAST_FORESEEN = 20, 0.01
 FORESEEN_FROM = {"taught": 0.0, "diagonal": 0.5}
 _HALF = 0.5
 _SHARES = {0.25: "a quarter", _HALF: "a half", 0.75: "three quarters", ALL_BUT_ONE: "all but one"}
-
-
-class Taught(Protocol):
-    """A row of the learning table (rates reached with parts of the archive), as pandas gives it."""
-
-    taught: float
-    taught_healthy: float
 
 
 def page_values(rates: Rates, learning: pd.DataFrame) -> Cells:
@@ -66,10 +57,7 @@ def page_values(rates: Rates, learning: pd.DataFrame) -> Cells:
 def foreseen_values(rates: Rates) -> Cells:
     """Return in words what more healthy recordings are expected to find.
 
-    Parameters
-    ----------
-    rates : Rates
-        The rates; the verdicts by leaving one place out count.
+    The verdicts by leaving one place out count.
 
     Returns
     -------
@@ -89,10 +77,20 @@ def foreseen_values(rates: Rates) -> Cells:
             for title, told in of_range.items()
             if told is not None and told.now >= FORESEEN_FROM[detector]
         }
-        gains = [title for title, told in known.items() if _gains(told)]
+        gains = [
+            title for title, told in known.items() if told.expected - told.now >= LEAST_FORESEEN
+        ]
         all_known, any_gain = all_known and len(known) == len(of_range), any_gain or bool(gains)
+        clauses = [
+            f"{title} {words.percent(known[title].now)} now, "
+            f"{words.percent(round(known[title].expected, 2))} then "
+            f"({words.interval(round(known[title].low, 2), round(known[title].high, 2))})"
+            for title in gains
+        ]
+        same = [f"{each} {words.percent(known[each].now)}" for each in known if each not in gains]
+        clauses += [f"{', '.join(same)}: no gain expected"] if same else []
         if known:
-            sentences.append({"detector": detector, "text": _foreseen_text(known, gains)})
+            sentences.append({"detector": detector, "text": f"{'; '.join(clauses)}."})
     return {"none": all_known and not any_gain, "sentences": sentences}
 
 
@@ -110,112 +108,68 @@ def _foreseen(rows: pd.DataFrame, specificity: float) -> dict[str, MoreHealthy |
     return foreseen
 
 
-def _gains(told: MoreHealthy) -> bool:
-    return told.expected - told.now >= LEAST_FORESEEN
-
-
-def _foreseen_text(known: Mapping[str, MoreHealthy], gains: Sequence[str]) -> str:
-    """Return in words the share of nodules found now and then, the gains first."""
-    clauses = [
-        f"{title} {words.percent(known[title].now)} now, "
-        f"{words.percent(round(known[title].expected, 2))} then "
-        f"({words.interval(round(known[title].low, 2), round(known[title].high, 2))})"
-        for title in gains
-    ]
-    same = [f"{title} {words.percent(known[title].now)}" for title in known if title not in gains]
-    clauses += [f"{', '.join(same)}: no gain expected"] if same else []
-    return f"{'; '.join(clauses)}."
-
-
 def needed_rows(rates: Rates) -> Cells:
     """Return how many recordings each rate needs for its interval, one column per detector.
 
-    Parameters
-    ----------
-    rates : Rates
-        The rates; those of the page's first scheme count.
+    The rates of the page's first scheme count.
 
     Returns
     -------
     dict
-        ``detectors``; ``rows`` with ``title``, ``recordings``, ``cells`` and ``missing`` (how many
-        more recordings give all detectors' rates the interval); ``sentence``, from
-        `_needed_sentence`.
+        ``detectors``; ``rows`` with ``title``, ``size``, ``recordings``, ``cells`` and ``missing``
+        (how many more recordings give all detectors' rates the interval); ``sentence``, how many
+        these are of each size.
     """
-    evaluation, scheme = rates.evaluation, rates.schemes[0]
+    detectors = rates.evaluation.detectors()
     confidence = rates.settings["evaluation"]["confidence"]
-    detectors = evaluation.detectors()
-    by_size: dict[float, list[tuple[int, Row | None]]] = {}
-    for detector in detectors:
-        of_detector = _rates_of(rates, detector, scheme)
-        for size_mm in evaluation.sizes_mm():
-            by_size.setdefault(size_mm, []).append(of_detector.get(size_mm, (0, None)))
+    of_each = [_rates_of(rates, detector) for detector in detectors]
     rows = []
-    for size_mm, each in by_size.items():
-        count = max(judged for judged, _ in each)
-        needed = [_needed(rate, confidence) for judged, rate in each if judged and rate is not None]
+    for size_mm in rates.evaluation.sizes_mm():
+        made = [_needed(*found.get(size_mm, (0, "", None)), confidence) for found in of_each]
+        count = max(judged for judged, _, _ in made)
         if count:
-            missing = max(max(needed, default=0) - count, 0)
             rows.append(
                 {
                     "title": _title(size_mm, size_mm),
                     "size": words.size(size_mm),
                     "recordings": count,
-                    "cells": [_needed_cell(judged, rate, confidence) for judged, rate in each],
-                    "missing": missing,
+                    "cells": [cell for _, _, cell in made],
+                    "missing": max(max(needed for _, needed, _ in made) - count, 0),
                 }
             )
-    return {
-        "detectors": detectors,
-        "rows": rows,
-        "sentence": _needed_sentence(rows, confidence) if rows else "",
-    }
-
-
-def _needed_sentence(rows: Sequence[Row], confidence: float) -> str:
-    """Return a sentence on how many more recordings of each size make all intervals narrow."""
     wanted = f"{words.percent(confidence)} interval of ±{100 * HALF_WIDTH:g} points"
     missing = [f"{row['missing']} of {row['size']}" for row in rows if row["missing"]]
-    if not missing:
-        return f"Each rate of each detector has a {wanted} or a narrower one."
-    listed = words.enumerate_words(missing)
-    return f"A {wanted} for each detector needs more recordings: {listed}."
+    sentence = f"Each rate of each detector has a {wanted} or a narrower one."
+    if missing:
+        listed = words.enumerate_words(missing)
+        sentence = f"A {wanted} for each detector needs more recordings: {listed}."
+    return {"detectors": detectors, "rows": rows, "sentence": sentence if rows else ""}
 
 
-def _rates_of(rates: Rates, detector: str, scheme: str) -> dict[float, tuple[int, Row | None]]:
-    """Return a detector's specificity (as size 0) and recalls, each with its recordings counted.
+def _rates_of(rates: Rates, detector: str) -> dict[float, tuple[int, str, Row | None]]:
+    """Return a detector's specificity (as size 0) and recalls: recordings, name and row of each.
 
     A specificity that the threshold sets is None.
     """
-    tables = rates.of(detector, scheme)
-    is_set = sets_specificity(detector, scheme)
-    healthy = [
-        (0.0, row["healthy"], None if is_set else row)
-        for row in tables["specificity"].to_dict("records")
-    ]
-    nodules = [
-        (row["size_mm"], row["tp"] + row["fn"], row)
-        for row in tables["detection"].to_dict("records")
-    ]
-    return {size_mm: (judged, row) for size_mm, judged, row in healthy + nodules}
+    scheme = rates.schemes[0]
+    tables, is_set = rates.of(detector, scheme), sets_specificity(detector, scheme)
+    found: dict[float, tuple[int, str, Row | None]] = {}
+    for row in tables["specificity"].to_dict("records"):
+        found[0.0] = row["healthy"], "specificity", None if is_set else row
+    for row in tables["detection"].to_dict("records"):
+        found[row["size_mm"]] = row["tp"] + row["fn"], "recall", row
+    return found
 
 
-def _needed_cell(judged: int, row: Row | None, confidence: float) -> Cells:
+def _needed(judged: int, name: str, row: Row | None, confidence: float) -> tuple[int, int, Cells]:
+    """Return the recordings of a rate, how many it needs, and its cell."""
     if not judged:
-        return plain_cell(None, words.UNKNOWN)
+        return judged, 0, plain_cell(None, words.UNKNOWN)
     if row is None:
-        return plain_cell(None, "set by the threshold")
-    name, needed = _name(row), _needed(row, confidence)
+        return judged, 0, plain_cell(None, "set by the threshold")
+    needed = recordings_needed(row[name], HALF_WIDTH, confidence)
     most = recordings_needed_within(row[f"{name}_low"], row[f"{name}_high"], HALF_WIDTH, confidence)
-    return rate_cell_of(row, name) | {"count": f"needs {needed}, at most {most}"}
-
-
-def _needed(row: Row, confidence: float) -> int:
-    return recordings_needed(row[_name(row)], HALF_WIDTH, confidence)
-
-
-def _name(row: Row) -> str:
-    return "specificity" if "specificity" in row else "recall"
+    return judged, needed, rate_cell_of(row, name, f"needs {needed}, at most {most}")
 
 
 def learning_rows(learning: pd.DataFrame) -> Cells:
@@ -233,29 +187,32 @@ def learning_rows(learning: pd.DataFrame) -> Cells:
         ``title``, ``cells`` and ``gain``; ``sentences``, each with a ``detector`` and its
         ``text``.
     """
-    taught = learning.drop_duplicates("share").sort_values("share")
-    shares = [
-        {"title": _SHARES[row.share], "taught": _taught(row)}
-        for row in taught.itertuples(index=False)
-    ]
+    taught = learning.drop_duplicates("share").sort_values("share").to_dict("records")
     rows, sentences = [], []
     for detector, of_detector in learning.groupby("detector", sort=False):
         curves = {}
         for first_mm, last_mm in main_ranges(of_detector["size_from_mm"]):
             of_range = of_detector.query("size_from_mm == @first_mm and size_to_mm == @last_mm")
-            curves[_title(first_mm, last_mm)] = {
-                row["share"]: row for row in of_range.to_dict("records")
+            curves[_title(first_mm, last_mm)] = of_range.set_index("share").to_dict("index")
+        rows += [
+            {
+                "detector": detector,
+                "title": title,
+                "cells": [rate_cell_of(curve[row["share"]], "rate") for row in taught],
+                "gain": _gain_cell(curve[_HALF]),
             }
-        for title, curve in curves.items():
-            cells = [rate_cell_of(curve[share], "rate") for share in taught["share"]]
-            row = {"detector": detector, "title": title, "cells": cells}
-            rows.append(row | {"gain": _gain_cell(curve[_HALF])})
+            for title, curve in curves.items()
+        ]
         sentences.append({"detector": detector, "text": _sentence(curves)})
+    shares = [
+        {
+            "title": _SHARES[row["share"]],
+            "taught": f"{words.number(row['taught'], 0)} "
+            f"({words.number(row['taught_healthy'], 0)})",
+        }
+        for row in taught
+    ]
     return {"shares": shares, "rows": rows, "sentences": sentences}
-
-
-def _taught(row: Taught) -> str:
-    return f"{words.number(row.taught, 0)} ({words.number(row.taught_healthy, 0)})"
 
 
 def _gain_cell(half: Row) -> Cells:

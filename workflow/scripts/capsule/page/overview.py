@@ -1,13 +1,21 @@
-"""Count the recordings, name their origin, and list what could not be used."""
+"""Count the recordings, name their origin, list what could not be used, and warn of confounding."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import pandas as pd
 
 from capsule import words
+from capsule.evaluation.confounded import KEYS, OWN, Confounded, in_words
+from capsule.evaluation.value_alone import Told
 from capsule.held_out import is_held_out, unknown_sessions
 from capsule.kinds import Cells
-from capsule.page.provenance import Origin, origin_of
+from capsule.page.provenance import origin_of
+
+# With more values of a key, the rarer ones share a row.
+MOST_VALUES = 6
+# Characters of a value.
+LONGEST = 80
 
 
 def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[str]) -> Cells:
@@ -25,28 +33,33 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
     Returns
     -------
     dict
-        ``not_held_out``, a sentence on held-out sessions that no recording carries. ``origin``,
-        ``accepted``, ``by_size``, ``held_out_words``, ``unlabelled``, ``rejected`` and
-        ``passed_over``.
-        ``near_copies``, groups of recordings that are nearly the same, and whether their labels
-        contradict. ``not_judged``, recordings that no detector judges, and why. Counts in words
-        as ``accepted_words``, ``rejected_words`` and ``passed_over_words``.
+        ``not_held_out``, the held-out sessions that no recording carries. ``origin``, from
+        `origin_of`; ``labelled_origin``, its kind for labelled recordings. ``accepted``,
+        ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``. ``held_out_sessions``, one
+        for each recording that is held out. ``near_copies``, groups of recordings that are nearly
+        the same, and whether their labels contradict. ``not_judged``, recordings that no detector
+        judges, and why. Counts in words as ``accepted_words``, ``rejected_words`` and
+        ``passed_over_words``.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
     labelled = accepted[accepted["size_mm"].notna()]
     by_size = labelled.groupby("size_mm").size()
-    origin = origin_of(accepted["source"].fillna("").astype(str))
     return {
-        "not_held_out": _not_held_out(index, held_out),
-        "origin": {"kind": origin.kind, **_origin_words(origin)},
+        "not_held_out": unknown_sessions(index.to_dict("records"), held_out),
+        "origin": origin_of(accepted["source"].fillna("").astype(str)),
+        "labelled_origin": origin_of(labelled["source"].fillna("").astype(str)).kind,
         "accepted": len(accepted),
         "accepted_words": words.plural(len(accepted), "recording"),
         "by_size": [
             {"size": words.size(float(size)), "count": int(count)}
             for size, count in by_size.items()
         ],
-        "held_out_words": _held_out_words(labelled, held_out),
+        "held_out_sessions": [
+            str(row["session"])
+            for row in labelled.to_dict("records")
+            if is_held_out(row["recording"], row.get("session"), held_out)
+        ],
         "unlabelled": int(accepted["size_mm"].isna().sum()),
         "near_copies": _near_copies(accepted),
         "not_judged": accepted[["recording", "no_verdict"]].dropna().to_dict("records"),
@@ -55,39 +68,6 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
         "passed_over_words": words.plural(len(passed_over), "other file"),
         "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
     }
-
-
-def labelled_origin(index: pd.DataFrame) -> str:
-    """Return the kind of origin of the accepted recordings of known size."""
-    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
-    return origin_of(labelled["source"].fillna("").astype(str)).kind
-
-
-def _not_held_out(index: pd.DataFrame, held_out: Sequence[str]) -> str:
-    """Return a sentence on the configured sessions that no recording carries; empty for none."""
-    missing = unknown_sessions(index.to_dict("records"), held_out)
-    if not missing:
-        return ""
-    which = "this session" if len(missing) == 1 else "these sessions"
-    return (
-        f"evaluation.held_out names {words.enumerate_words(missing)}, but no recording of known "
-        f"size carries {which}."
-    )
-
-
-def _held_out_words(labelled: pd.DataFrame, held_out: Sequence[str]) -> str:
-    """Return a sentence on the recordings that are held out; empty for none."""
-    kept = [
-        row["session"]
-        for row in labelled.to_dict("records")
-        if is_held_out(row["recording"], row.get("session"), held_out)
-    ]
-    if not kept:
-        return ""
-    sessions = list(dict.fromkeys(map(str, kept)))
-    named = f"session{'' if len(sessions) == 1 else 's'} {words.enumerate_words(sessions)}"
-    verb = "is" if len(kept) == 1 else "are"
-    return f"{len(kept)} of these {verb} held out ({named}): they judge, and teach nothing."
 
 
 def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
@@ -106,47 +86,60 @@ def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
     ]
 
 
-def _origin_words(origin: Origin) -> Cells:
-    """Return a headline and a text on the recordings' origin."""
-    total = origin.simulated + origin.recorded + origin.silent
-    match origin.kind:
-        case "simulated":
-            headline = "Simulated recordings"
-            text = (
-                f"A simulator made all {words.plural(total, 'recording')}. The numbers show how "
-                "the method behaves on simulated signals. They say nothing about how well a real "
-                "capsule finds nodules."
-            )
-        case "recorded":
-            headline = "Recorded data"
-            text = (
-                f"All {words.plural(total, 'recording')} name a source in their header, and no "
-                "source is a simulator."
-            )
-        case "mixed":
-            headline = "Mixed origin"
-            parts = [
-                f"{count} {what}"
-                for count, what in (
-                    (origin.simulated, "simulated"),
-                    (origin.recorded, "from another source"),
-                    (origin.silent, "without a source in the header"),
-                )
-                if count
-            ]
-            text = (
-                f"Of the {words.plural(total, 'recording')}, {words.enumerate_words(parts)}. "
-                "Rates over such a mixture hold for no bench. To judge the capsule, keep each "
-                "source in an archive of its own."
-            )
-        case "unknown":
-            headline = "Origin not stated"
-            text = (
-                "No recording names its source. Write a line such as “# source: bench 2” at the "
-                "top of each file."
-            )
-        case _:
-            headline = "No recordings"
-            text = "There is no usable recording under raw/."
-    sources = [f"{name} ({count})" for name, count in origin.sources.items()]
-    return {"headline": headline, "text": text, "sources": sources}
+def confounded_values(found: Sequence[Confounded]) -> Cells | None:
+    """Return the page's warning, or None without a key from which a nodule or its size follows.
+
+    Parameters
+    ----------
+    found : sequence of Confounded
+        From `capsule.evaluation.confounded.confounded_keys`.
+
+    Returns
+    -------
+    dict or None
+        ``headline``, ``text`` and ``sizes``, the heads of the columns; ``keys``, each with its
+        ``name`` and ``rows`` of a value and its counts.
+    """
+    if not found:
+        return None
+    # Of equal ones, the first.
+    first = max(found, key=lambda each: (each.of_any, bool(each.nodules_mm)))
+    of_nodules = first.of_any or first.nodules_mm
+    learned = f"the {KEYS[first.key]} instead of the {'nodule' if of_nodules else 'size'}"
+    can = "finds nodules" if of_nodules else "tells their sizes"
+    told = ""
+    if first.of_any:
+        counts: Told = first.nodules
+        told = (
+            f" Whoever knows nothing but the {KEYS[first.key]} finds "
+            f"{words.count_of(round(counts.found), round(counts.of))} nodules, and calls "
+            f"{words.count_of(round(counts.passed), round(counts.others))} healthy places healthy."
+        )
+    sizes_mm = sorted({size for each in found for of in each.counts.values() for size in of})
+    return {
+        "headline": f"A detector may have learned {learned}",
+        "text": (
+            f"Among the recordings that teach, {in_words(found)}.{told} So the rates below do not "
+            f"show that a detector {can}. Record healthy places and nodules of every size with the "
+            f"same {words.enumerate_words([KEYS[each.key] for each in found])}."
+        ),
+        "sizes": [words.size(size) for size in sizes_mm],
+        "keys": [{"name": KEYS[each.key], "rows": _rows(each, sizes_mm)} for each in found],
+    }
+
+
+def _rows(key: Confounded, sizes_mm: Sequence[float]) -> list[Cells]:
+    """Return a row a value: the value in words, and its recordings of each size."""
+    named = [(_words(key.key, value), of) for value, of in key.counts.items()]
+    if len(named) > MOST_VALUES:
+        rarer = named[MOST_VALUES - 1 :]
+        together = sum((of for _, of in rarer), Counter())
+        named[MOST_VALUES - 1 :] = [(f"{len(rarer)} rarer values", together)]
+    return [{"value": value, "counts": [of[size] for size in sizes_mm]} for value, of in named]
+
+
+def _words(key: str, value: str) -> str:
+    if value in ("", OWN):
+        return "another value at each place" if value else "not said"
+    shown = value if len(value) <= LONGEST else f"{value[: LONGEST - 1]}…"
+    return f"{shown} Hz" if key == "rate_hz" else shown

@@ -1,13 +1,15 @@
 """List the verdicts on patients: unlabelled recordings, and sites with several passes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
 from capsule import words
+from capsule.evaluation.intervals import rate
 from capsule.kinds import Cells, Row
 from capsule.names import UNLABELLED, folder_of
+from capsule.page.answers import Estimate
+from capsule.page.rates import sets_specificity
 
 # Rows that are visible at once; the page folds the others away.
 SHOWN = 20
@@ -17,37 +19,18 @@ MOST_SENTENCES = 6
 _ORDER = ("nodule", "no verdict", "no nodule")
 
 
-@dataclass(frozen=True)
-class Found:
-    """A detector's verdict on a patient, in words.
-
-    Attributes
-    ----------
-    kind : {"nodule", "no nodule", "no verdict"}
-    size, place, probability : str
-        The values in words.
-    reason : str
-        Why there is no verdict, if the detector gives a reason.
-    chance : float
-        The probability as a number to sort by; 0 if there is none.
-    sentence : str
-        All of it in one sentence.
-    unlike : str
-        Why the patient is unlike the recordings that teach; else empty.
-    """
-
-    kind: str
-    size: str = words.NOT_APPLICABLE
-    place: str = words.NOT_APPLICABLE
-    probability: str = words.NOT_GIVEN
-    reason: str = ""
-    chance: float = 0.0
-    sentence: str = "no verdict."
-    unlike: str = ""
-
-    def text(self) -> str:
-        """Return the kind of verdict, with the reason if there is one."""
-        return f"{self.kind}: {self.reason}" if self.reason else self.kind
+# What the page shows of a patient without a verdict. ``chance`` is the probability as a number to
+# sort by, ``unlike`` says why the patient is unlike the recordings that teach.
+_NOTHING: Cells = {
+    "kind": "no verdict",
+    "verdict": "no verdict",
+    "size": words.NOT_APPLICABLE,
+    "place": words.NOT_APPLICABLE,
+    "probability": words.NOT_GIVEN,
+    "chance": 0.0,
+    "sentence": "no verdict.",
+    "unlike": "",
+}
 
 
 def page_values(
@@ -55,7 +38,7 @@ def page_values(
     detections: pd.DataFrame,
     sites: pd.DataFrame,
     lead: str,
-    quality: Callable[[str], str],
+    qualities: Mapping[str, str],
     largest_mm: float,
 ) -> Cells:
     """Return the verdicts of the first screen.
@@ -66,8 +49,8 @@ def page_values(
         results/recordings.csv, detections.csv and sites.csv.
     lead : str
         The detector whose verdict is shown; of the others the page shows only whether they agree.
-    quality : callable
-        ``quality(name)`` returns the quality of an accepted recording in words.
+    qualities : mapping of str to str
+        The quality of each accepted recording in words.
     largest_mm : float
         The largest size that the archive holds.
 
@@ -80,9 +63,30 @@ def page_values(
         ``counts``, one or two sentences on many patients; and ``sentences``, pairs of a patient and
         the verdict, for few. There is no row if no recording is unlabelled.
     """
-    rows = [*_site_rows(index, sites, lead, quality, largest_mm)]
-    of_sites = {each["name"] for row in rows for each in row["recordings"]}
-    rows += _recording_rows(index, detections, lead, quality, of_sites, largest_mm)
+    rows = []
+    accepted = index[index["status"] == "accepted"]
+    unlabelled = accepted[accepted["size_mm"].isna()]
+    of_sites: set[str] = set()
+    for site, verdicts in sites[sites["size_mm"].isna()].groupby("site", sort=False):
+        names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
+        of_sites.update(names)
+        told = {row["detector"]: of_site(row, largest_mm) for row in verdicts.to_dict("records")}
+        passes = dict(zip(verdicts["detector"], verdicts["passes"], strict=True))
+        each = {name: qualities[name] for name in names}
+        said = [f"{_label(name)}: {text}" for name, text in each.items()]
+        together = "; ".join(said) if len(set(each.values())) > 1 else next(iter(each.values()), "")
+        row = _row(str(site), names, told, lead, together)
+        rows.append(row | {"site": True, "passes": int(passes.get(lead, len(names)))})
+    single = set(unlabelled["recording"]) - of_sites
+    judged: dict[str, dict[str, Cells]] = {}
+    for row in detections.to_dict("records"):
+        judged.setdefault(row["recording"], {})[row["detector"]] = of_recording(row, largest_mm)
+    for name, status, reason in index[["recording", "status", "reason"]].itertuples(index=False):
+        if status != "accepted" and folder_of(name) == UNLABELLED:
+            rejected = _NOTHING | {"sentence": f"no verdict. Rejected: {reason}."}
+            rows.append(_row(_label(name), [], {lead: rejected}, lead, f"rejected: {reason}"))
+        elif name in single:
+            rows.append(_row(_label(name), [name], judged.get(name, {}), lead, qualities[name]))
     rows.sort(key=lambda row: (_ORDER.index(row["kind"]), -row["chance"]))
     few = len(rows) <= MOST_SENTENCES
     return {
@@ -94,73 +98,73 @@ def page_values(
     }
 
 
-def _recording_rows(
-    index: pd.DataFrame,
-    detections: pd.DataFrame,
-    lead: str,
-    quality: Callable[[str], str],
-    of_sites: set[str],
-    largest_mm: float,
-) -> Iterator[Cells]:
-    """Yield one row per unlabelled recording, except those of a site that has its own row."""
-    verdicts: dict[str, dict[str, Found]] = {}
-    for row in detections.to_dict("records"):
-        verdicts.setdefault(row["recording"], {})[row["detector"]] = of_recording(row, largest_mm)
-    for row in index.to_dict("records"):
-        name = row["recording"]
-        if row["status"] == "accepted" and not words.is_known(row["size_mm"]):
-            if name not in of_sites:
-                yield _row(_label(name), [name], verdicts.get(name, {}), lead, quality(name))
-        elif row["status"] != "accepted" and folder_of(name) == UNLABELLED:
-            rejected = Found("no verdict", sentence=f"no verdict. Rejected: {row['reason']}.")
-            yield _row(_label(name), [], {lead: rejected}, lead, f"rejected: {row['reason']}")
+def together_values(
+    rows: Sequence[Row], retest: pd.DataFrame, schemes: Sequence[str], confidence: float
+) -> list[Cells]:
+    """Return how often verdicts on several passes together are right.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Rows of `page_values`: ``site``, whether passes were judged together, and
+        ``passes``, how many.
+    retest : DataFrame
+        The detector's rates by the number of passes.
+    schemes : sequence of str
+        The schemes in the order of the page; the first of the table counts.
+    confidence : float
+        Level of the intervals.
+
+    Returns
+    -------
+    list of dict
+        For each number of ``passes`` the ``scheme``; ``nodules``, the places with a nodule of
+        ``sizes_mm`` that were found; ``healthy``, the healthy places at which one was reported;
+        and ``learned``, whether the threshold sets this rate. None if there is no such place.
+    """
+    # A table without rows has none of the schemes.
+    scheme = next((name for name in schemes if (retest["scheme"] == name).any()), schemes[0])
+    told = []
+    for passes in sorted({row["passes"] for row in rows if row["site"]}):
+        judged = retest[(retest["scheme"] == scheme) & (retest["passes"] == passes)]
+        nodules, healthy = judged[judged["size_mm"] > 0], judged[judged["size_mm"] == 0]
+        told.append(
+            {
+                "passes": passes,
+                "scheme": scheme,
+                "nodules": _together(nodules, confidence),
+                "sizes_mm": sorted(nodules["size_mm"]),
+                "healthy": _together(healthy, confidence),
+                "learned": any(sets_specificity(each, scheme) for each in healthy["detector"]),
+            }
+        )
+    return told
 
 
-def _site_rows(
-    index: pd.DataFrame,
-    sites: pd.DataFrame,
-    lead: str,
-    quality: Callable[[str], str],
-    largest_mm: float,
-) -> Iterator[Cells]:
-    """Yield one row per unlabelled site that was passed several times."""
-    unlabelled = index[(index["status"] == "accepted") & index["size_mm"].isna()]
-    for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
-        names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
-        verdicts = {row["detector"]: of_site(row, largest_mm) for row in rows.to_dict("records")}
-        passes = {row["detector"]: int(row["passes"]) for row in rows.to_dict("records")}
-        each = {name: quality(name) for name in names}
-        said = [f"{_label(name)}: {text}" for name, text in each.items()]
-        together = "; ".join(said) if len(set(each.values())) > 1 else next(iter(each.values()), "")
-        row = _row(str(site), names, verdicts, lead, together, site=True)
-        yield row | {"passes": passes.get(lead, len(names))}
+def _together(rows: pd.DataFrame, confidence: float) -> Estimate | None:
+    """Return the rate over all sizes; each place has one verdict."""
+    if rows.empty:
+        return None
+    of = int(rows["sites"].sum())
+    hits = round(float((rows["detected"] * rows["sites"]).sum()))
+    return Estimate(*rate(hits, of, confidence), hits, of)
 
 
 def _row(
-    patient: str,
-    names: Sequence[str],
-    verdicts: Mapping[str, Found],
-    lead: str,
-    quality: str,
-    *,
-    site: bool = False,
+    patient: str, names: Sequence[str], verdicts: Mapping[str, Cells], lead: str, quality: str
 ) -> Cells:
-    verdict = verdicts.get(lead, Found("no verdict"))
+    verdict = verdicts.get(lead, _NOTHING)
+    unlike, sentence = verdict["unlike"], verdict["sentence"]
+    warned = f"{words.UNLIKE}: {unlike}. If it is judged all the same: {sentence}"
     return {
+        **verdict,
         "patient": patient,
-        "site": site,
+        "site": False,
         "passes": len(names),
         "recordings": [{"name": name, "label": _label(name)} for name in names],
-        "kind": verdict.kind,
-        "unlike": verdict.unlike,
-        "verdict": verdict.text(),
-        "sentence": _after(verdict.unlike, verdict.sentence),
-        "size": verdict.size,
-        "place": verdict.place,
-        "probability": verdict.probability,
-        "chance": verdict.chance,
-        "quality": f"{verdict.unlike}; {quality}" if verdict.unlike else quality,
-        "others": others_words(verdict, {n: v for n, v in verdicts.items() if n != lead}),
+        "sentence": warned if unlike else sentence,
+        "quality": f"{unlike}; {quality}" if unlike else quality,
+        "others": _others(verdict, [name for name in verdicts if name != lead], verdicts),
     }
 
 
@@ -169,64 +173,69 @@ def _label(name: str) -> str:
     return name.removeprefix(f"{UNLABELLED}/")
 
 
-def of_recording(row: Row, largest_mm: float) -> Found:
+def of_recording(row: Row, largest_mm: float) -> Cells:
     """Return the verdict in a row of results/detections.csv."""
     if not words.is_known(row["predicted_mm"]):
         return _none(row)
-    stated, unlike = words.stated_probability(row), words.unlike_because(row)
-    probability, chance = words.probability(stated), _or_zero(stated)
-    given = [f"probability {probability}"] if words.is_known(stated) else []
+    stated = words.stated_probability(row)
+    probability, known = words.probability(stated), words.is_known(stated)
     score = _score_words(row, "its score")
+    found = _NOTHING | {"probability": probability, "unlike": words.unlike_because(row)}
+    found["chance"] = float(stated) if words.is_known(stated) else 0.0
     if row["predicted_mm"] == 0:
-        of_nodule = f"; probability of a nodule {probability}" if given else ""
+        of_nodule = f"; probability of a nodule {probability}" if known else ""
         sentence = f"no nodule found{score}{of_nodule}."
-        return Found(
-            "no nodule", probability=probability, chance=chance, sentence=sentence, unlike=unlike
-        )
-    size, place = _size(row, largest_mm), words.place(row["location_s"], row["location_mm"])
-    sentence = _nodule_words(size, row, given, score)
-    return Found("nodule", size, place, probability, "", chance, sentence, unlike)
+        return found | {"kind": "no nodule", "verdict": "no nodule", "sentence": sentence}
+    return found | {
+        "kind": "nodule",
+        "verdict": "nodule",
+        "size": _size(row, largest_mm),
+        "place": words.place(row["location_s"], row["location_mm"]),
+        "sentence": _nodule_words(
+            row, largest_mm, [f"probability {probability}"] if known else [], score
+        ),
+    }
 
 
-def of_site(row: Row, largest_mm: float) -> Found:
+def of_site(row: Row, largest_mm: float) -> Cells:
     """Return the verdict in a row of results/sites.csv; a site has no probability."""
     if not words.is_known(row["detected"]):
         return _none(row)
-    score = _score_words(
-        row, f"the mean score of {words.plural(int(row['passes']), 'pass', 'passes')}"
-    )
+    passes = words.plural(int(row["passes"]), "pass", "passes")
+    score = _score_words(row, f"the mean score of {passes}")
+    found = _NOTHING | {"unlike": words.unlike_because(row)}
     if str(row["detected"]) != "True":
         sentence = f"no nodule found{score}."
-        return Found("no nodule", sentence=sentence, unlike=words.unlike_because(row))
+        return found | {"kind": "no nodule", "verdict": "no nodule", "sentence": sentence}
     where = row["location_mm"]
-    place = f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN
-    size = _size(row, largest_mm)
-    sentence = _nodule_words(size, row, [], score)
-    return Found("nodule", size, place, sentence=sentence, unlike=words.unlike_because(row))
+    return found | {
+        "kind": "nodule",
+        "verdict": "nodule",
+        "size": _size(row, largest_mm),
+        "place": f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN,
+        "sentence": _nodule_words(row, largest_mm, [], score),
+    }
 
 
-def _none(row: Row) -> Found:
+def _none(row: Row) -> Cells:
     reason = row.get("no_verdict")
-    why = str(reason) if words.is_known(reason) and reason else ""
-    return Found(
-        "no verdict", reason=why, sentence=f"{words.verdict({**row, 'predicted_mm': None})}."
-    )
+    verdict = f"no verdict: {reason}" if words.is_known(reason) and reason else "no verdict"
+    return _NOTHING | {
+        "verdict": verdict,
+        "sentence": f"{words.verdict({**row, 'predicted_mm': None})}.",
+    }
 
 
-def _nodule_words(size: str, row: Row, given: Sequence[str], score: str) -> str:
+def _nodule_words(row: Row, largest_mm: float, given: Sequence[str], score: str) -> str:
     """Return a nodule in one sentence: size with interval, place, probability and score."""
-    what = "a nodule" if size == words.NOT_GIVEN else f"a nodule of about {size}"
-    way_mm, seconds = row["location_mm"], row.get("location_s")
-    where = []
-    if words.is_known(way_mm):
-        where = [
-            f"{words.number(way_mm, 0)} mm along the way" if way_mm >= 0 else "before the start"
-        ]
-    elif words.is_known(seconds):
-        where = [
-            f"{words.number(seconds, 0)} s into the run" if seconds >= 0 else "before the start"
-        ]
-    return f"{', '.join([what, *where, *given])}{score}."
+    size = _size(row, largest_mm)
+    said = ["a nodule" if size == words.NOT_GIVEN else f"a nodule of about {size}"]
+    ways = ((row["location_mm"], "mm along the way"), (row.get("location_s"), "s into the run"))
+    known = [(value, where) for value, where in ways if words.is_known(value)]
+    if known:
+        value, where = known[0]
+        said.append(f"{words.number(value, 0)} {where}" if value >= 0 else "before the start")
+    return f"{', '.join([*said, *given])}{score}."
 
 
 def _score_words(row: Row, what: str) -> str:
@@ -239,28 +248,16 @@ def _score_words(row: Row, what: str) -> str:
     return f"; {what}, {words.significant(score)}, {verb} the threshold of {limit}"
 
 
-def others_words(verdict: Found, others: Mapping[str, Found]) -> str:
-    """Return how many other detectors agree, and the verdicts of those that do not.
-
-    Parameters
-    ----------
-    verdict : Found
-        The leading detector's verdict.
-    others : mapping of str to Found
-        The verdict of each other detector.
-    """
-    differing = {name: each for name, each in others.items() if each.kind != verdict.kind}
-    if verdict.kind == "no verdict":
-        return "; ".join(f"{name}: {each.kind}" for name, each in differing.items())
-    if not others:
-        return ""
-    agree = f"{words.count_of(len(others) - len(differing), len(others))} agree"
-    return "; ".join([agree, *(f"{name}: {each.kind}" for name, each in differing.items())])
+def _others(verdict: Row, names: Sequence[str], verdicts: Mapping[str, Row]) -> str:
+    """Return how many other detectors agree, and the verdicts of those that do not."""
+    kinds = {name: verdicts[name]["kind"] for name in names}
+    said = [f"{name}: {kind}" for name, kind in kinds.items() if kind != verdict["kind"]]
+    if names and verdict["kind"] != "no verdict":
+        said.insert(0, f"{words.count_of(len(names) - len(said), len(names))} agree")
+    return "; ".join(said)
 
 
 def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
-    if not rows:
-        return ""
     several = [sum(row["kind"] == kind for row in rows) for kind in _ORDER]
     kind = "unlabelled recording"
     names = (f"{kind} or site", f"{kind}s and sites") if sites else (kind, f"{kind}s")
@@ -279,18 +276,8 @@ def _unknown_kind(detections: pd.DataFrame) -> str:
     return str(unknown.iloc[0]) if len(unknown) else ""
 
 
-def _after(unlike: str, sentence: str) -> str:
-    """Return a verdict after the warning that it is on a recording of another kind, if it is."""
-    told = f"{words.UNLIKE}: {unlike}. If it is judged all the same: {sentence}"
-    return told if unlike else sentence
-
-
 def _size(row: Row, largest_mm: float) -> str:
     """Return a nodule's size in words; a size may lack an interval, or be missing."""
     size = words.estimated_size(row, largest_mm)
     known, bounded = words.is_known(row["estimate_mm"]), words.is_known(row["estimate_low_mm"])
     return f"{size}, no interval" if known and not bounded else size
-
-
-def _or_zero(value: float | None) -> float:
-    return float(value) if words.is_known(value) else 0.0

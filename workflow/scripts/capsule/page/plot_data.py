@@ -1,69 +1,222 @@
-"""Make, write and read what the report draws of a recording, whatever the others are."""
+"""Collect what the page shows of one recording, and what neither its fit nor another one changes.
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from pathlib import Path
+Signals are packed (`capsule.page.packing`). The page draws particles from their parameters.
+"""
 
-from capsule import files
-from capsule.arrays import FloatArray
-from capsule.kinds import Row, Settings
-from capsule.page.packing import deflated, to_json
-from capsule.page.quality import quality_words
-from capsule.page.recording_evidence import RecordingResults, recording_evidence
-from capsule.page.stretches import Stretches
+from collections.abc import Sequence
 
+import numpy as np
 
-@dataclass(frozen=True)
-class PlotData:
-    """The part of what the report shows of a recording that no other recording changes.
+from capsule import words
+from capsule.arrays import BoolArray, FloatArray
+from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
+from capsule.detectors.network import SENSORS, SERIES_ROWS, Scorer, standardised
+from capsule.detectors.search import search_beats
+from capsule.kinds import Cells, Row, Settings
+from capsule.page.packing import deflated, pack, to_json
+from capsule.preprocessing import preprocess_run
+from capsule.units import reading_unit
 
-    Attributes
-    ----------
-    quality : str
-        Its quality in words.
-    drawn : str
-        From `capsule.page.recording_evidence`, as JSON that `capsule.page.packing` has deflated.
-    """
-
-    quality: str
-    drawn: str
+# Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
+SMOOTH_POINTS = 250
+# Below this share at an end of the range, a sensor is more likely pressed hard than loose.
+_LOOSE_FROM = 0.01
+# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
+WIDTH, STEP = 8, 2
+# Centre of the first stretch, in beats from the first beat.
+FIRST = (WIDTH - 1) / 2
 
 
 def plot_data(
     name: str,
     values: FloatArray,
     check: Row,
-    stretches: Stretches | None,
+    stretches: tuple[float, FloatArray] | None,
     rate_hz: float,
     settings: Settings,
-) -> PlotData:
-    """Return what the report draws of one recording.
+) -> dict[str, str]:
+    """Return what the page shows of one recording alone.
 
     Parameters
     ----------
     name : str
         The recording, such as ``3mm/r07``.
     values : (S, K) array
-        Its readings on an even grid in time; NaN where a sample is missing.
+        The readings on an even grid in time; NaN where a sample is missing.
     check : mapping
-        The outcome of its check.
-    stretches : Stretches or None
-        What the taught score loses without each stretch.
+        The result of its check, with ``header``, ``sha256`` and ``at_ends``.
+    stretches : (float, array) or None
+        From `score_stretches`.
     rate_hz : float
         Sampling rate.
     settings : mapping
         Sections ``preprocessing`` and ``diagonal`` of the configuration.
+
+    Returns
+    -------
+    dict
+        ``quality``, in words, and ``drawn``, as deflated JSON: ``recording``, ``interval_s``,
+        ``threshold``, ``readings``, ``envelope`` and ``matrix``; ``unit`` of the readings;
+        ``beats`` and ``gut``, from `along_gut`; ``stretches``; ``peaks``; and ``facts``, names and
+        texts to list beside the signals. A value that is not known is None.
     """
-    results = RecordingResults(values, check, stretches)
-    drawn = recording_evidence(name, results, rate_hz, settings)
-    return PlotData(quality_words(values, check["at_ends"], rate_hz), deflated(to_json(drawn)))
+    shape, diagonal = settings["preprocessing"], settings["diagonal"]
+    threshold = shape["threshold"]
+    run = preprocess_run(
+        name, "", values, rate_hz=rate_hz, window=shape["window"], threshold=threshold
+    )
+    every = max(1, -(-run.time_s.size // SMOOTH_POINTS))
+    beats, gut = along_gut(run.values, rate_hz, diagonal) or (None, None)
+    facts = {"File": f"raw/{name}.csv", "SHA-256": check["sha256"]}
+    drawn = {
+        "recording": name,
+        "interval_s": float(run.time_s[1] - run.time_s[0]),
+        "threshold": threshold,
+        "readings": pack(run.values),
+        "envelope": {"every": every, **pack(run.envelope[:, ::every], 8)},
+        "matrix": {"every": every, **pack(run.matrix[:, ::every], 8)},
+        "unit": reading_unit(check["header"], run.values),
+        "beats": beats,
+        "gut": gut,
+        "stretches": _stretches(*stretches, beats, diagonal) if beats and stretches else None,
+        "peaks": peaks(run.envelope, run.time_s, threshold),
+        "facts": facts | {f"# {key}": text for key, text in check["header"].items()},
+    }
+    quality = quality_words(values, check["at_ends"], rate_hz)
+    return {"quality": quality, "drawn": deflated(to_json(drawn))}
 
 
-def write_plot_data(path: Path, drawn: Mapping[str, PlotData]) -> None:
-    """Write the plot data of some recordings."""
-    files.write_json(path, {name: asdict(each) for name, each in drawn.items()})
+def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[list[float]]:
+    """Return each sensor's highest envelope value, its time, and the time above the threshold.
+
+    Parameters
+    ----------
+    envelope : (S, K) array
+        The envelopes, in standard deviations.
+    time_s : (K,) array
+        Seconds, evenly spaced.
+    threshold : float
+        c, in standard deviations.
+
+    Returns
+    -------
+    list of S lists of 3 floats
+        Highest value in standard deviations, its time in s, and the time above the threshold in s;
+        each to three decimals.
+    """
+    above_s = (envelope > threshold).sum(axis=1) * float(time_s[1] - time_s[0])
+    rows = zip(
+        np.nanmax(envelope, axis=1), time_s[np.nanargmax(envelope, axis=1)], above_s, strict=True
+    )
+    return [[round(float(number), 3) for number in row] for row in rows]
 
 
-def read_plot_data(path: Path) -> dict[str, PlotData]:
-    """Read what `write_plot_data` has written."""
-    return {name: PlotData(**each) for name, each in files.read_json(path).items()}
+def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> tuple[Cells, Cells] | None:
+    """Return the beats, and the evidence from which the diagonal detector chooses the best place.
+
+    Parameters and None are as in `capsule.detectors.beats.beats_of`.
+
+    Returns
+    -------
+    beats : dict
+        The packed depth of each sensor's beats, in units of its usual depth; ``first_s``, the
+        centre of the first beat; ``step_s`` from beat to beat; ``passed_s``, when each sensor
+        passes the place with the most evidence, None for a sensor that stays farther from it than
+        the extent of a place.
+    gut : dict
+        The packed largest evidence over all mean speeds at each place; ``step_mm`` from place to
+        place, the first of which is the recording's start. The largest is the detector's score.
+    """
+    beats = beats_of(values, rate_hz, settings)
+    if beats is None:
+        return None
+    _, evidence, beyond_mm = search_beats(beats, settings)
+    depth = 1.0 + beats.channels[CHANNELS.index("depth")]
+    behind_mm = settings["pitch_mm"] * np.arange(len(depth))
+    off_mm = np.abs(beyond_mm - behind_mm[:, np.newaxis])
+    nearest = zip(off_mm.min(axis=1), beats.centre[off_mm.argmin(axis=1)], strict=True)
+    drawn = {
+        "first_s": float(beats.centre[0]) / rate_hz,
+        "step_s": beats.step / rate_hz,
+        "passed_s": [
+            round(float(at) / rate_hz, 2) if off <= settings["width_mm"] else None
+            for off, at in nearest
+        ],
+        **pack(depth, 8),
+    }
+    return drawn, {"step_mm": settings["step_mm"], **pack(evidence[np.newaxis], 8)}
+
+
+def score_stretches(scorer: Scorer, series: FloatArray | None) -> tuple[float, FloatArray] | None:
+    """Return what the taught score loses without each stretch of a recording.
+
+    One stretch after another is replaced by usual beats, on all sensors at once, and the recording
+    is scored again (occlusion, Zeiler and Fergus 2014). These scores come from the scorer as taught
+    beforehand, because every training fold adapts its own.
+
+    Parameters
+    ----------
+    scorer : Scorer
+        The taught scorer.
+    series : (4, 5, N) array, or None
+        As in `Scorer.features`.
+
+    Returns
+    -------
+    score : float
+        Score of the whole recording; None instead of both if the scorer gives no score.
+    loss : (M,) array
+        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
+    """
+    if series is None or series.shape[0] != SENSORS:
+        return None
+    x = standardised(series)
+    whole = scorer.forward(x)[0]
+    starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
+    loss = np.empty(len(starts))
+    for number, start in enumerate(starts):
+        without = x.copy()
+        without[:, :SERIES_ROWS, start : start + WIDTH] = 0.0
+        loss[number] = whole - scorer.forward(without)[0]
+    return whole, loss
+
+
+def _stretches(score: float, loss: FloatArray, beats: Row, settings: Settings) -> Cells:
+    beat_s = settings["wavelength_mm"] / settings["wave_speed_mm_s"] / WINDOWS_A_WAVE
+    return {
+        "score": round(score, 4),
+        "first_s": round(beats["first_s"] + FIRST * beat_s, 4),
+        "step_s": round(STEP * beat_s, 4),
+        **pack(loss[np.newaxis], 8),
+    }
+
+
+def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
+    """Return the faults of an accepted recording in words, or that it has none.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        The readings on an even grid in time; NaN where a sample is missing.
+    at_ends : sequence of S floats
+        For each sensor, the largest share of its samples at one end of the ADC's range, from
+        `capsule.units.shares_at_ends`.
+    rate_hz : float
+        Sampling rate.
+    """
+    faults = []
+    missing: BoolArray = np.asarray(np.isnan(values).all(axis=0))
+    if missing.any():
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
+        longest = int(np.max(edges[1::2] - edges[::2]))
+        faults.append(
+            f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
+            f"{words.number(longest / rate_hz, 1)} s"
+        )
+    for sensor, share in enumerate(at_ends, start=1):
+        if share >= _LOOSE_FROM:
+            faults.append(
+                f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
+                "samples"
+            )
+    return "; ".join(faults) or "no gap, no loose sensor"

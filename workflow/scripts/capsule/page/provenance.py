@@ -1,14 +1,31 @@
 """State where the recordings come from, and how the report was made."""
 
 import hashlib
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
 from capsule.kinds import Cells, Row, Settings
-from capsule.page.notation import cited, typeset
-from capsule.words import enumerate_words, number, plural, setting
+from capsule.words import enumerate_words, setting
+
+# Each program's entry in references.bib.
+REFERENCES = {
+    "Python": "python",
+    "snakemake": "moelder2021snakemake",
+    "numpy": "harris2020numpy",
+    "scipy": "virtanen2020scipy",
+    "pandas": "mckinney2010pandas",
+    "matplotlib": "hunter2007matplotlib",
+    "jinja2": "jinja",
+    "uPlot": "uplot",
+}
+
+
+_LABEL = re.compile(r"\beq\. (\S+)")
+_GREEK = {"Delta": "\u0394", "mu": "\u03bc", "sigma": "\u03c3"}
+_SCRIPTS = {"": "base", "^": "sup", "_": "sub"}
 
 
 @dataclass(frozen=True)
@@ -30,6 +47,15 @@ class Origin:
     recorded: int
     silent: int
     sources: dict[str, int]
+
+    def parts(self) -> list[str]:
+        """Return the number of recordings of each kind in words, without those of none."""
+        kinds = {
+            "simulated": self.simulated,
+            "from another source": self.recorded,
+            "without a source in the header": self.silent,
+        }
+        return [f"{count} {what}" for what, count in kinds.items() if count]
 
 
 @dataclass(frozen=True)
@@ -78,7 +104,7 @@ def page_values(
         ``equation`` (the printed number of each equation, by its label).
     """
     equations = printed["equations"]
-    configuration = configuration_table(settings, schema, printed["settings"], equations)
+    configuration = configuration_table(settings, schema, printed)
     checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
     return {
         "configuration": configuration,
@@ -112,10 +138,13 @@ def how_made(
     Returns
     -------
     dict
-        ``project``, ``code_checksum``, ``versions`` and ``made``.
+        ``project``, ``software``, a sentence that names the programs, each with its version and its
+        reference, ``code_checksum``, ``versions`` and ``made``.
     """
+    programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {
         "project": state.text(),
+        "software": f"The results were made by {state.text()}, with {enumerate_words(programs)}.",
         "code_checksum": combined_checksum(code),
         "versions": versions,
         "made": made.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -144,21 +173,8 @@ def origin_of(sources: Iterable[str]) -> Origin:
     return Origin(kind, simulated, recorded, silent, dict(sorted(counted.items())))
 
 
-def configuration_table(
-    config: Settings, schema: Settings, printed: Settings, equations: Sequence[str]
-) -> list[Cells]:
-    """Return every key of the configuration with the paper's value.
-
-    Parameters
-    ----------
-    config : mapping
-        The configuration.
-    schema : mapping
-        Its JSON Schema, with descriptions, symbols and units.
-    printed : mapping
-        ``settings`` of ``paper.yaml``: value and place in the paper, by dotted key.
-    equations : sequence of str
-        ``equations`` of ``paper.yaml``: the labels in the order of the paper.
+def configuration_table(config: Settings, schema: Settings, printed: Settings) -> list[Cells]:
+    """Return every key of the configuration with the paper's value; parameters as in `page_values`.
 
     Returns
     -------
@@ -168,16 +184,17 @@ def configuration_table(
     """
     rows = []
     for key, value, description in _leaves(config, schema):
-        in_paper: Settings | None = printed.get(key)
+        in_paper: Settings | None = printed["settings"].get(key)
+        unit = description.get("unit", "")
         rows.append(
             {
                 "key": key,
                 "value": setting(value),
                 "symbol": typeset(description.get("symbol", "")),
-                "unit": {"1": ""}.get(description.get("unit", ""), description.get("unit", "")),
+                "unit": "" if unit == "1" else unit,
                 "description": description.get("description", ""),
                 "paper": setting(in_paper["value"]) if in_paper else "",
-                "where": cited(in_paper["where"], equations) if in_paper else "",
+                "where": cited(in_paper["where"], printed["equations"]) if in_paper else "",
                 "differs": in_paper is not None and not _agrees(value, in_paper),
             }
         )
@@ -217,15 +234,6 @@ def _agrees(value: Any, in_paper: Settings) -> bool:  # noqa: ANN401
     return bool(value == in_paper["value"])
 
 
-def fit_words(fit: Row) -> str:
-    """Return in words how well a particle fits, from the fit's file."""
-    return (
-        f"RMSE {number(fit['rmse'], 4)}; the best of the random particles had "
-        f"{number(fit['rmse_initial'], 4)}, and {plural(fit['accepted_moves'], 'step')} "
-        f"improved it; lag {fit['lag']}"
-    )
-
-
 def combined_checksum(checksums: Mapping[str, str]) -> str:
     """Return one SHA-256 for many named files: that of the lines ``checksum  name``, by name.
 
@@ -233,3 +241,47 @@ def combined_checksum(checksums: Mapping[str, str]) -> str:
     """
     lines = "".join(f"{checksums[name]}  {name}\n" for name in sorted(checksums))
     return hashlib.sha256(lines.encode("utf-8")).hexdigest()
+
+
+def cited(where: str, equations: Sequence[str]) -> str:
+    """Return a citation of the paper in which equations have their printed numbers.
+
+    Parameters
+    ----------
+    where : str
+        A section, or ``eq.`` and the label of an equation in the paper's source.
+    equations : sequence of str
+        The labels, in the order of the paper's numbers.
+
+    Returns
+    -------
+    str
+        For example ``Eq. 2``.
+
+    Raises
+    ------
+    ValueError
+        The paper has no equation of that label.
+    """
+    return _LABEL.sub(lambda match: f"Eq. {equations.index(match[1]) + 1}", where)
+
+
+def typeset(symbol: str) -> list[dict[str, str]]:
+    """Return the parts of a symbol such as ``Delta mu^hor``, for HTML.
+
+    Parameters
+    ----------
+    symbol : str
+        Letters and names of Greek letters; ``^`` raises and ``_`` lowers what follows.
+
+    Returns
+    -------
+    list of dict
+        ``text`` and ``kind``: ``upright`` for the sign of a difference, ``base`` for a variable,
+        ``sup`` or ``sub``.
+    """
+    parts = []
+    for script, name in re.findall(r"([\^_]?)([A-Za-z]+)", symbol):
+        kind = "upright" if name == "Delta" else _SCRIPTS[script]
+        parts.append({"kind": kind, "text": _GREEK.get(name, name)})
+    return parts

@@ -1,40 +1,37 @@
-"""Make the table of all recordings: the true size, the verdict, and whether it is right."""
+"""Make the table of all recordings, and the data on them for the page's scripts."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
+import numpy as np
 import pandas as pd
 
 from capsule import words
+from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.rates import is_within
 from capsule.evaluation.sites import number
-from capsule.kinds import Cells, Row, Settings
-from capsule.page.schemes import standing_in
+from capsule.kinds import Cells, Row
+from capsule.page.packing import rounded
+from capsule.page.rates import ALL, standing_in
 
 OUTCOMES = (
-    "exact",
-    "within tolerance",
-    "off",
-    "missed",
-    "rightly none",
-    "false alarm",
-    "unlabelled",
-    "not judged",
-    "rejected",
+    *("exact", "within tolerance", "off", "missed"),
+    *("rightly none", "false alarm", "unlabelled", "not judged", "rejected"),
 )
 # The table of an archive above MAX_ROWS begins with FIRST_ROWS; the reader can list more.
 MAX_ROWS, FIRST_ROWS = 2000, 500
-# The columns with the evidence for a verdict.
-EVIDENCE = ("score", "threshold", "location_mm")
+# With more marks on one line, the marks overlap.
+MAX_MARKS = 200
 
 
 def page_values(
     index: pd.DataFrame,
-    verdicts: Mapping[str, list[Cells]],
-    detector: str,
+    verdicts: pd.DataFrame,
+    detectors: Sequence[str],
+    sizes_mm: Sequence[float],
     schemes: Sequence[str],
-    settings: Settings,
+    tolerance_mm: float,
 ) -> Cells:
     """Return the page's values that list the recordings.
 
@@ -42,24 +39,25 @@ def page_values(
     ----------
     index : DataFrame
         results/recordings.csv.
-    verdicts : mapping of str to list of dict
-        From `verdicts_by_recording`.
-    detector : str
-        The detector whose verdicts are shown.
+    verdicts : DataFrame
+        From `all_verdicts`.
+    detectors : sequence of str
+        In the order of the page; the first is shown until the reader chooses another.
+    sizes_mm : sequence of float
+        Sizes of the templates, 0 first.
     schemes : sequence of str
-        The schemes of the page; the first is shown.
-    settings : mapping
-        Section ``evaluation`` of the configuration.
+        The schemes of the page; the first is shown until the reader chooses another.
+    tolerance_mm : float
+        Allowed error of the size.
 
     Returns
     -------
     dict
         ``recordings`` (from `recording_rows`), ``rows_listed`` (how many of them the table holds
         before the page's script runs), ``recording_sizes`` and ``outcomes`` for the filters,
-        ``first_shown`` and ``tolerance``.
+        ``first_shown`` and ``tolerance``. ``data`` for the page's scripts, from `page_data`.
     """
-    tolerance_mm = settings["tolerance_mm"]
-    rows = recording_rows(index, verdicts, detector, schemes, tolerance_mm)
+    rows = recording_rows(index, verdicts, detectors[0], schemes, tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
     # A recording with a nodule shows more at first sight than one without.
     first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
@@ -71,7 +69,54 @@ def page_values(
         "outcomes": [name for name in OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
         "tolerance": f"{tolerance_mm:g} mm",
+        "data": page_data(rows, verdicts, detectors, sizes_mm, schemes, tolerance_mm),
     }
+
+
+def all_verdicts(predictions: pd.DataFrame, detections: pd.DataFrame) -> pd.DataFrame:
+    """Return size and score of all verdicts; those on unlabelled recordings have the scheme `ALL`.
+
+    Parameters
+    ----------
+    predictions, detections : DataFrame
+        results/evaluation/predictions.csv and results/detections.csv.
+    """
+    columns = ["recording", "detector", "scheme", "predicted_mm", "score"]
+    return pd.concat(
+        table.reindex(columns=columns).astype({"predicted_mm": float, "score": float})
+        for table in (predictions, detections.assign(scheme=ALL))
+    )
+
+
+def verdicts_of(
+    verdicts: pd.DataFrame,
+    recordings: Iterable[str],
+    detector: str,
+    scheme: str,
+    schemes: Sequence[str],
+) -> pd.DataFrame:
+    """Return a detector's verdict on each recording under a scheme, or the one that stands in.
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        From `all_verdicts`.
+    recordings : iterable of str
+        The recordings.
+    detector, scheme : str
+        Their names.
+    schemes : sequence of str
+        The schemes of the page, for `capsule.page.rates.standing_in`.
+
+    Returns
+    -------
+    DataFrame
+        One row per recording; NaN without a verdict.
+    """
+    rank = {name: place for place, name in enumerate(standing_in(scheme, schemes))}
+    rows = verdicts[(verdicts["detector"] == detector) & verdicts["scheme"].isin(rank)]
+    ranked = rows.sort_values("scheme", key=lambda names: names.map(rank), kind="stable")
+    return ranked.drop_duplicates("recording").set_index("recording").reindex(list(recordings))
 
 
 def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
@@ -104,91 +149,6 @@ def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: flo
     return "within tolerance" if is_within(predicted_mm, size_mm, tolerance_mm) else "off"
 
 
-def verdicts_by_recording(
-    predictions: pd.DataFrame, detections: pd.DataFrame
-) -> dict[str, list[Cells]]:
-    """Return every verdict on every recording, in the order of the tables.
-
-    Returns
-    -------
-    dict of str to list of dict
-        The rows of the tables; an unknown number is NaN. Unlabelled recordings have the scheme
-        ``all``.
-    """
-    verdicts: dict[str, list[Cells]] = {}
-    for table in (predictions, detections):
-        for row in table.to_dict("records"):
-            row.setdefault("scheme", "all")
-            verdicts.setdefault(row["recording"], []).append(row)
-    return verdicts
-
-
-def verdict_of(
-    verdicts: Sequence[Row], detector: str, scheme: str, schemes: Sequence[str]
-) -> Row | None:
-    """Return a detector's verdict on a recording under a scheme, or the one that stands in.
-
-    Parameters
-    ----------
-    verdicts : sequence of mapping
-        The recording's verdicts, from `verdicts_by_recording`.
-    detector, scheme : str
-        Their names.
-    schemes : sequence of str
-        The schemes of the page, for `capsule.page.schemes.standing_in`.
-    """
-    by_scheme = {each["scheme"]: each for each in verdicts if each["detector"] == detector}
-    wanted = (name for name in standing_in(scheme, schemes) if name in by_scheme)
-    return by_scheme.get(next(wanted, ""))
-
-
-def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
-    """Return what the page shows of a verdict from `verdicts_by_recording`.
-
-    Parameters
-    ----------
-    verdict : mapping
-        The verdict.
-    largest_mm : float, optional
-        The largest size that the archive holds.
-
-    Returns
-    -------
-    dict
-        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
-        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
-        known is None. A detector that does not use distances has none.
-    """
-    by_distance = detector_row(verdict["detector"]).by_distance
-    labels = [name for name in verdict if name.startswith("rmse_")] if by_distance else []
-    return {
-        "detector": verdict["detector"],
-        "scheme": verdict["scheme"],
-        "predicted_mm": known_or_none(verdict["predicted_mm"]),
-        "details": _details(verdict, largest_mm),
-        "distances": [known_or_none(verdict[name]) for name in labels],
-        "location_s": known_or_none(verdict.get("location_s")),
-        **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
-    }
-
-
-def _details(row: Row, largest_mm: float | None) -> str:
-    """Return the size, probability and place of a verdict in words; or why there is none."""
-    if not words.is_known(row["predicted_mm"]):
-        reason = row.get("no_verdict")
-        return str(reason) if words.is_known(reason) else ""
-    unlike = words.unlike(row)
-    parts, location_s = [unlike] if unlike else [], row.get("location_s")
-    if words.is_known(row.get("estimate_mm")):
-        parts.append(f"estimated {words.estimated_size(row, largest_mm)}")
-    probability = words.stated_probability(row)
-    if words.is_known(probability):
-        parts.append(f"probability {words.probability(probability)}")
-    if words.is_known(location_s):
-        parts.append(f"place {words.place(location_s, row.get('location_mm'))}")
-    return "; ".join(parts) if unlike else ", ".join(parts)
-
-
 def seven_digits(value: float | None) -> float | None:
     """Return a number to seven digits, more than a drawing shows; None if it is not finite."""
     return float(f"{value:.7g}") if words.is_known(value) and math.isfinite(value) else None
@@ -201,88 +161,47 @@ def known_or_none(value: float | None) -> float | None:
 
 def recording_rows(
     index: pd.DataFrame,
-    verdicts: Mapping[str, list[Cells]],
+    verdicts: pd.DataFrame,
     detector: str,
     schemes: Sequence[str],
     tolerance_mm: float,
 ) -> list[Cells]:
     """Return one row per recording, including rejected recordings.
 
-    Parameters
-    ----------
-    index : DataFrame
-        results/recordings.csv.
-    verdicts : mapping of str to list of dict
-        From `verdicts_by_recording`.
-    detector : str
-        The detector whose verdicts are shown.
-    schemes : sequence of str
-        The schemes of the page; the first is shown.
-    tolerance_mm : float
-        Allowed error of the size.
+    Parameters are as in `page_values`; ``tolerance_mm`` is the allowed error of the size.
 
     Returns
     -------
     list of dict
         The cells of each row, as text and as value to sort by.
     """
-    rows = []
-    for row in index.to_dict("records"):
-        cells = _unjudged(row)
-        verdict = verdict_of(verdicts.get(row["recording"], ()), detector, schemes[0], schemes)
-        verdict = verdict or {"predicted_mm": None}
-        predicted_mm = known_or_none(verdict["predicted_mm"])
-        judged = outcome(cells["size_mm"], predicted_mm, tolerance_mm)
-        duration = known_or_none(row["duration_s"])
-        note = row["source"] if cells["accepted"] and words.is_known(row["source"]) else ""
+    shown = verdicts_of(verdicts, index["recording"], detector, schemes[0], schemes)
+    rows: list[Cells] = []
+    for row, predicted in zip(index.to_dict("records"), shown["predicted_mm"], strict=True):
+        accepted, predicted_mm = row["status"] == "accepted", known_or_none(predicted)
+        size_mm, duration = known_or_none(row["size_mm"]), known_or_none(row["duration_s"])
+        note = row["source"] if accepted and words.is_known(row["source"]) else ""
+        reason = _why_not(row)
         rows.append(
-            cells
-            | {
+            {
+                "recording": row["recording"],
+                "place": len(rows),
+                "accepted": accepted,
+                "size_mm": size_mm,
+                "size": words.size(size_mm) if size_mm is not None else "unlabelled",
+                "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
                 "predicted_mm": predicted_mm,
-                "detector": detector,
                 "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
-                "outcome": judged if cells["accepted"] else "rejected",
+                "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
                 "note": note,
-                "reason": _why_not(row),
-                "notes": "; ".join(filter(None, (note, _why_not(row)))),
+                "reason": reason,
+                "notes": "; ".join(filter(None, (note, reason))),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
             }
         )
     return rows
-
-
-def unjudged_rows(index: pd.DataFrame) -> list[Cells]:
-    """Return the cells of each row that no verdict changes, including rejected recordings.
-
-    Parameters
-    ----------
-    index : DataFrame
-        results/recordings.csv.
-
-    Returns
-    -------
-    list of dict
-        ``recording``, ``accepted``, ``size_mm``, ``size`` and ``nodule_at_mm``.
-    """
-    return [_unjudged(row) for row in index.to_dict("records")]
-
-
-def _unjudged(row: Row) -> Cells:
-    size_mm = known_or_none(row["size_mm"])
-    return {
-        "recording": row["recording"],
-        "accepted": row["status"] == "accepted",
-        "size_mm": size_mm,
-        "size": words.size(size_mm) if size_mm is not None else "unlabelled",
-        "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
-    }
-
-
-def truth(row: Row) -> str:
-    """Return a recording's truth, such as ``3 mm nodule``; `row` is from `unjudged_rows`."""
-    return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
 
 
 def _why_not(row: Row) -> str:
@@ -291,3 +210,83 @@ def _why_not(row: Row) -> str:
         reason: str = row["reason"]
         return reason
     return f"no verdict: {row['no_verdict']}" if words.is_known(row["no_verdict"]) else ""
+
+
+def page_data(
+    rows: Sequence[Row],
+    verdicts: pd.DataFrame,
+    detectors: Sequence[str],
+    sizes_mm: Sequence[float],
+    schemes: Sequence[str],
+    tolerance_mm: float,
+) -> Cells:
+    """Return the data on all recordings for the page's scripts: every verdict and score.
+
+    The rows are from `recording_rows`. The other parameters are as in `page_values`.
+
+    Returns
+    -------
+    dict
+        ``sizes``. ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
+        has ``drawn`` and ``needs``, a scheme ``stand_in`` (from `standing_in`). ``main_scheme`` and
+        ``outcomes``. ``verdicts``, for each detector and scheme the size in mm and the outcome's
+        number of every row. ``scores``, from `score_marks`. ``checksums`` of the rows.
+    """
+    names = [row["recording"] for row in rows]
+    true_mm = np.array([row["size_mm"] for row in rows], dtype=float)
+    columns, scores = {}, {}
+    for detector in detectors:
+        for scheme in schemes:
+            key = f"{detector}|{scheme}"
+            shown = verdicts_of(verdicts, names, detector, scheme, schemes)
+            predicted = list(map(known_or_none, shown["predicted_mm"]))
+            outcomes = [
+                outcome(row["size_mm"], size_mm, tolerance_mm) if row["accepted"] else "rejected"
+                for row, size_mm in zip(rows, predicted, strict=True)
+            ]
+            numbers = [OUTCOMES.index(each) for each in outcomes]
+            columns[key] = {"predicted_mm": predicted, "outcome": numbers}
+            known = list(map(seven_digits, shown["score"]))
+            scores[key] = score_marks(true_mm, np.array(known, dtype=float))
+    return {
+        "sizes": list(sizes_mm),
+        "detectors": [
+            {"name": row.name, "words": row.sentence, "drawn": row.drawn, "needs": row.needs}
+            for row in map(detector_row, detectors)
+        ],
+        "schemes": [
+            {"name": name, "words": words.scheme(name), "stand_in": standing_in(name, schemes)}
+            for name in schemes
+        ],
+        "main_scheme": schemes[0],
+        "outcomes": list(OUTCOMES),
+        "verdicts": columns,
+        "scores": scores,
+        "checksums": {row["recording"]: row["sha256"][:16] for row in rows if row["accepted"]},
+    }
+
+
+def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
+    """Return the scores of the labelled recordings, one row per size, at most `MAX_MARKS` each.
+
+    Parameters
+    ----------
+    true_mm : (N,) array
+        True sizes; NaN for an unlabelled recording.
+    scores : (N,) array
+        The score of each recording; NaN without a verdict.
+
+    Returns
+    -------
+    list of dict
+        ``size_mm``, ``of`` (number of recordings) and ``scores``, ascending: all scores, or those
+        of evenly spaced ranks.
+    """
+    marks, known = [], ~np.isnan(true_mm) & ~np.isnan(scores)
+    for size_mm in np.unique(true_mm[known]):
+        ranked = np.sort(scores[known & (true_mm == size_mm)])
+        count = min(len(ranked), MAX_MARKS)
+        last = max(count - 1, 1)
+        kept = [ranked[round(rank * (len(ranked) - 1) / last)] for rank in range(count)]
+        marks.append({"size_mm": float(size_mm), "of": len(ranked), "scores": rounded(kept)})
+    return marks

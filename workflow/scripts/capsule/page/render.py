@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
+from capsule import words
 from capsule.kinds import Row
 
 PAGE = "report.html.j2"
@@ -32,6 +33,23 @@ class Frame:
     templates: Mapping[str, str]
     style: str
     script: str
+
+
+def environment(templates: Mapping[str, str]) -> Environment:
+    """Return what renders templates: it escapes every value, and refuses unknown names.
+
+    The templates see `capsule.words` as ``words``, to write values in words.
+    """
+    made = Environment(
+        loader=DictLoader(templates),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.globals["words"] = words
+    return made
 
 
 def render_page(frame: Frame, page: Row) -> Iterator[str]:
@@ -68,14 +86,6 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
     for name, text in (("style", frame.style), ("script", frame.script)):
         if f"</{name}" in text.casefold():
             raise ValueError(f"the {name} holds its own end tag and would break the page")
-    environment = Environment(
-        loader=DictLoader(frame.templates),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     beside = bool(page.get("beside"))
     if "evidence" in page:
         evidence = [(name, Markup(content)) for name, content in page["evidence"]]
@@ -83,26 +93,22 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
     if "surveys" in page:
         shown = [each | {"data": Markup(each["data"])} for each in page["surveys"]["shown"]]
         page = {**page, "surveys": {**page["surveys"], "shown": shown}}
-    return environment.get_template(PAGE).generate(
+    style, script = _allowed(frame.style), _allowed(frame.script)
+    policy = [
+        "default-src 'none'",
+        "img-src data:",
+        f"style-src {style}",
+        f"script-src {script} {_READ_BY_SCRIPT}" if beside else f"script-src {script}",
+        "base-uri 'none'",
+        "form-action 'none'",
+    ]
+    template = environment(frame.templates).get_template(PAGE)
+    return template.generate(
         page=page,
         style=Markup(frame.style),
         script=Markup(frame.script),
-        policy=Markup(_policy(frame, beside=beside)),
-        policy_beside=Markup(f"script-src {_allowed(frame.script)} {_BESIDE}") if beside else "",
-    )
-
-
-def _policy(frame: Frame, *, beside: bool) -> str:
-    script = f"{_allowed(frame.script)} {_READ_BY_SCRIPT}" if beside else _allowed(frame.script)
-    return "; ".join(
-        [
-            "default-src 'none'",
-            "img-src data:",
-            f"style-src {_allowed(frame.style)}",
-            f"script-src {script}",
-            "base-uri 'none'",
-            "form-action 'none'",
-        ]
+        policy=Markup("; ".join(policy)),
+        policy_beside=Markup(f"script-src {script} {_BESIDE}") if beside else "",
     )
 
 
@@ -110,8 +116,3 @@ def _allowed(text: str) -> str:
     """Return the policy's source expression that allows an inline element with this text."""
     digest = hashlib.sha256(text.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
-
-
-def image_address(svg: bytes) -> str:
-    """Return an SVG file as a data address for an image inside the page."""
-    return "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")

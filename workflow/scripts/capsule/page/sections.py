@@ -1,49 +1,42 @@
 """Put together the values of all sections of the page from the tables of results."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
 from capsule import words
 from capsule.evaluation.lead import leading
-from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import (
-    archive_evidence,
-    benches,
     cells,
     comparison,
-    confounded_table,
     detector_sections,
-    methods,
+    evidence,
     more_recordings,
     overview,
-    page_data,
     patients,
-    places,
     provenance,
     recordings,
-    trust,
 )
-from capsule.page.beside import FilesBeside
-from capsule.page.packing import to_json
+from capsule.page.packing import deflated, inflated, to_json
+from capsule.page.rates import Rates
+
+# Writes the two texts of each accepted recording, and returns what the page says of the files.
+WriteBeside = Callable[[Sequence[Row], Callable[[Iterable[Row]], Iterable[tuple[str, str]]]], Cells]
 
 
 @dataclass(frozen=True)
-class Tables:
-    """The tables of results that the page shows.
+class Tables(Rates):
+    """The tables of results that the page shows, besides the rates.
 
     Attributes
     ----------
-    index, passed_over, detections, sites : DataFrame
-        results/recordings.csv, passed_over.csv, detections.csv and sites.csv.
+    passed_over, detections, sites : DataFrame
+        results/passed_over.csv, detections.csv and sites.csv.
     templates : sequence of mapping
         Those of results/templates.json.
-    evaluation : Evaluation
-        The rates, ours and the paper's.
-    judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.measures`, by name.
     learning : DataFrame
         The rates reached with parts of the archive, from `capsule.evaluation.learning`.
     benches : sequence of mapping
@@ -52,13 +45,10 @@ class Tables:
         workflow/report/references.bib.
     """
 
-    index: pd.DataFrame
     passed_over: pd.DataFrame
     detections: pd.DataFrame
     sites: pd.DataFrame
     templates: Sequence[Row]
-    evaluation: Evaluation
-    judgements: Mapping[str, pd.DataFrame]
     learning: pd.DataFrame
     benches: Sequence[Row]
     references: str
@@ -66,10 +56,10 @@ class Tables:
 
 def page_values(
     tables: Tables,
-    stored: archive_evidence.Stored | FilesBeside,
-    settings: Settings,
+    stored: evidence.StoredRecordings,
     schema: Settings,
     printed: Settings,
+    write: WriteBeside | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -77,83 +67,76 @@ def page_values(
     ----------
     tables : Tables
         The tables.
-    stored : Stored or FilesBeside
-        The stored results of the accepted recordings, or the files beside the page that hold them.
-    settings, schema : mapping
-        The configuration and its JSON Schema.
+    stored : StoredRecordings
+        The stored results of the accepted recordings.
+    schema : mapping
+        The JSON Schema of the configuration.
     printed : mapping
         Content of paper.yaml.
-
-    Returns
-    -------
-    dict
+    write : callable, optional
+        `capsule.page.beside.write_beside` with its folder: what the page draws goes there.
     """
-    judged, evaluation = settings["evaluation"], tables.evaluation
-    rates = detector_sections.Rates(evaluation, tables.judgements, tables.index, settings)
-    schemes = rates.schemes
-    verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
+    settings, evaluation = tables.settings, tables.evaluation
+    judged, index = settings["evaluation"], tables.index
+    schemes, sizes_mm = tables.schemes, evaluation.sizes_mm()
+    verdicts = recordings.all_verdicts(evaluation.predictions, tables.detections)
     lead = leading(
         evaluation.predictions, settings["detectors"], judged["schemes"], settings["report"]["lead"]
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
-    listed = recordings.page_values(tables.index, verdicts, lead.detector, schemes, judged)
-    largest_mm, origin = evaluation.sizes_mm()[-1], overview.labelled_origin(tables.index)
-    told = patients.page_values(
-        tables.index,
-        tables.detections,
-        tables.sites,
-        lead.detector,
-        stored.quality,
-        largest_mm,
+    listed = recordings.page_values(
+        index, verdicts, detectors, sizes_mm, schemes, judged["tolerance_mm"]
     )
-    of_detectors = detector_sections.page_values(rates, lead, printed["sizing_tolerance_mm"])
+    rows = listed["recordings"]
+    largest_mm = sizes_mm[-1]
+    told = patients.page_values(
+        index, tables.detections, tables.sites, lead.detector, stored.qualities, largest_mm
+    )
+    listed_patients = [*told["rows"], *told["folded"]]
+    of_detectors = detector_sections.page_values(tables, lead, printed["sizing_tolerance_mm"])
+    accepted = [row for row in rows if row["accepted"]]
+    texts = partial(
+        evidence.archive_evidence,
+        verdicts=evidence.verdicts_by_recording(evaluation.predictions, tables.detections),
+        sizes_mm=sizes_mm,
+        stored=stored,
+        settings=settings,
+    )
     beside, inside = None, []
-    if isinstance(stored, FilesBeside):
-        beside = {"folder": stored.folder, "files": stored.files, "each": stored.each}
+    if write:
+        beside = write(accepted, lambda some: ((a, deflated(b)) for a, b in texts(some)))
     else:
-        accepted = archive_evidence.accepted_rows(listed["recordings"])
-        sizes_mm = evaluation.sizes_mm()
-        evidence = archive_evidence.archive_evidence(accepted, verdicts, sizes_mm, stored, settings)
-        inside = [(each.name, each.joined()) for each in evidence]
+        # Both parts as one JSON object.
+        joined = (f"{inflated(alone)[:-1]},{others[1:]}" for alone, others in texts(accepted))
+        inside = [(row["recording"], text) for row, text in zip(accepted, joined, strict=True)]
     return {
-        **overview.overview(tables.index, tables.passed_over, rates.held_out),
+        **overview.overview(index, tables.passed_over, tables.held_out),
         **of_detectors,
-        "confounded": confounded_table.page_values(rates.confounded),
+        "confounded": overview.confounded_values(tables.confounded),
         "patients": told,
-        "trust": of_detectors["trust"]
-        if rates.confounded
-        else trust.of_rows(
-            [*told["rows"], *told["folded"]],
-            of_detectors["trust"],
+        "single_passes": not all(row["site"] for row in listed_patients),
+        "together": patients.together_values(
+            listed_patients,
             tables.judgements["retest"].query("detector == @lead.detector"),
             schemes,
-            judged,
-            origin,
+            judged["confidence"],
         ),
         **comparison.page_values(tables.judgements, schemes, settings, lead.detector),
-        **benches.page_values(tables.benches, detectors, origin),
-        **more_recordings.page_values(rates, tables.learning),
-        "methods": methods.methods_sentences(rates, lead, printed["equations"]),
+        **comparison.bench_values(tables.benches, detectors),
+        **more_recordings.page_values(tables, tables.learning),
+        "methods": detector_sections.methods_values(tables, lead, of_detectors["ours"]),
+        "settings": settings,
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
-        "places": places.place_rows(tables.sites, largest_mm),
-        "retest": places.retest_rows(tables.judgements["retest"]),
-        "templates": cells.template_rows(tables.templates),
-        "detections": cells.detection_rows(tables.detections, largest_mm),
+        "places": cells.place_rows(tables.sites, largest_mm),
+        "retest": cells.retest_rows(tables.judgements["retest"]),
+        "templates": tables.templates,
+        "detections": cells.detection_rows(tables.detections),
+        "largest_mm": largest_mm,
         **listed,
-        "data": to_json(
-            page_data.page_data(
-                listed["recordings"],
-                verdicts,
-                detectors,
-                evaluation.sizes_mm(),
-                schemes,
-                judged["tolerance_mm"],
-            )
-            | {"beside": beside}
-        ),
+        "data": to_json(listed["data"] | {"beside": beside}),
         "beside": beside,
         "evidence": inside,
-        **provenance.page_values(listed["recordings"], settings, schema, printed),
+        **provenance.page_values(rows, settings, schema, printed),
     }

@@ -1,21 +1,25 @@
-"""Prepare the data with which the page's scripts replay a survey.
+"""The page's section on surveys: what it says about each, and the data that replays it.
 
 Signals are thinned and packed (`capsule.page.packing`). A path becomes a few points with straight
 lines between them.
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from capsule import words
 from capsule.arrays import BoolArray, FloatArray
 from capsule.geometry.origami import Origami, half_width, pitch, vertices
-from capsule.kinds import Cells
-from capsule.page.packing import pack, rounded
+from capsule.kinds import Cells, Row
+from capsule.page.packing import pack, rounded, to_json
+from capsule.page.provenance import is_simulated
 from capsule.phantom.parameters import Phantom
 from capsule.survey.cycle import STATES
-from capsule.survey.files import Session
-from capsule.survey.track import Track, folded_part, group_of, simplified
+from capsule.survey.files import Session, StoredPlace
+from capsule.survey.suspects import STATUSES
+from capsule.survey.track import AGAIN, BACK, Pin, Track, folded_part, group_of, simplified
 
 # Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.
 MOST_SAMPLES = 14_000
@@ -25,6 +29,105 @@ _LEAST_S = 0.2
 _WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.002
 # Largest error of the head's position: in mm, and as a fraction (1 / parts) of the whole way.
 _HEAD_MM, _HEAD_PARTS = 0.4, 5000
+
+
+def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:
+    """Return the values of the page's section on surveys.
+
+    Parameters
+    ----------
+    surveys : sequence of mapping
+        Each survey's results (``survey.json``) and its ``pictures``; only ``name`` and ``problem``
+        for a survey that cannot be read.
+    passed_over : mapping of str to str
+        Folders that are not a finished survey, and why.
+
+    Returns
+    -------
+    dict
+        ``shown``, for each survey what `survey_values` returns, ``pictures`` and ``data`` (JSON for
+        the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
+    """
+    carried = ("title", "places", "frames", "player")
+    readable = [survey for survey in surveys if "problem" not in survey]
+    problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]
+    return {
+        "shown": [
+            {**survey, "data": to_json({name: survey[name] for name in carried})}
+            for survey in readable
+        ],
+        "problems": [*problems, *passed_over.items()],
+        "any_simulated": any(survey["simulated"] for survey in readable),
+    }
+
+
+def title_of(session: Session) -> str:
+    """Return a survey's title, which always marks a simulated survey."""
+    if is_simulated(session.source):
+        return f"{session.name}, simulated"
+    return session.name if session.source else f"{session.name}, of unknown origin"
+
+
+def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
+    """Return what the page says about one survey, ready for JSON.
+
+    Returns
+    -------
+    dict
+        ``name``, ``title``, ``simulated``, ``summary`` (a sentence), and ``places`` with
+        ``number``, ``status``, ``where``, ``passes``, ``size``, ``height``, ``place_mm``,
+        ``suspected_s`` and ``decided_s``.
+    """
+    known = track.head_mm[track.known]
+    way = f"{words.number(float(known.max()), 0)} mm of gut" if known.size else "no known way"
+    whole_s = float(session.time_s[-1] - session.time_s[0])
+    groups = [group_of(state) for state in track.state]
+    share = sum(group in (BACK, AGAIN) for group in groups) / len(groups)
+    return {
+        "name": session.name,
+        "title": title_of(session),
+        "simulated": is_simulated(session.source),
+        "summary": (
+            f"{way} in {words.duration(whole_s)}, of which {words.percent(share)} to go back and "
+            f"look again; {_outcome(session)}."
+        ),
+        "places": [
+            {
+                "number": place.number,
+                "status": place.status,
+                "place_mm": place.place_mm,
+                "where": f"{words.number(place.place_mm, 1)} mm",
+                "passes": place.passes,
+                "size": _size(place),
+                "height": words.number(place.height, 2),
+                "suspected_s": pin.suspected_s,
+                "decided_s": pin.decided_s,
+            }
+            for place, pin in zip(session.places, pins, strict=False)
+        ],
+    }
+
+
+def _outcome(session: Session) -> str:
+    """Return the survey's targets in words, or its number of suspected places."""
+    targets = session.about.get("goto")
+    if isinstance(targets, list) and targets:
+        told = ", then ".join(f"{words.setting(target)} mm" for target in targets)
+        return f"it was told to go to {told}"
+    if not session.places:
+        return "no suspected place"
+    counts = Counter(place.status for place in session.places)
+    said = words.enumerate_words([f"{counts[name]} {name}" for name in STATUSES if counts[name]])
+    return f"{words.plural(len(session.places), 'suspected place')}: {said}"
+
+
+def _size(place: StoredPlace) -> str:
+    names = ("size_mm", "size_low_mm", "size_high_mm")
+    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
+    said = words.estimated_size(size) if place.status == "confirmed" else words.NOT_APPLICABLE
+    if place.unfamiliar_because:
+        return f"{words.UNLIKE} ({place.unfamiliar_because}); {said}"
+    return said
 
 
 def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> Cells:
@@ -63,7 +166,17 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
         "unknown": _stretches(track.time_s, ~track.known),
         "wave": _points(track.time_s, track.wave_mm, _WAVE_MM),
         "folded": _points(time_s, folded_part(time_s, session.fold), _FOLDED),
-        "states": _states(session, track),
+        "states": [
+            [round(float(track.time_s[0]), 2), "starting", ""],
+            *(
+                [
+                    round(event.time_s, 2),
+                    event.after,
+                    f"{event.event.replace('_', ' ')}, {event.reason}",
+                ]
+                for event in session.events
+            ),
+        ],
         "words": STATES,
         "groups": {state: group_of(state) for state in STATES},
         "judged_s": judged_s,
@@ -129,15 +242,6 @@ def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
         [round(float(time_s[first]), 2), round(float(time_s[after - 1]), 2)]
         for first, after in edges.reshape(-1, 2)
     ]
-
-
-def _states(session: Session, track: Track) -> Sequence[list[float | str]]:
-    """Return each change of state as [time in s, new state, reason]."""
-    states: list[list[float | str]] = [[round(float(track.time_s[0]), 2), "starting", ""]]
-    for event in session.events:
-        what = event.event.replace("_", " ")
-        states.append([round(event.time_s, 2), event.after, f"{what}, {event.reason}"])
-    return states
 
 
 def _signals(session: Session) -> Cells:

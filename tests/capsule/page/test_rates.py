@@ -4,7 +4,8 @@ import pandas as pd
 import pytest
 
 from capsule import words
-from capsule.page import schemes
+from capsule.evaluation.paper import Evaluation
+from capsule.page import rates
 from support.project import ROOT
 
 
@@ -12,16 +13,22 @@ def predictions(*names):
     return pd.DataFrame({"scheme": names}, dtype=str)
 
 
+def rates_by(shown, table=None, configured=()):
+    evaluation = Evaluation(predictions(*shown), {}, {})
+    settings = {"evaluation": {"schemes": configured, "held_out": ["late"]}}
+    return rates.Rates(evaluation, {}, table, settings)
+
+
 def test_what_was_held_out_is_shown_first_and_then_leaving_one_place_out():
-    judged = predictions("resubstitution", "leave_one_session_out", "leave_one_out", "held_out")
-    assert schemes.shown_schemes(judged, ["leave_one_out"]) == [
+    judged = ("resubstitution", "leave_one_session_out", "leave_one_out", "held_out")
+    assert rates_by(judged).schemes == [
         "held_out",
         "leave_one_out",
         "resubstitution",
         "leave_one_session_out",
     ]
-    assert schemes.shown_schemes(predictions("resubstitution"), []) == ["resubstitution"]
-    assert schemes.shown_schemes(predictions(), ["leave_one_out"]) == ["leave_one_out"]
+    assert rates_by(["resubstitution"]).schemes == ["resubstitution"]
+    assert rates_by([], configured=["leave_one_out"]).schemes == ["leave_one_out"]
 
 
 @pytest.mark.parametrize(
@@ -38,7 +45,7 @@ def test_what_was_held_out_is_shown_first_and_then_leaving_one_place_out():
 def test_a_learned_threshold_sets_the_specificity_unless_a_group_is_held_out(
     detector, scheme, expected
 ):
-    assert schemes.sets_specificity(detector, scheme) is expected
+    assert rates.sets_specificity(detector, scheme) is expected
 
 
 def index(setups, size_mm=0.0, session="late"):
@@ -65,7 +72,7 @@ def index(setups, size_mm=0.0, session="late"):
 def test_rates_hold_over_new_set_ups_only_if_three_that_taught_nothing_were_judged(
     judged, teaching, scheme, new
 ):
-    scope = schemes.scope_of(index(judged), index(teaching), scheme)
+    scope = rates.scope_of(index(judged), index(teaching), scheme)
     assert scope.new is new
     expected = "over new set-ups (3 were" if new else "for further runs of these set-ups"
     assert scope.text().startswith(expected)
@@ -76,14 +83,13 @@ def test_each_table_says_for_what_the_rates_of_its_schemes_hold():
     teaching = [index(list("xy"), session="early"), index(list("xy"), 2.0, "early")]
     table = pd.concat([*held_out, *teaching])
     of_table = ["held_out", "leave_one_out", "resubstitution"]
-    said = schemes.table_note(of_table, table, ["late"])
-    assert said == (
+    assert rates.table_note(rates_by(of_table, table)) == (
         "Held-out sessions: rates over new set-ups. Leave-one-out: rates for further runs of these "
         "set-ups."
     )
     # Healthy set-ups alone do not make a class of nodules.
     few = pd.concat([held_out[0], index(list("ab"), 2.0), *teaching])
-    assert schemes.table_note(["held_out"], few, ["late"]).endswith("of these set-ups.")
+    assert rates.table_note(rates_by(["held_out"], few)).endswith("of these set-ups.")
 
 
 def test_no_word_on_the_page_names_the_scheme_that_is_gone():

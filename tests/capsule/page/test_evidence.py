@@ -1,0 +1,283 @@
+"""Tests of the data that the page holds of each recording: complete, and small."""
+
+import json
+
+import numpy as np
+import pytest
+
+from capsule import files
+from capsule.configuration import read_config_file
+from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.detectors.template import first_peak_sample
+from capsule.page.beside import stands_beside
+from capsule.page.evidence import (
+    VERDICT_KEYS,
+    FoldParticles,
+    NearestTemplate,
+    StoredRecordings,
+    archive_evidence,
+    evidence_among_others,
+    in_words,
+    nearest_template,
+    nearest_templates,
+    surface,
+    verdicts_by_recording,
+)
+from capsule.page.packing import inflated, to_json
+from capsule.page.plot_data import STEP, plot_data
+from capsule.particle import Particle, render
+from capsule.results import FITS, PLOT_DATA, Results
+from capsule.sliding import SlidingComparison, rmse_at_lag
+from capsule.templates import build_templates, total
+from support.evaluated import DETECTIONS, UNKNOWN, evaluated
+from support.project import ROOT
+from support.stored import StoredResults
+from support.synthetic import make_recording
+
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
+PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
+FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
+ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
+
+
+def test_1200_recordings_of_full_length_stay_below_25_megabytes():
+    values = make_recording(3, "3mm/r01", samples=1000).values
+    said = dict.fromkeys(VERDICT_KEYS)
+    said |= {"detector": "template_threshold", "scheme": "leave_one_out", "predicted_mm": 3.0}
+    said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
+    said |= dict.fromkeys(("score", "threshold", "location_mm"), 1234.567)
+    verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
+    verdicts += [said | {"distances": []}] * 6
+    schemes = ("leave_one_out", "resubstitution")
+    nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in schemes}
+    beats = int(1000 / 32 * WINDOWS_A_WAVE)
+    stretches = 7.0, np.linspace(0, 1, beats // STEP)
+    check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
+    made = plot_data("3mm/r01", values, check, stretches, 10.0, SETTINGS)
+    alone = json.loads(inflated(made["drawn"]))
+    assert None not in alone.values()
+    alone["facts"] = {"SHA-256": "0" * 64}
+    added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), SETTINGS)
+    assert None not in added.values()
+    one = len(to_json(alone | added))
+    # The figures take 2.5 MB, a recording's rows in the tables less than 900 bytes.
+    assert 1200 * (one + 900) + 2.5e6 < 25e6
+    assert not stands_beside(1200, SETTINGS)
+    too_many = int((25e6 - 2.5e6) / (one + 900)) + 1
+    assert stands_beside(too_many, SETTINGS)
+
+
+def test_the_fit_is_drawn_where_it_lies_and_said_in_words():
+    settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | {"length": 500}}
+    particle = Particle(np.ones(4), np.full(4, 0.3), np.full(3, 100.0), np.full(4, 9.0))
+    fit = FIT | {"first_peak": 50, "lag": 501}
+    added = evidence_among_others(ROW, [], {}, (fit, particle), settings)
+    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
+    assert added["fitted"]["peak"] == [49, 149, 249, 349]
+    assert added["fit"].startswith("RMSE 0.1000; ") and added["fit"].endswith("; lag 501")
+    without = evidence_among_others(ROW, [], {}, None, settings)
+    assert without["fitted"] is without["fit"] is None
+
+
+def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_templates():
+    rows = [
+        ROW | {"recording": "0mm/r01", "size_mm": 0.0, "nodule_at_mm": None},
+        ROW | {"recording": "3mm/r01", "place": 2},
+    ]
+    first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
+    verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
+    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
+    location_s = first_peak_sample(length + 1, first_peak, length) / 10
+    row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": location_s}
+    verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
+    said = dict.fromkeys(VERDICT_KEYS) | verdict
+    said |= {"distances": [0.2, 0.1], "details": f"place {location_s:g} s"}
+    stored = StoredResults(leave_one_out={3.0: PARTICLE})
+    made = list(archive_evidence(rows, verdicts, [0.0, 3.0], stored, SETTINGS))
+    assert [json.loads(inflated(alone))["recording"] for alone, _ in made] == ["0mm/r01", "3mm/r01"]
+    healthy, nodule = (json.loads(others) for _, others in made)
+    assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
+    assert (healthy["row"], nodule["row"]) == (0, 2)
+    assert (healthy["nodule_at_mm"], nodule["nodule_at_mm"]) == (None, 4.5)
+    assert healthy["verdicts"] == [said] and nodule["verdicts"] == [said] * 2
+    drawn = nodule["templates"]["leave_one_out"]
+    assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
+
+
+def test_every_verdict_on_a_recording_is_found_in_the_order_of_the_tables():
+    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold"))
+    verdicts = verdicts_by_recording(evaluation.predictions, DETECTIONS)
+    assert [(each["detector"], each["scheme"]) for each in verdicts["2mm/a"]] == [
+        ("template", "leave_one_out"),
+        ("template_threshold", "leave_one_out"),
+    ]
+    assert in_words(verdicts["2mm/a"][0])["predicted_mm"] == 3.0
+
+
+def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
+    row = dict.fromkeys(("predicted_mm", "estimate_mm", "probability", "location_s"), UNKNOWN)
+    row |= {"detector": "template", "scheme": "all", "score": 1 / 3, "threshold": float("inf")}
+    row |= {"rmse_0mm": 0.25, "rmse_3mm": UNKNOWN}
+    said = in_words(row)
+    assert (said["predicted_mm"], said["location_s"], said["details"]) == (None, None, "")
+    assert in_words(row | {"no_verdict": "no wave"})["details"] == "no wave"
+    assert (said["score"], said["threshold"]) == (0.3333333, None)
+    assert said["distances"] == [0.25, None]
+    # The detector by beats compares with no template.
+    assert in_words(row | {"detector": "diagonal"})["distances"] == []
+
+
+U, LENGTH, RATE_HZ = 30, 120, 10
+SHORT = {
+    "fit": {"first_peak": U},
+    "preprocessing": {"length": LENGTH},
+    "recording": {"rate_hz": RATE_HZ},
+}
+SIZES_MM = [0.0, 1.0, 3.0, 5.0]
+
+
+def two_sensors(height, spacing=40.0):
+    return Particle(np.full(2, height), np.full(2, 0.3), np.array([spacing]), np.full(2, 8.0))
+
+
+BY_SIZE = {1.0: two_sensors(0.2), 3.0: two_sensors(1.0), 5.0: two_sensors(2.0)}
+
+
+def verdict(distances, lag=None, scheme="leave_one_out", detector="template"):
+    at = None if lag is None else first_peak_sample(lag, U, LENGTH) / RATE_HZ
+    return {"detector": detector, "scheme": scheme, "distances": distances, "location_s": at}
+
+
+def found(verdicts, matrix=None, particles=BY_SIZE):
+    by_scheme = nearest_templates(
+        {"leave_one_out": particles}, verdicts, SIZES_MM, lambda: matrix, SHORT
+    )
+    return {scheme: (each.size_mm, each.lag) for scheme, each in by_scheme.items()}
+
+
+def test_a_fold_has_the_templates_of_the_recordings_that_taught():
+    by_size = {1.0: [two_sensors(0.2)], 3.0: [two_sensors(1.0), two_sensors(0.8, 44.0)]}
+    folds = FoldParticles({size: total(some, 2) for size, some in by_size.items()})
+    everything = folds.without([])
+    templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
+    for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
+        assert np.allclose(render(everything[size], U, LENGTH), matrix)
+    # Without its only recording a size has no template.
+    fold = folds.without([(1.0, two_sensors(0.2)), (3.0, two_sensors(1.0))])
+    assert list(fold) == [3.0]
+    assert fold[3.0].to_vector() == pytest.approx(two_sensors(0.8, 44.0).to_vector())
+    assert folds.without([(3.0, two_sensors(1.0)), (3.0, two_sensors(0.8, 44.0))]).keys() == {1.0}
+
+
+def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
+    particles = {1.0: two_sensors(0.2), 3.0: two_sensors(1.0), 5.0: two_sensors(2.0)}
+    matrix = render(two_sensors(0.9), U, LENGTH)
+    nearest = nearest_template(SlidingComparison(matrix), particles, U)
+    assert nearest.size_mm == 3.0 and nearest.lag == LENGTH + 1
+
+
+def test_without_a_template_none_is_nearest():
+    assert nearest_template(SlidingComparison(np.ones((2, LENGTH))), {}, U) is None
+
+
+@pytest.mark.parametrize("lag", [1, 77, LENGTH + 1, 2 * LENGTH])
+def test_the_papers_verdict_tells_size_and_lag_without_a_comparison(lag):
+    assert found([verdict([0.4, 0.3, 0.1, 0.2], lag)]) == {"leave_one_out": (3.0, lag)}
+
+
+def test_of_equal_distances_the_first_counts_as_in_the_comparison():
+    assert found([verdict([0.1, 0.3, 0.2, 0.2], 9)]) == {"leave_one_out": (3.0, 9)}
+
+
+def test_a_size_without_a_template_is_not_the_nearest():
+    assert found([verdict([0.4, None, 0.3, 0.2], 9)]) == {"leave_one_out": (5.0, 9)}
+
+
+def test_without_a_nodule_found_only_the_nearest_template_is_compared():
+    # The matrix is nearest to 3 mm, so a comparison with all sizes would not return 5 mm.
+    matrix = render(two_sensors(0.9), U, LENGTH)
+    assert found([verdict([0.1, 0.4, 0.3, 0.2])], matrix) == {"leave_one_out": (5.0, LENGTH + 1)}
+
+
+def test_without_a_verdict_of_the_papers_detector_all_templates_are_compared():
+    matrix, wanted = render(two_sensors(0.9), U, LENGTH), (3.0, LENGTH + 1)
+    others = [
+        verdict([], 9, detector="diagonal"),
+        verdict([0.1, 0.2, 0.2, 0.1], 9, scheme="resubstitution"),
+        verdict([None] * 4),
+    ]
+    for verdicts in ([], others[:1], others[1:2], others):
+        assert found(verdicts, matrix) == {"leave_one_out": wanted}
+
+
+def test_a_scheme_without_any_template_has_none():
+    assert found([verdict([0.1, None, None, None])], particles={}) == {}
+
+
+def drawn(values, sensors, samples):
+    """Draw a surface as the page does."""
+    column, row = np.arange(samples), np.arange(sensors)
+    heights = [
+        np.exp(-0.5 * ((row[:, np.newaxis] - s) / vertical) ** 2)
+        * amplitude
+        * np.exp(-0.5 * ((column - peak) / horizontal) ** 2)
+        for s, (amplitude, vertical, peak, horizontal) in enumerate(
+            zip(*(values[k] for k in ("amplitude", "vertical", "peak", "horizontal")), strict=True)
+        )
+    ]
+    inside = (column >= values["from"]) & (column < values["to"])
+    return np.max(heights, axis=0) * inside
+
+
+def test_a_particle_is_drawn_where_the_comparison_found_it():
+    rendered = render(two_sensors(1.0), U, LENGTH)
+    matrix = np.zeros_like(rendered)
+    matrix[:, 25:] = rendered[:, :-25]
+    lag = min(range(1, 2 * LENGTH + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
+    values = surface(two_sensors(1.0), U, lag, LENGTH)
+    assert np.allclose(drawn(values, 2, 100), matrix[:, :100], atol=1e-4)
+
+
+PARAMETERS = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
+RECORDINGS = {"0mm/r01": "", "3mm/r01": "", "3mm/r02": "there is no wave", "unlabelled/p": ""}
+
+
+@pytest.fixture
+def stored(tmp_path):
+    rows = [
+        {
+            "recording": name,
+            "size_mm": "" if name.startswith("unlabelled") else float(name[0]),
+            "status": "accepted",
+            "no_verdict": no_verdict,
+        }
+        for name, no_verdict in RECORDINGS.items()
+    ]
+    columns = [*rows[0], "near_copies", "site", "session", "readings_sha256"]
+    blank = dict.fromkeys(columns, "")
+    files.write_csv(tmp_path / "recordings.csv", columns, [blank | row for row in rows])
+    results = Results(tmp_path, RECORDINGS, 1)
+    for name, no_verdict in RECORDINGS.items():
+        # Also where a fit was asked for by hand.
+        parameters = {key: [1.0] * length for key, length in PARAMETERS.items()}
+        fit = {"recording": name, "lag": 7, "parameters": None if no_verdict else parameters}
+        files.write_json(results.file(FITS, name), fit)
+        drawn = {each: {"quality": f"{each}: no gap", "drawn": each} for each in RECORDINGS}
+        files.write_json(results.file(PLOT_DATA, name), drawn)
+    return StoredRecordings(results, SETTINGS)
+
+
+def test_a_recording_of_a_nodule_has_its_fit(stored):
+    numbers, particle = stored.fit("3mm/r01")
+    assert numbers["lag"] == 7
+    np.testing.assert_array_equal(particle.peak_spacing, np.ones(3))
+
+
+@pytest.mark.parametrize("name", ["0mm/r01", "3mm/r02", "unlabelled/p"])
+def test_without_a_nodule_of_known_size_or_a_wave_there_is_no_fit(stored, name):
+    assert stored.fit(name) is None
+
+
+def test_every_recording_has_its_signals_and_quality(stored):
+    for name in RECORDINGS:
+        assert (stored.drawn[name], stored.qualities[name]) == (name, f"{name}: no gap")

@@ -1,0 +1,421 @@
+"""Collect what the page shows of each recording, small enough for a thousand recordings.
+
+What neither its fit nor another recording changes is made by jobs of its own
+(`capsule.page.plot_data`). The report adds the fit, the verdicts and the templates.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from typing import NamedTuple
+
+import pandas as pd
+
+from capsule import files, names, words
+from capsule.arrays import FloatArray
+from capsule.detectors.registry import PAPER, detector_row
+from capsule.detectors.template import lag_of_first_peak
+from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
+from capsule.held_out import teaching
+from capsule.kinds import Cells, Row, Settings
+from capsule.names import sizes_of
+from capsule.page.packing import rounded, to_json
+from capsule.page.rates import ALL
+from capsule.page.recordings import known_or_none, seven_digits
+from capsule.particle import Particle, particles_of, peak_positions, render
+from capsule.results import PLOT_DATA, Results
+from capsule.sliding import RepeatedParticle, SlidingComparison
+from capsule.templates import ParticleTotal, by_size, total
+
+# The columns with the evidence for a verdict.
+EVIDENCE = ("score", "threshold", "location_mm")
+VERDICT_KEYS = ("detector", "scheme", "predicted_mm", "details", "distances", *EVIDENCE)
+
+
+class NearestTemplate(NamedTuple):
+    """The nodule's template that is most similar to a recording: its size, particle and lag tau."""
+
+    size_mm: float
+    particle: Particle
+    lag: int
+
+
+class StoredRecordings:
+    """The stored results of the accepted recordings of a run of the workflow.
+
+    Parameters
+    ----------
+    results : Results
+        The files of all recordings of the archive.
+    settings : mapping
+        The configuration.
+
+    Attributes
+    ----------
+    drawn, qualities : mapping of str to str
+        What the page shows of each recording alone, as deflated JSON, and its quality in words.
+    templates : dict of str to dict
+        The averaged particles of each scheme that judged a recording, by size in mm.
+    """
+
+    def __init__(self, results: Results, settings: Settings) -> None:
+        self._results, table = results, results.folder / "recordings.csv"
+        accepted = files.accepted_recordings(table)
+        fitted = teaching(accepted, settings["evaluation"]["held_out"])
+        self._fits = results.fits(name for name in fitted if names.size_mm(name))
+        self._particles = particles_of(self._fits)
+        self._fitted = {
+            name: particle
+            for name, particle in self._particles.items()
+            if not accepted[name]["no_verdict"]
+        }
+        sensors = settings["recording"]["sensors"]
+        groups = by_size(self._fitted)
+        totals = {size: total(groups[size], sensors) for size in sorted(groups)}
+        self.templates = self._of_folds(FoldParticles(totals), accepted, settings["evaluation"])
+        plot_data = results.described(PLOT_DATA, accepted, files.read_json)
+        self.drawn: Mapping[str, str] = {name: each["drawn"] for name, each in plot_data.items()}
+        self.qualities: Mapping[str, str] = {
+            name: each["quality"] for name, each in plot_data.items()
+        }
+
+    def matrix(self, name: str) -> FloatArray:
+        """Return the recording's matrix V, (S, L)."""
+        return self._results.matrix(name)
+
+    def fit(self, name: str) -> tuple[Row, Particle] | None:
+        """Return the numbers of the recording's fit, and Theta*; None if it has none.
+
+        Without a nodule of known size, a recording has no fit.
+        """
+        particle = self._particles.get(name)
+        return (self._fits[name], particle) if particle else None
+
+    def _of_folds(
+        self, folds: "FoldParticles", accepted: Mapping[str, Mapping[str, str]], rules: Settings
+    ) -> dict[str, dict[str, dict[float, Particle]]]:
+        labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
+        unlabelled = [name for name in accepted if name not in labelled]
+        # Scheme, judged recordings, and the labelled recordings that do not teach.
+        every = [(fold.scheme, fold.judged, fold.left_out) for fold in folds_of(labelled, rules)]
+        every += [(ALL, tuple(some), out) for out, some in unlabelled_folds(unlabelled, accepted)]
+        found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
+        for scheme, judged, left_out in every:
+            # The recordings that a fold judges share its templates.
+            averaged = folds.without(
+                (size, self._fitted[each])
+                for each, size in sizes_of(sorted(left_out)).items()
+                if each in self._fitted
+            )
+            for name in judged:
+                found[name][scheme] = averaged
+        return found
+
+
+class FoldParticles:
+    """The averaged particles of any training fold.
+
+    Parameters
+    ----------
+    totals : mapping of float to ParticleTotal
+        The sum over all recordings of each nodule size, by size in mm.
+    """
+
+    def __init__(self, totals: Mapping[float, ParticleTotal]) -> None:
+        self._totals = totals
+        self._of_all = {size_mm: each.mean() for size_mm, each in totals.items() if each.count}
+
+    def without(self, left_out: Iterable[tuple[float, Particle]]) -> dict[float, Particle]:
+        """Return the averaged particles of a fold, for each size that has recordings in it.
+
+        Parameters
+        ----------
+        left_out : iterable of (float, Particle)
+            Size and optimal particle of each recording that is left out of the training.
+        """
+        remaining: dict[float, ParticleTotal] = {}
+        for size_mm, particle in left_out:
+            before = remaining.get(size_mm, self._totals[size_mm])
+            remaining[size_mm] = before.without(particle)
+        averaged = dict(self._of_all)
+        for size_mm, each in remaining.items():
+            if each.count:
+                averaged[size_mm] = each.mean()
+            else:
+                del averaged[size_mm]
+        return averaged
+
+
+def archive_evidence(
+    rows: Iterable[Row],
+    verdicts: Mapping[str, Sequence[Row]],
+    sizes_mm: Sequence[float],
+    stored: StoredRecordings,
+    settings: Settings,
+) -> Iterator[tuple[str, str]]:
+    """Yield what the page shows of each recording, one at a time.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        Accepted ones from `capsule.page.recordings.recording_rows`.
+    verdicts : mapping of str to sequence of mapping
+        From `verdicts_by_recording`.
+    sizes_mm : sequence of float
+        Sizes of the templates whose distances the verdicts hold, 0 first.
+    stored : StoredRecordings
+        The stored results.
+    settings : mapping
+        The configuration.
+
+    Yields
+    ------
+    alone : str
+        From `capsule.page.plot_data`, as deflated JSON.
+    among_others : str
+        From `evidence_among_others`, as JSON.
+    """
+    for row in rows:
+        name = row["recording"]
+        said = [in_words(each, sizes_mm[-1]) for each in verdicts.get(name, [])]
+        matrix = partial(stored.matrix, name)
+        nearest = nearest_templates(stored.templates[name], said, sizes_mm, matrix, settings)
+        content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
+        yield stored.drawn[name], to_json(content)
+
+
+def evidence_among_others(
+    row: Row,
+    verdicts: Sequence[Row],
+    nearest: Mapping[str, NearestTemplate],
+    fit: tuple[Row, Particle] | None,
+    settings: Settings,
+) -> Cells:
+    """Return what the page shows of one recording because of its fit and the other recordings.
+
+    Parameters
+    ----------
+    row : mapping
+        From `capsule.page.recordings.recording_rows`.
+    verdicts : sequence of mapping
+        Each detector's verdict, from `in_words`.
+    nearest : mapping of str to NearestTemplate
+        The nearest template under each scheme.
+    fit : (mapping, Particle) or None
+        From `StoredRecordings.fit`.
+    settings : mapping
+        The configuration.
+
+    Returns
+    -------
+    dict
+        Ready for `to_json`: ``title``, ``row``, ``nodule_at_mm``, ``fitted`` (from `surface`),
+        ``fit`` (in words), ``templates`` (from `surface`) and ``verdicts``. ``fitted`` and ``fit``
+        are None without a fit.
+    """
+    first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+    fitted = said = None
+    if fit:
+        numbers, particle = fit
+        fitted = surface(particle, numbers["first_peak"], numbers["lag"], length)
+        said = (
+            f"RMSE {words.number(numbers['rmse'], 4)}; the best of the random particles had "
+            f"{words.number(numbers['rmse_initial'], 4)}, and "
+            f"{words.plural(numbers['accepted_moves'], 'step')} improved it; lag {numbers['lag']}"
+        )
+    return {
+        "title": {None: "unlabelled", 0.0: "no nodule"}.get(
+            row["size_mm"], f"{row['size']} nodule"
+        ),
+        "row": row["place"],
+        "nodule_at_mm": row["nodule_at_mm"],
+        "fitted": fitted,
+        "fit": said,
+        "templates": {
+            scheme: {
+                "size_mm": each.size_mm,
+                **surface(each.particle, first_peak, each.lag, length),
+            }
+            for scheme, each in nearest.items()
+        },
+        "verdicts": [{key: verdict[key] for key in VERDICT_KEYS} for verdict in verdicts],
+    }
+
+
+def verdicts_by_recording(
+    predictions: pd.DataFrame, detections: pd.DataFrame
+) -> dict[str, list[Cells]]:
+    """Return every verdict on every recording, in the order of the tables.
+
+    Returns
+    -------
+    dict of str to list of dict
+        The rows of the tables; an unknown number is NaN. Unlabelled recordings have the scheme
+        `ALL`.
+    """
+    verdicts: dict[str, list[Cells]] = {}
+    for table in (predictions, detections.assign(scheme=ALL)):
+        for row in table.to_dict("records"):
+            verdicts.setdefault(row["recording"], []).append(row)
+    return verdicts
+
+
+def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
+    """Return what the page shows of a verdict from `verdicts_by_recording`.
+
+    Parameters
+    ----------
+    verdict : mapping
+        The verdict.
+    largest_mm : float, optional
+        The largest size that the archive holds.
+
+    Returns
+    -------
+    dict
+        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
+        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
+        known is None. A detector that does not use distances has none.
+    """
+    by_distance = detector_row(verdict["detector"]).by_distance
+    labels = [name for name in verdict if name.startswith("rmse_")] if by_distance else []
+    return {
+        "detector": verdict["detector"],
+        "scheme": verdict["scheme"],
+        "predicted_mm": known_or_none(verdict["predicted_mm"]),
+        "details": _details(verdict, largest_mm),
+        "distances": [known_or_none(verdict[name]) for name in labels],
+        "location_s": known_or_none(verdict.get("location_s")),
+        **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
+    }
+
+
+def _details(row: Row, largest_mm: float | None) -> str:
+    """Return the size, probability and place of a verdict in words; or why there is none."""
+    if not words.is_known(row["predicted_mm"]):
+        reason = row.get("no_verdict")
+        return str(reason) if words.is_known(reason) else ""
+    unlike = words.unlike(row)
+    parts, location_s = [unlike] if unlike else [], row.get("location_s")
+    if words.is_known(row.get("estimate_mm")):
+        parts.append(f"estimated {words.estimated_size(row, largest_mm)}")
+    probability = words.stated_probability(row)
+    if words.is_known(probability):
+        parts.append(f"probability {words.probability(probability)}")
+    if words.is_known(location_s):
+        parts.append(f"place {words.place(location_s, row.get('location_mm'))}")
+    return "; ".join(parts) if unlike else ", ".join(parts)
+
+
+def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
+    """Return the values from which the page draws a particle over a recording (eq. G, eq. RMSE).
+
+    Parameters
+    ----------
+    particle : Particle
+        The parameters.
+    first_peak : float
+        u.
+    lag : int
+        tau in 1..2L; at L + 1 the particle is not shifted.
+    length : int
+        L.
+
+    Returns
+    -------
+    dict
+        For each surface: ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the
+        first reading) and ``horizontal`` (sigma^hor). ``from`` and ``to`` are the samples between
+        which the particle lies.
+    """
+    shift = lag - (length + 1)
+    peaks = peak_positions(particle.peak_spacing, first_peak) - 1 + shift
+    return {
+        "amplitude": rounded(particle.amplitude),
+        "vertical": rounded(particle.vertical_spread),
+        "peak": rounded(peaks),
+        "horizontal": rounded(particle.horizontal_spread),
+        "from": shift,
+        "to": shift + length,
+    }
+
+
+def nearest_templates(
+    particles: Mapping[str, Mapping[float, Particle]],
+    verdicts: Sequence[Row],
+    sizes_mm: Sequence[float],
+    matrix: Callable[[], FloatArray],
+    settings: Settings,
+) -> dict[str, NearestTemplate]:
+    """Return the nearest template under each scheme that has a template.
+
+    The paper's detector has compared each template with each recording. Its verdicts tell the
+    nearest template and, if it found a nodule, the lag. What they leave open is computed again.
+
+    Parameters
+    ----------
+    particles : mapping of str to mapping of float to Particle
+        For each scheme, from `FoldParticles`.
+    verdicts : sequence of mapping
+        The recording's verdicts, from `in_words`.
+    sizes_mm : sequence of float
+        Sizes of the templates whose distances the verdicts hold, 0 first.
+    matrix : callable
+        Returns the recording's matrix V, (S, L). It is called only if the verdicts leave a lag
+        open.
+    settings : mapping
+        The configuration.
+    """
+    first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+    compared = cache(lambda: SlidingComparison(matrix()))
+    papers = {row["scheme"]: row for row in verdicts if row["detector"] == PAPER}
+    found = {}
+    for scheme, of_fold in particles.items():
+        size_mm, location_s = _told(papers.get(scheme), sizes_mm)
+        candidates = of_fold
+        if size_mm is not None and size_mm in of_fold:
+            candidates = {size_mm: of_fold[size_mm]}
+            if location_s is not None:
+                sample = location_s * settings["recording"]["rate_hz"]
+                lag = lag_of_first_peak(sample, first_peak, length)
+                found[scheme] = NearestTemplate(size_mm, of_fold[size_mm], lag)
+                continue
+        nearest = nearest_template(compared(), candidates, first_peak) if candidates else None
+        if nearest is not None:
+            found[scheme] = nearest
+    return found
+
+
+def nearest_template(
+    comparison: SlidingComparison, particles: Mapping[float, Particle], first_peak: float
+) -> NearestTemplate | None:
+    """Return the template with the largest gain; None if there is no template.
+
+    Parameters
+    ----------
+    comparison : SlidingComparison
+        The comparison with the recording's matrix V, (S, L).
+    particles : mapping of float to Particle
+        From `FoldParticles`.
+    first_peak : float
+        u.
+    """
+    length = comparison.particles.shape[-1]
+    nearest, largest = None, -float("inf")
+    for size_mm, particle in particles.items():
+        template = RepeatedParticle(render(particle, first_peak, length))
+        if not template.is_known:
+            continue
+        gain, lag = comparison.gain_of(template)
+        if gain > largest:
+            nearest, largest = NearestTemplate(size_mm, particle, lag), gain
+    return nearest
+
+
+def _told(verdict: Row | None, sizes_mm: Sequence[float]) -> tuple[float | None, float | None]:
+    """Return the nodule's size at the smallest distance, of equal ones the first; and the place."""
+    if verdict is None:
+        return None, None
+    # T^0 comes first and stands for no nodule.
+    pairs = zip(verdict["distances"][1:], sizes_mm[1:], strict=True)
+    known = [(distance, size_mm) for distance, size_mm in pairs if distance is not None]
+    return (min(known)[1] if known else None), verdict["location_s"]

@@ -1,0 +1,244 @@
+"""The rates that the page shows: by which scheme, and for which recordings they hold."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from capsule import words
+from capsule.detectors.registry import DETECTORS
+from capsule.evaluation.confounded import Confounded, confounded_keys
+from capsule.evaluation.cross_validation import (
+    HELD_OUT,
+    LEAST_GROUPS,
+    LEAVE_ONE_OUT,
+    RESUBSTITUTION,
+    group_scheme,
+)
+from capsule.evaluation.measures import predictive, summary
+from capsule.evaluation.paper import TABLES, Evaluation
+from capsule.evaluation.rates import of_each, rate_tables
+from capsule.held_out import is_held_out, places_of
+from capsule.kinds import Cells, Settings
+
+# Scheme of an unlabelled recording: all labelled recordings teach.
+ALL = "all"
+LEAVE_ONE_SETUP_OUT = group_scheme("setup")
+# The order of the page: what is measured on recordings that taught nothing stands first.
+_ORDER = (HELD_OUT, LEAVE_ONE_OUT)
+# The tables of a detector and a scheme that its answers need, besides those of `Evaluation`.
+_COMPARED = ("summary", "predictive_values")
+
+
+@dataclass(frozen=True)
+class Rates:
+    """All tables of rates, with the recordings behind them.
+
+    Attributes
+    ----------
+    evaluation : Evaluation
+        The rates, ours and the paper's.
+    judgements : mapping of str to DataFrame
+        The tables that compare the detectors, by name.
+    index : DataFrame
+        results/recordings.csv.
+    settings : mapping
+        The configuration.
+    """
+
+    evaluation: Evaluation
+    judgements: Mapping[str, pd.DataFrame]
+    index: pd.DataFrame
+    settings: Settings
+
+    @property
+    def held_out(self) -> list[str]:
+        """Return the sessions that are held out."""
+        return list(self.settings["evaluation"].get("held_out", ()))
+
+    @property
+    def schemes(self) -> list[str]:
+        """Return the schemes with verdicts, or those configured, in the order of the page."""
+        judged = self.evaluation.predictions["scheme"].unique().tolist()
+        judged = judged or list(self.settings["evaluation"]["schemes"])
+        first = [name for name in _ORDER if name in judged]
+        return first + [name for name in judged if name not in first]
+
+    @cached_property
+    def confounded(self) -> list[Confounded]:
+        """Return the keys of the header from which nodules or their sizes follow."""
+        return confounded_keys(_rows_of(self.index), self.held_out)
+
+    def recordings(self, scheme: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Return the rows of the accepted labelled recordings that a scheme judges, and teaches."""
+        labelled = self.index[(self.index["status"] == "accepted") & self.index["size_mm"].notna()]
+        held_out = np.array(
+            [
+                is_held_out(row["recording"], row.get("session"), self.held_out)
+                for row in labelled.to_dict("records")
+            ],
+            dtype=bool,
+        )
+        teaching = labelled[~held_out]
+        return (labelled[held_out] if scheme == HELD_OUT else teaching), teaching
+
+    def healthy_places(self, scheme: str) -> int:
+        """Return the number of healthy places that teach; passes over one place count once."""
+        _, teaching = self.recordings(scheme)
+        places = places_of(_rows_of(teaching))
+        able = (teaching["size_mm"] == 0) & teaching["no_verdict"].isna()
+        return len({places[name] for name in teaching.loc[able, "recording"]})
+
+    def scopes(self, scheme: str) -> tuple["Scope", "Scope"]:
+        """Return for what the rates of nodules and of healthy recordings hold, by one scheme."""
+        judged, teaching = self.recordings(scheme)
+        nodules, healthy = judged[judged["size_mm"] > 0], judged[judged["size_mm"] == 0]
+        return scope_of(nodules, teaching, scheme), scope_of(healthy, teaching, scheme)
+
+    def of(self, detector: str, scheme: str) -> dict[str, pd.DataFrame]:
+        """Return a detector's rows of all tables, by one scheme."""
+        tables = {name: self.evaluation.tables[name] for name in TABLES}
+        tables |= {name: self.judgements[name] for name in _COMPARED}
+        return {
+            name: table[(table["detector"] == detector) & (table["scheme"] == scheme)]
+            for name, table in tables.items()
+        }
+
+    def at(self, detector: str, scheme: str, confidence: float) -> dict[str, pd.DataFrame]:
+        """Return the tables of a detector with intervals of another level than the configured."""
+        rules = {**self.settings["evaluation"], "confidence": confidence}
+        rows = self.verdicts(detector, scheme)
+        index = _rows_of(self.index[self.index["status"] == "accepted"])
+        tables = rate_tables(rows, self.evaluation.sizes_mm(), rules, index)
+        each = list(of_each(rows, index))
+        made = {
+            "summary": summary(each, rules["tolerance_mm"], confidence) if each else (),
+            "predictive_values": (
+                key | row
+                for key, judged in each
+                for row in predictive(judged, rules["prevalence"], confidence)
+            ),
+        }
+        for name, rows_of in made.items():
+            table = pd.DataFrame(rows_of, columns=None if each else self.judgements[name].columns)
+            tables[name] = table[table["detector"] == detector]
+        return tables
+
+    def verdicts(self, detector: str, scheme: str) -> pd.DataFrame:
+        """Return a detector's verdicts by one scheme."""
+        rows = self.evaluation.predictions
+        return rows[(rows["detector"] == detector) & (rows["scheme"] == scheme)]
+
+
+def standing_in(scheme: str, shown: Sequence[str]) -> list[str]:
+    """Return the schemes whose verdict a recording has under a scheme, the first existing one.
+
+    An unlabelled recording has one verdict for all schemes. A held-out recording always has the one
+    of its own scheme, and the others have none by that scheme: their verdict by leaving out their
+    place stands in.
+
+    Parameters
+    ----------
+    scheme : str
+        The wanted scheme.
+    shown : sequence of str
+        The schemes of the page.
+    """
+    return list(dict.fromkeys([scheme, ALL, *(name for name in _ORDER if name in shown), *shown]))
+
+
+def sets_specificity(detector: str, scheme: str) -> bool:
+    """Return whether the specificity is that of the threshold, and not measured.
+
+    A learned threshold is the score of a rank among the healthy places. Leaving one of these out
+    gives the same share of false alarms for any scores that the fold does not change.
+    """
+    row = DETECTORS.get(detector)
+    learned = row is not None and row.fixed_threshold is None
+    return learned and scheme in (LEAVE_ONE_OUT, RESUBSTITUTION)
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The recordings for which the rates of a class hold, from the set-ups in the headers.
+
+    Attributes
+    ----------
+    setups : int or None
+        Number of set-ups that were judged; None if a recording names none.
+    new : bool
+        Whether the rates hold over new set-ups: at least `LEAST_GROUPS` were judged, and none of
+        them taught.
+    """
+
+    setups: int | None
+    new: bool
+
+    def text(self) -> str:
+        """Return for what the rates hold, such as ``over new set-ups``."""
+        said = "over new set-ups" if self.new else "for further runs of these set-ups"
+        if self.setups is None:
+            return said
+        return f"{said} ({self.setups} {'was' if self.setups == 1 else 'were'} judged)"
+
+
+def scope_of(judged: pd.DataFrame, teaching: pd.DataFrame, scheme: str) -> Scope:
+    """Return for what the rates of some recordings hold.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of results/recordings.csv: the recordings of one class, healthy or with a nodule.
+    teaching : DataFrame
+        The rows of all labelled recordings that teach.
+    scheme : str
+        The scheme of the rates.
+    """
+    if judged.empty or "setup" not in judged or judged["setup"].isna().any():
+        return Scope(None, False)
+    setups = set(judged["setup"])
+    apart = scheme == LEAVE_ONE_SETUP_OUT or (
+        scheme == HELD_OUT and setups.isdisjoint(teaching["setup"].dropna())
+    )
+    return Scope(len(setups), apart and len(setups) >= LEAST_GROUPS)
+
+
+def scheme_note(scheme: str) -> str:
+    """Return what the results' scheme means, and how the paper's scheme compares."""
+    if scheme == HELD_OUT:
+        return (
+            "The held-out sessions taught no detector and chose nothing. The paper's own "
+            "evaluation is probably resubstitution."
+        )
+    if scheme == RESUBSTITUTION:
+        return (
+            "Results are resubstitution: the recording under test also teaches the detector. The "
+            "detector judges new recordings worse. The paper's own evaluation is probably "
+            "resubstitution too."
+        )
+    return (
+        "Results are leave-one-out: the place under test does not teach, that is all recordings "
+        "of its site, and near copies. The paper's own evaluation is probably resubstitution."
+    )
+
+
+def table_note(rates: Rates) -> str:
+    """Return for what the rates of each scheme hold, for the captions of tables."""
+    # Rates by resubstitution hold for nothing but the recordings themselves.
+    schemes = [name for name in rates.schemes if name != RESUBSTITUTION]
+    new = [name for name in schemes if all(each.new for each in rates.scopes(name))]
+    old = [name for name in schemes if name not in new]
+    parts = [
+        f"{words.enumerate_words([words.scheme(name) for name in group])}: rates {text}."
+        for group, text in ((new, Scope(None, True).text()), (old, Scope(None, False).text()))
+        if group
+    ]
+    return " ".join(part[0].upper() + part[1:] for part in parts)
+
+
+def _rows_of(index: pd.DataFrame) -> dict[str, Cells]:
+    """Return rows of results/recordings.csv by recording; what is not known is an empty text."""
+    known = index.astype(object).where(index.notna(), "")
+    return dict(zip(known["recording"], known.to_dict("records"), strict=True))
