@@ -96,14 +96,15 @@ def test_the_warning_says_what_follows_and_what_to_do():
             told("rate_hz", [*nodules("10"), *[("", 0.0)] * 20]),
         ]
     )
-    assert values["headline"] == "A detector may have learned the source instead of the nodule"
-    assert values["text"] == (
+    said = section("confounded", confounded=values)
+    assert "A detector may have learned the source instead of the nodule</p>" in said
+    assert (
         "Among the recordings that teach, whether there is a nodule follows from the source and "
         "from the sampling rate. Whoever knows nothing but the source finds 40 of 40 nodules, and "
         "calls 20 of 20 healthy places healthy. So the rates below do not show that a detector "
         "finds nodules. Record healthy places and nodules of every size with the same source and "
-        "sampling rate."
-    )
+        "sampling rate.</p>"
+    ) in said
     assert values["sizes"] == ["no nodule", "1 mm", "3 mm"]
     assert values["keys"] == [
         {
@@ -128,12 +129,13 @@ def test_if_the_size_alone_follows_the_warning_speaks_of_sizes():
         (f"day {size}", kind) for size in SIZES_MM[1:] for kind in (0.0, size) for _ in "x" * 9
     ]
     values = overview.confounded_values([told("session", pairs)])
-    assert values["headline"] == "A detector may have learned the session instead of the size"
-    assert values["text"] == (
+    said = section("confounded", confounded=values)
+    assert "A detector may have learned the session instead of the size</p>" in said
+    assert (
         "Among the recordings that teach, the size of nodules of 1 and 3 mm follows from the "
         "session. So the rates below do not show that a detector tells their sizes. Record healthy "
-        "places and nodules of every size with the same session."
-    )
+        "places and nodules of every size with the same session.</p>"
+    ) in said
 
 
 def test_many_values_share_a_row_and_values_of_single_places_do_so_always():

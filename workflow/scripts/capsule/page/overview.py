@@ -7,7 +7,6 @@ import pandas as pd
 
 from capsule import words
 from capsule.evaluation.confounded import KEYS, OWN, Confounded, in_words
-from capsule.evaluation.value_alone import Told
 from capsule.held_out import is_held_out, unknown_sessions
 from capsule.kinds import Cells
 from capsule.page.provenance import origin_of
@@ -97,32 +96,20 @@ def confounded_values(found: Sequence[Confounded]) -> Cells | None:
     Returns
     -------
     dict or None
-        ``headline``, ``text`` and ``sizes``, the heads of the columns; ``keys``, each with its
-        ``name`` and ``rows`` of a value and its counts.
+        ``first``, the key that tells most, and ``nodules``, whether it tells nodules or only their
+        sizes; ``names`` of keys; ``follows``, what follows from those found; ``sizes``, the heads
+        of the columns; ``keys``, each with its ``name`` and ``rows`` of a value and its counts.
     """
     if not found:
         return None
     # Of equal ones, the first.
     first = max(found, key=lambda each: (each.of_any, bool(each.nodules_mm)))
-    of_nodules = first.of_any or first.nodules_mm
-    learned = f"the {KEYS[first.key]} instead of the {'nodule' if of_nodules else 'size'}"
-    can = "finds nodules" if of_nodules else "tells their sizes"
-    told = ""
-    if first.of_any:
-        counts: Told = first.nodules
-        told = (
-            f" Whoever knows nothing but the {KEYS[first.key]} finds "
-            f"{words.count_of(round(counts.found), round(counts.of))} nodules, and calls "
-            f"{words.count_of(round(counts.passed), round(counts.others))} healthy places healthy."
-        )
     sizes_mm = sorted({size for each in found for of in each.counts.values() for size in of})
     return {
-        "headline": f"A detector may have learned {learned}",
-        "text": (
-            f"Among the recordings that teach, {in_words(found)}.{told} So the rates below do not "
-            f"show that a detector {can}. Record healthy places and nodules of every size with the "
-            f"same {words.enumerate_words([KEYS[each.key] for each in found])}."
-        ),
+        "first": first,
+        "nodules": first.of_any or bool(first.nodules_mm),
+        "names": KEYS,
+        "follows": in_words(found),
         "sizes": [words.size(size) for size in sizes_mm],
         "keys": [{"name": KEYS[each.key], "rows": _rows(each, sizes_mm)} for each in found],
     }
