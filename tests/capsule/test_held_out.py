@@ -65,7 +65,6 @@ def archive(folder, contents):
 LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
 OF_SPRING = {
     "plain": f"# session: spring\n{COLUMNS}",
-    "last": f"# session: autumn\n# session: spring\n{COLUMNS}",
     "mark": f"\ufeff# session:  spring \r\n{COLUMNS}",
     "apple": f"# session: spring\r{COLUMNS}",
     "formula": f"# session: =2+2\n{COLUMNS}",
@@ -77,6 +76,8 @@ OF_OTHERS = {
     "other": f"# session: springs\n{COLUMNS}",
     "none": COLUMNS,
     "below": f"{COLUMNS}# session: spring\n",
+    # It is rejected, since it names two.
+    "two": f"# session: autumn\n# session: spring\n{COLUMNS}",
     "empty": "",
     "binary": b"\xff\xfe\x00",
     "endless": f"{LONG * 3}# session: spring\n{COLUMNS}",

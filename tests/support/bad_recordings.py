@@ -263,6 +263,13 @@ UNREADABLE = [
         "file",
     ),
     Case(
+        "two sessions in one header",
+        "3mm/two-sessions.csv",
+        write(b"# session: Monday\n# session: Tuesday\n" + bare("sessions")),
+        "line 2: the header says session 'Monday' above, and 'Tuesday' here; keep the line that is "
+        "true",
+    ),
+    Case(
         "a header value that is not a number",
         "3mm/adc-bits.csv",
         write(content("bits").replace(b"adc_bits: 10", b"adc_bits: ten")),

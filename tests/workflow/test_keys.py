@@ -83,7 +83,7 @@ def fail(project, script):
         ("scripts/detect.py", once("detect", "report")),
         ("scripts/capsule/figures/draw_rates.py", once("draw", "report")),
         ("scripts/capsule/parts/drawings.py", once("draw", "report")),
-        ("scripts/capsule/page/cards.py", once("report")),
+        ("scripts/capsule/page/overview.py", once("report")),
         ("report/report.css", once("report")),
         ("report/scripts/charts.js", once("report")),
         ("report/sections/answer.html.j2", once("report")),

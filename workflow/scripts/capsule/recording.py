@@ -32,6 +32,8 @@ _MOST_LINES = 200_000
 _LONGEST_HEADER = 1000
 # The report shows every header in full.
 _MOST_HEADER_CHARACTERS = 10_000
+# Header lines that decide how a recording is read, taught from and judged. Each may have one value.
+_DECISIVE = ("site", "session", "setup", "unit", "nodule_at_mm", "adc_bits", "vref_v", "series_ohm")
 
 
 @dataclass(frozen=True)
@@ -317,7 +319,7 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     Raises
     ------
     RecordingError
-        The header is too long to be one.
+        The header is too long to be one, or says two things of the same key.
     """
     header: dict[str, str] = {}
     characters = 0
@@ -327,7 +329,13 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
             return header, index
         key, colon, value = stripped.lstrip("#").partition(":")
         if colon:
-            header[key.strip()] = value.strip()
+            key, value = key.strip(), value.strip()
+            if key in _DECISIVE and header.get(key, value) != value:
+                raise RecordingError(
+                    f"line {index + 1}: the header says {key} {header[key]!r} above, and {value!r} "
+                    "here; keep the line that is true"
+                )
+            header[key] = value
         characters += len(stripped)
         if characters > _MOST_HEADER_CHARACTERS:
             raise RecordingError(

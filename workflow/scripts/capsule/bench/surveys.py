@@ -33,8 +33,8 @@ from capsule.bench.survey_view import SurveyView
 from capsule.configuration import read_settings
 from capsule.phantom.files import read_phantom
 from capsule.project import config_file
+from capsule.survey.cycle import STATUSES
 from capsule.survey.pilot import Pilot
-from capsule.survey.suspects import STATUSES
 
 
 def survey(options: argparse.Namespace) -> None:

@@ -16,9 +16,8 @@ from capsule.kinds import Cells, Row
 from capsule.page.packing import pack, rounded, to_json
 from capsule.page.provenance import is_simulated
 from capsule.phantom.parameters import Phantom
-from capsule.survey.cycle import STATES
+from capsule.survey.cycle import STATES, STATUSES
 from capsule.survey.files import Session, StoredPlace
-from capsule.survey.suspects import STATUSES
 from capsule.survey.track import AGAIN, BACK, Pin, Track, folded_part, group_of, simplified
 
 # Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.

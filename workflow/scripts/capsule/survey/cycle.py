@@ -22,6 +22,8 @@ class Step(NamedTuple):
     commands: tuple[str, ...] = ()
 
 
+# What is decided of a suspected place.
+STATUSES = ("confirmed", "dismissed", "undecided")
 # The states, with their descriptions for the user.
 STATES = {
     "starting": "waits until it feels the wave",

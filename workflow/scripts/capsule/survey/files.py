@@ -18,9 +18,9 @@ from capsule.errors import CapsuleError
 from capsule.files import read_limited
 from capsule.kinds import Row, Settings
 from capsule.names import displayed
+from capsule.survey.cycle import STATUSES
 from capsule.survey.listed import ABOUT, EVENTS, FILES, LARGEST_BYTES, PLACES, STREAM
 from capsule.survey.survey_log import Event
-from capsule.survey.suspects import STATUSES
 
 _WORD = re.compile("[a-z]{1,20}")
 _TEXTS = ("before", "event", "after", "reason")
@@ -41,7 +41,7 @@ class StoredPlace:
     number, passes : int
         Number of the place, from 1, and number of passes with evidence.
     status : str
-        One of `capsule.survey.suspects.STATUSES`.
+        One of `capsule.survey.cycle.STATUSES`.
     place_mm : float
         Position of the place.
     size_mm, size_low_mm, size_high_mm : float

@@ -26,8 +26,6 @@ import numpy as np
 from capsule.survey.cycle import MOST_RETESTS
 from capsule.survey.gut_evidence import GutEvidence
 
-STATUSES = ("confirmed", "dismissed", "undecided")
-
 # Simulated guts gave the numbers of threshold and decision (docs/survey.md).
 # Wanted number of suspicions in a metre of healthy gut.
 _BUDGET = 1.5
@@ -72,7 +70,7 @@ class Place:
     threshold : float
         Threshold above which the first pass was suspicious.
     status : str
-        One of `STATUSES`; empty before the decision.
+        One of `capsule.survey.cycle.STATUSES`; empty before the decision.
     """
 
     number: int
