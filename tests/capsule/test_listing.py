@@ -17,7 +17,6 @@ from support.project import ROOT
 from support.synthetic import make_recording
 
 CONTRADICTION = "under another size: one of the two is mislabelled"
-pytestmark = pytest.mark.takes(0.1)
 
 
 def checks(**readings):
