@@ -12,7 +12,8 @@ import sys
 
 import pytest
 
-from support.command import PARSERS
+from capsule.cli import COMMANDS
+from support.command import parsers
 from support.documents import Block, all_blocks, blocks, documents
 from support.project import ROOT
 
@@ -118,19 +119,19 @@ def mentioned():
     for document in documents():
         text = document.read_text(encoding="utf-8")
         for word, option in re.findall(r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", text):
-            if word in PARSERS:
+            if word in COMMANDS:
                 yield f"{document.relative_to(ROOT).as_posix()}: capsule {word} {option}"
 
 
 @pytest.mark.parametrize("mention", sorted(set(mentioned())))
 def test_an_option_that_a_document_names_exists(mention):
     word, option = mention.rpartition(": capsule ")[2].split()
-    assert option in options(PARSERS[word])
+    assert option in options(parsers()[word])
 
 
 def test_a_wrong_option_would_be_seen(capsys):
     with pytest.raises(SystemExit):
-        PARSERS["simulate"].parse_args(["--no-such-option"])
+        parsers()["simulate"].parse_args(["--no-such-option"])
     assert "--no-such-option" in capsys.readouterr().err
     assert "--no-such-option" not in options(parser_of("study_phantom"))
     assert {"--bench", "--candidates", "--archives"} <= options(parser_of("study_phantom"))

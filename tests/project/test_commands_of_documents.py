@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from capsule.cli import COMMANDS, build_parser
-from support.command import CAPSULE, PARSERS
+from support.command import CAPSULE, parsers
 from support.documents import all_blocks
 from support.project import ROOT
 
@@ -89,7 +89,7 @@ def words_of(line):
 )
 def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, capsys):
     try:
-        PARSERS[word].parse_args(words_of(line))
+        parsers()[word].parse_args(words_of(line))
     except SystemExit as ended:
         assert ended.code == 0, capsys.readouterr().err
 
@@ -110,14 +110,14 @@ def test_the_help_stands_there_as_the_command_prints_it(monkeypatch):
 def test_every_option_that_its_section_names_exists(word):
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
     # What completion lists in its example are the options of judge.
-    known = {*PARSERS[word]._option_string_actions}
-    known |= {*PARSERS["judge"]._option_string_actions} if word == "completion" else set()
+    known = {*parsers()[word]._option_string_actions}
+    known |= {*parsers()["judge"]._option_string_actions} if word == "completion" else set()
     assert named <= known
 
 
 def test_every_option_of_the_commands_that_are_described_there_alone_is_named():
     for word in ("judge", "demo", "report", "verify", "new"):
-        options = {*PARSERS[word]._option_string_actions} - {"-h", "--help"}
+        options = {*parsers()[word]._option_string_actions} - {"-h", "--help"}
         assert options <= set(re.findall(r"--[a-z-]+", SECTIONS[word])), word
 
 

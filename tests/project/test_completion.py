@@ -9,7 +9,7 @@ import pytest
 
 from capsule import completion
 from capsule.cli import COMMANDS, subparsers
-from support.command import CAPSULE, PARSERS
+from support.command import CAPSULE, parsers
 
 pytestmark = pytest.mark.takes(0.2)
 
@@ -23,7 +23,7 @@ def options_of(parser):
 def test_completion_knows_every_option_of_every_command():
     completed = subparsers(completion.whole_parser())
     assert list(completed) == list(COMMANDS)
-    for word, parser in PARSERS.items():
+    for word, parser in parsers().items():
         assert options_of(completed[word]) == options_of(parser)
         assert len(options_of(parser)) > 2 or word in ("completion", "new")
 
@@ -108,7 +108,7 @@ def test_bash_completes_what_can_be_only_one_thing(bash, keys, wanted):
 
 def test_bash_lists_every_option(bash):
     listed = bash.type("capsule judge --\t\t", "ready ")
-    assert options_of(PARSERS["judge"]) - {"-h"} <= set(listed.split())
+    assert options_of(parsers()["judge"]) - {"-h"} <= set(listed.split())
 
 
 def test_bash_lists_the_sizes(bash):
@@ -120,5 +120,5 @@ def test_bash_lists_the_sizes(bash):
 def test_other_shells_are_told_the_same_words_and_options(shell):
     text = completion.shtab.complete(completion.whole_parser(), shell)
     assert all(word in text for word in COMMANDS)
-    for option in options_of(PARSERS["judge"]) - {"-h"}:
+    for option in options_of(parsers()["judge"]) - {"-h"}:
         assert option.removeprefix("--") in text

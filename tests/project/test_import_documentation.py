@@ -12,7 +12,7 @@ from capsule.cli import build_parser
 from capsule.importing.import_run import Importer
 from capsule.importing.lab_yaml import allowed
 from capsule.importing.resampling import STOP_DB
-from support.command import PARSERS
+from support.command import parsers
 from support.lab_files import write_examples
 from support.project import ROOT
 
@@ -93,7 +93,7 @@ def test_the_page_explains_no_key_that_does_not_exist():
 
 
 def test_each_key_is_an_option():
-    options = PARSERS["import"].format_help()
+    options = parsers()["import"].format_help()
     for key in KEYS:
         assert f"--{key.replace('_', '-')}" in options
 

@@ -1,5 +1,6 @@
 """Call the command `capsule` in a process of its own, or inside that of the tests."""
 
+import functools
 import sys
 
 from capsule.cli import COMMANDS, build_parser, subparsers
@@ -7,7 +8,12 @@ from support.project import ROOT
 
 # The first words of a call, in the environment of the tests but with the code of this folder.
 CAPSULE = [sys.executable, str(ROOT / "workflow" / "scripts" / "capsule")]
-PARSERS = subparsers(build_parser(tuple(COMMANDS)))
+
+
+@functools.cache
+def parsers():
+    """Return the parsers of all subcommands by their names; this imports all their modules."""
+    return subparsers(build_parser(tuple(COMMANDS)))
 
 
 def run_command(*words: object) -> int:
