@@ -2,6 +2,7 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
 
@@ -93,6 +94,13 @@ def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys):
     code = ended.value.code
     assert (1 if isinstance(code, str) else code) == status
     assert (capsys.readouterr().err or (code if isinstance(code, str) else "")).startswith(line)
+
+
+def test_a_wrong_option_leaves_ctrl_c_as_it_was():
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(SystemExit):
+        cli.main(["judge", "--no-such-option"])
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 @pytest.fixture

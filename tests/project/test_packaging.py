@@ -14,6 +14,7 @@ import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
+from capsule import project
 from capsule.detectors.registry import DETECTORS
 from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
@@ -191,6 +192,12 @@ def test_every_error_that_names_an_extra_names_one_that_there_is():
     texts = [path.read_text(encoding="utf-8") for path in (SCRIPTS / "capsule").rglob("*.py")]
     # No release of this name can be downloaded.
     assert not [text for text in texts if "origami-capsule[" in text]
+
+
+def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypatch, tmp_path):
+    assert how_to_install("learn") == f'in {ROOT}: pip install -e ".[learn]"'
+    monkeypatch.setattr(project, "PROJECT", tmp_path)
+    assert how_to_install("learn") == 'in the folder of the project: pip install -e ".[learn]"'
 
 
 @pytest.mark.packages

@@ -16,6 +16,7 @@ from snakemake.utils import min_version, update_config
 min_version("9.16")
 
 from capsule import files
+from capsule.project import config_file
 from capsule.results import batch_size, batches, described_together
 from capsule.configuration import BENCH, changed_values, check_configuration, without_effect
 from capsule.configuration import read_config_file, read_schema
@@ -24,6 +25,7 @@ from capsule.errors import CapsuleError
 from capsule.held_out import fitted
 from capsule.keys import Step, checksum_of_code
 from capsule.names import size_mm
+from capsule.project import config_file
 from capsule.results import pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
@@ -37,7 +39,7 @@ WEIGHTS = PROJECT / "workflow" / "weights" / "scorer.npz"
 REPORT_FILES = PROJECT / "workflow" / "report"
 SHIPPED = PROJECT / "config" / "config.yaml"
 # A folder with recordings but without a configuration uses the configuration of the project.
-CONFIG = Path("config/config.yaml") if Path("config/config.yaml").exists() else SHIPPED
+CONFIG = config_file()
 
 try:
     # Snakemake's own reader names no file, so this one reads the file first.

@@ -10,14 +10,13 @@ import importlib
 import os
 import signal
 import sys
-import tomllib
 from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import partial
 from importlib import metadata
 from typing import NamedTuple, Protocol, cast
 
-from capsule.project import PACKAGE, PROJECT
+from capsule.project import PACKAGE, PROJECT, version_in
 
 
 class Command(NamedTuple):
@@ -116,17 +115,9 @@ class _Version(argparse.Action):
         super().__init__(option_strings, dest, nargs=0, help=help)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        print(f"capsule {_version()}, from {PACKAGE}")
+        version = version_in(PROJECT) or metadata.version("origami-capsule")
+        print(f"capsule {version}, from {PACKAGE}")
         parser.exit()
-
-
-def _version() -> str:
-    """Return the version of the project, from its folder or from the installed package."""
-    path = PROJECT / "pyproject.toml"
-    if path.is_file():
-        found: str = tomllib.loads(path.read_text(encoding="utf-8"))["project"]["version"]
-        return found
-    return metadata.version("origami-capsule")
 
 
 def unknown(word: str) -> str:
@@ -153,11 +144,12 @@ def main(words: Sequence[str] | None = None) -> None:
         sys.exit(2)
     # During the imports, Ctrl-C would end in a traceback.
     former = signal.signal(signal.SIGINT, lambda *_: os._exit(130))
-    parser = build_parser(words[:1])
-    if words[0] not in COMMANDS:
-        parser.parse_args(words)  # --help or --version, or an option that does not exist
-    arguments = subparsers(parser)[words[0]].parse_args(words[1:])
-    from capsule import files
-
-    signal.signal(signal.SIGINT, former)
+    try:
+        parser = build_parser(words[:1])
+        if words[0] not in COMMANDS:
+            parser.parse_args(words)  # --help or --version, or an option that does not exist
+        arguments = subparsers(parser)[words[0]].parse_args(words[1:])
+        from capsule import files
+    finally:
+        signal.signal(signal.SIGINT, former)
     files.run(partial(arguments.main, arguments))

@@ -56,7 +56,7 @@ def make_folder(folder: Path) -> None:
     CapsuleError
         The folder exists and is not empty; nothing was written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if is_taken(folder):
         raise CapsuleError(
             f"{folder} exists and is not empty; nothing was written, give a new name"
         )
@@ -64,6 +64,11 @@ def make_folder(folder: Path) -> None:
         with files.write_whole(folder / name) as stream:
             stream.write(content)
     (folder / "raw").mkdir(exist_ok=True)
+
+
+def is_taken(folder: Path) -> bool:
+    """Return whether a path is a file, or a folder that is not empty."""
+    return folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
 
 
 def own_configuration() -> str:

@@ -14,12 +14,12 @@ SCHEMAS = PROJECT / "workflow" / "schemas"
 # The taught scorer's weights that ship with the project.
 WEIGHTS = PROJECT / "workflow" / "weights" / "scorer.npz"
 # The configuration of a folder of recordings; a folder without one has that of the project.
-_OWN_CONFIG = Path("config", "config.yaml")
+OWN_CONFIG = Path("config", "config.yaml")
 
 
 def config_file() -> Path:
     """Return the configuration of the working directory; if it has none, the project's."""
-    return _OWN_CONFIG if _OWN_CONFIG.is_file() else CONFIG / "config.yaml"
+    return OWN_CONFIG if OWN_CONFIG.is_file() else CONFIG / "config.yaml"
 
 
 def require_project() -> None:
@@ -37,6 +37,20 @@ def require_project() -> None:
         )
 
 
+def version_in(folder: Path) -> str | None:
+    """Return the version that the pyproject.toml of a folder names; None without that file."""
+    import tomllib  # only if it is used: each job imports this module
+
+    path = folder / "pyproject.toml"
+    if not path.is_file():
+        return None
+    version: str = tomllib.loads(path.read_text(encoding="utf-8"))["project"]["version"]
+    return version
+
+
 def how_to_install(extra: str) -> str:
     """Return the line that installs the packages of an extra, and the folder to type it in."""
-    return f'in {PROJECT}: pip install -e ".[{extra}]"'
+    # An installed copy of the project cannot be installed from.
+    checkout = (PROJECT / "pyproject.toml").is_file()
+    folder = PROJECT if checkout else "the folder of the project"
+    return f'in {folder}: pip install -e ".[{extra}]"'

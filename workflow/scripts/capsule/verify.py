@@ -5,14 +5,18 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.project import PROJECT
-from capsule.workflow_call import CONFIG, call_workflow, check_workflow
+from capsule.project import OWN_CONFIG
+from capsule.workflow_call import (
+    add_cores,
+    call_workflow,
+    check_workflow,
+    snakemake_command,
+)
 
 # Logs hold what a job printed; print/ is made on request; the page holds its date and the commit.
 _NOT_COMPARED = ("logs", "print", "report.html")
@@ -46,8 +50,7 @@ class Comparison:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = "exit status: 0 all results are the same, 1 some differ"
-    cores = "number of jobs that run at the same time; all: one per core (default: 2)"
-    parser.add_argument("--cores", default="2", metavar="N", help=cores)
+    add_cores(parser)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -98,8 +101,8 @@ def verify(folder: Path, cores: str) -> Comparison:
         for part in ("raw", "sessions"):
             if (folder / part).is_dir():
                 _link_or_copy(folder / part, again / part)
-        (again / CONFIG).parent.mkdir()
-        shutil.copyfile(folder / CONFIG, again / CONFIG)
+        (again / OWN_CONFIG).parent.mkdir()
+        shutil.copyfile(folder / OWN_CONFIG, again / OWN_CONFIG)
         if call_workflow(again, [f"--cores={cores}", "--quiet", "all"]):
             raise CapsuleError("the results cannot be made again; see the messages above")
         return compare(results, again / "results", waiting)
@@ -119,9 +122,7 @@ def compare(before: Path, again: Path, waiting: str) -> Comparison:
 
 def _what_waits(folder: Path) -> str:
     """Return why Snakemake would run jobs, in one line; empty if there is nothing to be done."""
-    command = [sys.executable, "-m", "snakemake", "--dry-run", "results/report.html"]
-    if not folder.samefile(PROJECT):
-        command += ["--snakefile", str(PROJECT / "Snakefile")]
+    command = snakemake_command(folder, ["--dry-run", "results/report.html"])
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     text = done.stdout + done.stderr
     if done.returncode:

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.project import PROJECT, how_to_install
+from capsule.project import OWN_CONFIG, PROJECT, how_to_install
 
-CONFIG = Path("config", "config.yaml")
 INTERRUPTED = 130
 
 DETAILS = """
@@ -26,9 +25,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = DETAILS
     parser.usage = "%(prog)s [-h] [--cores N] [-- SNAKEMAKE_OPTION ...]"
+    add_cores(parser)
+    parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
+
+
+def add_cores(parser: argparse.ArgumentParser) -> None:
+    """Add the option for the number of jobs."""
     cores = "number of jobs that run at the same time; all: one per core (default: 2)"
     parser.add_argument("--cores", default="2", metavar="N", help=cores)
-    parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -54,12 +58,21 @@ def check_workflow(folder: Path) -> None:
             f"{PROJECT} holds no Snakefile, so the project is incomplete; get the complete folder "
             "of the project, and install it there: pip install -e ."
         )
-    for part in (Path("raw"), CONFIG):
+    for part in (Path("raw"), OWN_CONFIG):
         if not (folder / part).exists():
             raise CapsuleError(
                 f"{folder.resolve()} holds no {part}; run the command in a folder that holds your "
-                f"recordings in raw/ and the settings in {CONFIG}. To make one: capsule new NAME"
+                f"recordings in raw/ and the settings in {OWN_CONFIG}. To make one: "
+                "capsule new NAME"
             )
+
+
+def snakemake_command(folder: Path, arguments: Sequence[str]) -> list[str]:
+    """Return the command line of Snakemake for a folder, with the steps of the project."""
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    if not folder.samefile(PROJECT):
+        command += ["--snakefile", str(PROJECT / "Snakefile")]
+    return command
 
 
 def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
@@ -78,11 +91,8 @@ def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
         The workflow cannot run in the folder; see `check_workflow`.
     """
     check_workflow(folder)
-    command = [sys.executable, "-m", "snakemake", *arguments]
-    if not folder.samefile(PROJECT):
-        command += ["--snakefile", str(PROJECT / "Snakefile")]
     interrupted = False
-    with subprocess.Popen(command, cwd=folder) as process:
+    with subprocess.Popen(snakemake_command(folder, arguments), cwd=folder) as process:
         while True:
             try:
                 status = process.wait()

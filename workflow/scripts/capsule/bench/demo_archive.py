@@ -7,11 +7,11 @@ from pathlib import Path
 from capsule import files
 from capsule.errors import CapsuleError
 from capsule.names import PART, UNLABELLED
-from capsule.new import own_configuration
+from capsule.new import is_taken, own_configuration
 from capsule.phantom.command import write_run
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import PlannedRun, planned_runs
-from capsule.workflow_call import CONFIG
+from capsule.project import OWN_CONFIG
 
 # Seed of the labelled recordings; played runs have higher seeds.
 LABELLED_SEED = 1
@@ -40,16 +40,15 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     CapsuleError
         The folder holds other files.
     """
-    strange = folder.exists() and not (folder / _MARK).exists()
-    if strange and (not folder.is_dir() or any(folder.iterdir())):
+    if not (folder / _MARK).exists() and is_taken(folder):
         raise CapsuleError(
             f"{folder} exists and was not made by a demo; nothing was written. Choose another "
             "folder: --out FOLDER"
         )
     with files.write_whole(folder / _MARK) as stream:
         stream.write(_TEXT)
-    if not (folder / CONFIG).exists():
-        with files.write_whole(folder / CONFIG) as stream:
+    if not (folder / OWN_CONFIG).exists():
+        with files.write_whole(folder / OWN_CONFIG) as stream:
             stream.write(own_configuration())
     for run in _labelled():
         path = folder / "raw" / f"{run.name}.csv"

@@ -14,12 +14,12 @@ from capsule.bench import demo_archive, output, run
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.played_board import played_board
 from capsule.bench.record_command import options_of
-from capsule.configuration import read_config_file
+from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import Run, simulate_run, simulated_header
-from capsule.project import PROJECT
-from capsule.workflow_call import CONFIG, INTERRUPTED, call_workflow
+from capsule.project import OWN_CONFIG
+from capsule.workflow_call import INTERRUPTED, call_workflow
 
 LEARNED = ("results/templates.npz", "results/detectors.json")
 REPORT = "results/report.html"
@@ -63,7 +63,7 @@ def demo(chosen: argparse.Namespace) -> None:
         The folder was not made by a demo, or the workflow or the recorder failed.
     """
     begun_s = time.monotonic()
-    settings = read_config_file(PROJECT / CONFIG)
+    settings = read_settings()
     phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
     demo_archive.prepare(chosen.out, phantom, sensors)
     seed = chosen.seed or demo_archive.next_seed(chosen.out)
@@ -131,7 +131,7 @@ def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argpa
         "--raw": chosen.out / "raw",
         "--logs": chosen.out / "logs",
         "--templates": chosen.out / LEARNED[0],
-        "--config": chosen.out / CONFIG,
+        "--config": chosen.out / OWN_CONFIG,
     }
     words_of_it = ["--unlabelled", "--detect", "--port", port, "--name", name]
     words_of_it += ["--site", name, "--session", "demo", "--setup", name]

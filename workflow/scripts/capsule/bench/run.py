@@ -24,17 +24,14 @@ from capsule.bench.logger_board import check_fits, header_of
 from capsule.bench.protocol import Identity
 from capsule.bench.session import Session
 from capsule.bench.terminal import Progress, Terminal
-from capsule.configuration import check_configuration, read_config_file
+from capsule.configuration import read_settings
 from capsule.errors import RecordingError
-from capsule.files import read_json
 from capsule.names import UNLABELLED
-from capsule.project import PROJECT
 from capsule.recording import read_recording
 
 if TYPE_CHECKING:
     from capsule.bench.stream_line import StreamLine
 
-SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5
 Samples = list[tuple[float, ...] | None]
 Watcher = Callable[[Progress, Samples], None]
@@ -69,7 +66,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     folder = options.size or UNLABELLED
     final = options.raw / folder / f"{name}.csv"
     archive.check_free(final)
-    settings = _settings(options.config)
+    settings = read_settings(options.config)
     _tell_of_unfinished(options.raw)
     judge, judge_all = _judges(options, settings)
     wave = Wave(options.speed, options.ramp, options.direction)
@@ -130,7 +127,7 @@ def recover(options: argparse.Namespace) -> None:
     parts = archive.unfinished(options.raw) if everything else [Path(options.recover)]
     if not parts:
         print(f"nothing to recover under {options.raw}")
-    settings = _settings(options.config)
+    settings = read_settings(options.config)
     failed: list[AcquisitionError] = []
     for part in parts:
         try:
@@ -143,12 +140,6 @@ def recover(options: argparse.Namespace) -> None:
         print(f"error: {reason}", file=sys.stderr)
     if failed:
         raise failed[-1]
-
-
-def _settings(config: Path) -> dict[str, Any]:
-    """Read the configuration, and check it as the workflow does."""
-    settings = read_config_file(config)
-    return check_configuration(settings, read_json(SCHEMA), {str(config): settings})
 
 
 def _tell_of_unfinished(raw: Path) -> None:

@@ -8,10 +8,10 @@ import os
 import re
 import shutil
 import subprocess
-import tomllib
 from pathlib import Path
 
 from capsule.page.provenance import ProjectState
+from capsule.project import version_in
 
 # Results depend on these files and on the recordings. Only a change of these files marks the commit
 # as modified.
@@ -33,10 +33,7 @@ def read_project_state(root: Path) -> ProjectState:
         The version is None without pyproject.toml; the commit is None without git, and outside a
         clone or an archive of the project itself.
     """
-    path = root / "pyproject.toml"
-    version = None
-    if path.is_file():
-        version = tomllib.loads(path.read_text(encoding="utf-8"))["project"]["version"]
+    version = version_in(root)
     # The project must be the top folder of the clone: an unpacked archive of the project may lie
     # inside another repository.
     head = _git(root, "rev-parse", "--show-prefix", "--verify", "HEAD")
