@@ -14,6 +14,7 @@ from capsule.names import (
     reason_of_copy,
     size_label,
     size_mm,
+    sort_key,
 )
 
 
@@ -41,6 +42,12 @@ def test_recordings_are_ordered_by_size_then_by_number():
     expected = ("2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1", "unlabelled/a")
     assert archive.recordings == expected
     assert archive.labelled() == [*expected[:-1]]
+
+
+def test_in_a_name_numbers_come_before_letters_and_equal_numbers_keep_their_text():
+    names = ["3mm/10", "3mm/2", "3mm/a10", "3mm/a2", "3mm/a2b", "3mm/ab", "3mm/a", "3mm/02"]
+    expected = ["02", "2", "10", "a", "a2", "a2b", "a10", "ab"]
+    assert [name[4:] for name in sorted(names, key=sort_key)] == expected
 
 
 @pytest.mark.parametrize(

@@ -261,6 +261,28 @@ def test_every_sensor_has_the_same_vote_on_the_period_and_a_constant_one_has_non
     assert wave_period(values, 32.0) == pytest.approx(30.0, rel=0.02)
 
 
+@pytest.mark.parametrize("samples", [100, 128, 129, 300])
+def test_the_period_equals_the_formula_written_out(samples):
+    numbers = generator(1, "period", str(samples))
+    values = cosine(30.0, samples, (0.0, -1.0)) + numbers.normal(0, 0.7, (2, samples))
+    expected = 25.0
+    # A Hann window without zeros, and four lines for each line of the next power of two.
+    place = np.arange(samples)
+    taper = np.sin(np.pi * (place + 1) / (samples + 1)) ** 2
+    padded = 4 * next(2**power for power in range(20) if 2**power >= samples)
+    power = {}
+    for line in range(1, padded // 2):
+        turns = np.exp(-2j * np.pi * line * place / padded)
+        rows = [(row - row.mean()) / row.std() * taper for row in values]
+        power[line] = sum(abs((row * turns).sum()) ** 2 for row in rows)
+    within = [line for line in power if 0.5 * expected <= padded / line <= 2 * expected]
+    highest = max(within, key=lambda line: power[line])
+    before, peak, after = (power[line] for line in (highest - 1, highest, highest + 1))
+    off = 0.5 * (before - after) / (before - 2 * peak + after)
+    assert abs(off) < 0.5
+    assert wave_period(values, expected) == pytest.approx(padded / (highest + off), rel=1e-9)
+
+
 def test_the_period_stays_within_half_a_line_of_the_range():
     # The power still grows beyond both ends of the range.
     for period, end in ((14.0, 16.0), (75.0, 64.0)):
