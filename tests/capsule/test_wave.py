@@ -261,6 +261,16 @@ def test_every_sensor_has_the_same_vote_on_the_period_and_a_constant_one_has_non
     assert wave_period(values, 32.0) == pytest.approx(30.0, rel=0.02)
 
 
+def test_the_beats_keep_step_with_a_wave_whose_phase_wanders():
+    # Over the run, the phase against a wave of the mean period takes all directions.
+    wander = 4 * np.sin(2 * np.pi * np.arange(1000) / 500)
+    offsets = (0.0, -0.5, -1.0, -1.5)
+    chances, travel = phase_tests(cosine(20.0, 1000, offsets, wander), 20.0)
+    agreed = rayleigh(np.ones(1000 // 20))
+    np.testing.assert_allclose(np.log(chances), np.log(agreed), rtol=0.2)
+    assert travel == pytest.approx(-1.5, abs=0.05)
+
+
 @pytest.mark.parametrize("samples", [100, 128, 129, 300])
 def test_the_period_equals_the_formula_written_out(samples):
     numbers = generator(1, "period", str(samples))
