@@ -52,25 +52,34 @@ def half_width(origami: Origami) -> float:
     return origami.axis_to_fold_mm + origami.fold_to_shoulder_mm + origami.shoulder_to_tip_mm
 
 
-def vertices(origami: Origami) -> dict[str, FloatArray]:
+def vertices(
+    origami: Origami, fold_side: str = "head", lower_corner_mm: float | None = None
+) -> dict[str, FloatArray]:
     """Return the corners A, B, C and the awn's tip D of one half of a substructure.
 
-    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta to the
-    head. A and B are both h_1 away from the axis, where the neighbours are glued.
+    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta.
+
+    Parameters
+    ----------
+    fold_side
+        The side of that line, ``head`` or ``tail``, on which A lies.
+    lower_corner_mm
+        Distance of B from the axis; by default that of A, h_1. There, neighbours are glued.
 
     Returns
     -------
     dict of str to array of shape (2,)
         Positions (x, y) in mm, with C at x = 0.
     """
-    tilt = np.radians(origami.awn_tilt_deg)
-    ramp = np.radians(origami.awn_tilt_deg + origami.fold_angle_deg)
-    low = origami.axis_to_fold_mm
-    shoulder = low + origami.fold_to_shoulder_mm
+    alpha, beta = origami.awn_tilt_deg, origami.fold_angle_deg
+    tilt = np.radians(alpha)
+    run = np.tan(np.radians(alpha + beta if fold_side == "head" else alpha - beta))
+    lower = origami.axis_to_fold_mm if lower_corner_mm is None else lower_corner_mm
+    rise = origami.fold_to_shoulder_mm + (origami.axis_to_fold_mm - lower)
     return {
-        "A": np.array([origami.fold_to_shoulder_mm * np.tan(ramp), low]),
-        "B": np.array([origami.fold_to_shoulder_mm * np.tan(tilt), low]),
-        "C": np.array([0.0, shoulder]),
+        "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
+        "B": np.array([rise * np.tan(tilt), lower]),
+        "C": np.array([0.0, origami.axis_to_fold_mm + origami.fold_to_shoulder_mm]),
         "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
     }
 

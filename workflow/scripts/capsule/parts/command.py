@@ -21,7 +21,6 @@ from capsule.parts.formats import (
     threemf_bytes,
     title_lines,
 )
-from capsule.parts.refusals import check_design
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import config_file, how_to_install
@@ -155,6 +154,9 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
             raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
     unchanged = read_phantom(DEFAULT_TABLE, [])
+    # It uses the library of the solids.
+    from capsule.parts.refusals import check_design
+
     design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
     check_design(design)
     return design
