@@ -14,26 +14,7 @@ from capsule.arrays import FloatArray
 class Origami:
     """Dimensions of the four substructures; lengths in mm, angles in degrees.
 
-    Attributes
-    ----------
-    axis_to_fold_mm
-        Distance from the symmetry axis to the fold A (the paper's h_1).
-    fold_to_shoulder_mm
-        Distance across the axis from A to the shoulder C (h_2).
-    shoulder_to_tip_mm
-        Distance across the axis from C to the tip D of the awn (h_3).
-    awn_tilt_deg
-        Tilt of the line BD to the tail, from the direction across the axis (alpha).
-    fold_angle_deg
-        Angle between the lines CA and CB (beta).
-    tip_radius_mm
-        Chamfer radius of the tip D (r).
-    wall_thickness_mm
-        Thickness of the printed wall.
-    adhesive_mm
-        Film of adhesive between two glued substructures.
-    height_mm
-        Height of the print, out of the plane of the drawing.
+    ``config/phantom.yaml`` explains each parameter.
     """
 
     axis_to_fold_mm: float

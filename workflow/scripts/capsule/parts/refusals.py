@@ -299,7 +299,7 @@ def crosses(outlines: Sequence[FloatArray]) -> bool:
     """
     # Where outlines cross, some of the area counts twice, or with the wrong sign.
     signed = sum(signed_area(each) for each in outlines)
-    return abs(section(outlines).area() - signed) > 1e-6 * abs(signed)
+    return bool(abs(section(outlines).area() - signed) > 1e-6 * abs(signed))
 
 
 def gap(first: FloatArray, second: FloatArray) -> float:
