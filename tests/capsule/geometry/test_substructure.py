@@ -10,8 +10,6 @@ from capsule.geometry.cam import follower_displacement, phase_step, steepest_ove
 from capsule.geometry.origami import pitch, vertices
 from capsule.geometry.stand import (
     belt_length,
-    outer_radius,
-    pulley_outline,
     rectangle,
     scale_marks,
     shaft_distance,
@@ -139,15 +137,6 @@ def test_the_cam_turns_once_in_a_wave():
         follower_displacement(cam, along - 20.0, 0.0),
         atol=1e-12,
     )
-
-
-def test_a_pulleys_outside_and_grooves_are_those_of_its_teeth():
-    outline_mm = pulley_outline(20)
-    radius = np.linalg.norm(outline_mm, axis=1)
-    assert radius.max() == pytest.approx(outer_radius(20)) == pytest.approx(20 / np.pi - 0.254)
-    assert radius.max() - radius.min() == pytest.approx(0.76)
-    assert (np.isclose(radius, radius.min())).sum() == 20
-    assert not crosses([outline_mm])
 
 
 def test_belts_fit_their_shafts():
