@@ -25,8 +25,8 @@ from judge_report import table
 from capsule.arguments import natural
 from capsule.bench.simulated_bench import SimulatedBench, bench_with
 from capsule.configuration import read_config_file
-from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
 from capsule.project import CONFIG
 from capsule.seeding import generator

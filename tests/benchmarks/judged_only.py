@@ -13,8 +13,8 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.origami import pitch
+from capsule.phantom.contact import shaped_noise
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.seat import shaped_noise
 from capsule.phantom.sensor import counts, resistance
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.phantom.wall import wave_period

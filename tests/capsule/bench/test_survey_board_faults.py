@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from capsule.phantom.chance import Nodule
+from capsule.phantom.journey import Nodule
 from support.bench.rig import needed
 
 pytestmark = [pytest.mark.boards, needed]

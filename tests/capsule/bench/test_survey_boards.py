@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-from capsule.phantom.chance import Nodule
+from capsule.phantom.journey import Nodule
 from capsule.recording import read_recording
 from support.bench.rig import needed
 

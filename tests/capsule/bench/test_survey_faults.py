@@ -7,8 +7,8 @@ import pytest
 
 from capsule.bench.simulated_bench import LEASE_S, bench_with
 from capsule.configuration import read_config_file
-from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
 from capsule.project import CONFIG
 from capsule.survey.cycle import FOLD, UNFOLD

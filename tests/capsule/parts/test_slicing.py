@@ -109,7 +109,7 @@ def test_the_slicer_would_put_support_nowhere(made, name):
 
 def test_slicer_and_admesh_find_nothing_to_repair(made):
     meshes = sorted(made.glob("*.stl"))
-    assert len(meshes) == 18
+    assert len(meshes) == 16
     told = slicer("--info", *meshes, *sorted(made.glob("*.3mf")))
     # Of an assembly each sensor is an object of its own in 3MF.
     assert told.count("manifold = yes") == 2 * len(meshes) + 3

@@ -1,25 +1,13 @@
-"""A journey along a gut: a run as it was while unfolded, and each nodule caught for itself."""
-
-from dataclasses import dataclass
+"""A journey along a gut, folded and unfolded: each nodule is caught for itself."""
 
 import numpy as np
 import pytest
 import yaml
 
-from capsule.phantom import contact as touch
-from capsule.phantom.advance import Strokes, draw_holds, draw_strokes, slips_back
-from capsule.phantom.bulge import bulge_of
-from capsule.phantom.chance import Chance, Nodule, Pass
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Journey
+from capsule.phantom.journey import Chance, Journey, Nodule
 from capsule.phantom.parameters import with_values
-from capsule.phantom.pressing import Pressing, UnevenWalls
-from capsule.phantom.seat import reseated_strength, wandering_strength
-from capsule.phantom.sensor import Unloaded, draw_unloaded
-from capsule.phantom.simulation import SENSORS, simulate_run
-from capsule.phantom.wall import draw_unevenness, roughness, wave_period
-from capsule.phantom.wave import cam_time, wave_train
-from capsule.seeding import generator
+from capsule.phantom.simulation import SENSORS
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 # Every mechanism that keeps a state from sample to sample, or from wave to wave.
@@ -28,94 +16,6 @@ BUSY = {
     "sensor.hysteresis": 0.3, "sensor.release_peak": 0.3, "sensor.crosstalk": 0.1,
     "sensor.jump": 0.05, "wave.period_spread": 0.1, "wave.missing_probability": 0.05,
 }  # fmt: skip
-
-
-@dataclass
-class FateOfARun:
-    """Random numbers of one run of an archive, drawn as `simulate_run` draws them."""
-
-    pressing: Pressing
-    strokes: Strokes
-    folded_mm: np.ndarray
-    slips_mm: np.ndarray
-    wander: np.ndarray
-    strength: np.ndarray
-    unloaded: Unloaded
-    only_pass: Pass
-
-    def draw_pass(self, number):
-        """Return the only pass of a run."""
-        assert number == 1
-        return self.only_pass
-
-
-def fate_of(phantom, nodule_mm, seed, site, samples):
-    """Draw the run's numbers from its own streams, in the order of `simulate_run`."""
-
-    def draw(subject):
-        return generator(seed, "phantom", site, "1", subject)
-
-    wall, contact, advance = phantom.wall, phantom.contact, phantom.advance
-    rate_hz, longest = phantom.electronics.rate_hz, int(advance.longest_samples)
-    place = generator(seed, "phantom", site)
-    series = generator(seed, "phantom", f"{nodule_mm:g}mm", "series")
-    seat = draw("seat")
-    lead_mm = advance.lead_mm + seat.normal(0.0, advance.lead_spread_mm)
-    coupling = np.exp(seat.normal(0.0, contact.coupling_spread, SENSORS))
-    offset_mm = series.normal(0.0, contact.series_offset_mm)
-    offset_mm += seat.normal(0.0, contact.height_offset_mm)
-    phase = seat.uniform(0.0, 2 * np.pi)
-    offset_mm += touch.stray_offset(contact, draw("stray"))
-    period_s = wave_period(wall)
-    waves = int(np.ceil(longest / rate_hz / period_s)) + 1
-    train = wave_train(phantom.wave, draw("waves"), period_s, waves)
-    slips_mm = slips_back(advance, draw("slips"), period_s, waves)
-    strokes_from = draw("advance")
-    strokes = draw_strokes(advance, strokes_from, period_s, waves, train.crests > 0)
-    shifts = draw("wander")
-    wander = touch.seat_wander(contact, shifts, SENSORS, longest, rate_hz)
-    number = (cam_time(train, np.arange(samples) / rate_hz) / period_s).astype(int)
-    strength = wandering_strength(phantom.seat, draw("strength"), SENSORS, longest, rate_hz)
-    strength = strength[:, :samples] * reseated_strength(
-        phantom.seat, draw("reseat"), SENSORS, slips_mm, number
-    )
-    bulge = bulge_of(
-        contact, wall, phantom.origami, nodule_mm=nodule_mm, at_mm=max(lead_mm, 0.0),
-        height_offset_mm=offset_mm, coupling=coupling,
-    )  # fmt: skip
-    rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
-    walls = UnevenWalls(rough, draw_unevenness(wall, place), draw_unevenness(wall, place))
-    return FateOfARun(
-        Pressing(wall, phantom.wave, contact, walls, train, phase),
-        strokes,
-        np.zeros(waves),
-        slips_mm,
-        wander[:, :samples],
-        strength,
-        draw_unloaded(phantom.sensor, draw("sensor"), (SENSORS, samples), rate_hz),
-        Pass(
-            (bulge,), draw_holds(advance, strokes_from, SENSORS), touch.looseness(contact, shifts)
-        ),
-    )
-
-
-@pytest.mark.parametrize("changes", [{}, BUSY], ids=["usual", "busy"])
-@pytest.mark.parametrize("nodule_mm", [0, 1, 2, 3, 4, 5])
-def test_always_unfolded_over_one_run_it_gives_the_archives_readings(nodule_mm, changes):
-    phantom = with_values(PHANTOM, changes)
-    for number in (1, 2, 3):
-        site = f"{nodule_mm}mm/r{number:02d}"
-        run = simulate_run(phantom, nodule_mm, 1, site)
-        fate = fate_of(phantom, nodule_mm, 1, site, run.time_s.size)
-        journey = Journey(phantom, fate, 1000.0)
-        stretches = []
-        lengths = np.random.default_rng(number).integers(1, 40, 1000).tolist()
-        while journey.samples_left:
-            stretches.append(journey.advance(min(lengths.pop(), journey.samples_left)))
-        head_mm = np.concatenate([stretch.head_mm for stretch in stretches])
-        np.testing.assert_allclose(head_mm, run.head_mm, atol=1e-9)
-        readings = np.concatenate([stretch.counts for stretch in stretches], axis=1)
-        np.testing.assert_array_equal(readings, run.counts)
 
 
 def test_all_of_the_folding_is_assumed_within_a_plausible_range():
@@ -131,10 +31,12 @@ def journey_over(nodules, length_mm=300.0, samples=9000, seed=1, **changes):
     return Journey(phantom, Chance(phantom, seed, "test", nodules, SENSORS, samples), length_mm)
 
 
-def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for():
-    one, other = journey_over([Nodule(50, 3)]), journey_over([Nodule(50, 3)])
+@pytest.mark.parametrize("changes", [{}, BUSY], ids=["usual", "busy"])
+def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for(changes):
+    changes = {name.replace(".", "__"): value for name, value in changes.items()}
+    one, other = (journey_over([Nodule(50, 3)], **changes) for _ in range(2))
     whole = one.advance(1000)
-    parts = [other.advance(8) for _ in range(125)]
+    parts = [other.advance(samples) for samples in (1, 7, *[8] * 124)]
     np.testing.assert_array_equal(whole.counts, np.hstack([part.counts for part in parts]))
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.phantom.response import (
+from capsule.phantom.sensor import (
     base_line_jumps,
     crosstalk,
     hysteresis,

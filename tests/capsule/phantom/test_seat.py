@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.phantom.contact import reseated_strength, shaped_noise, wandering_strength
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.seat import reseated_strength, shaped_noise, wandering_strength
 
 SEAT = read_phantom(DEFAULT_TABLE, []).seat
 

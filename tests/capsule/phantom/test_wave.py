@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.wall import wave_period
-from capsule.phantom.wave import cam_time, crest_shape, wave_height, wave_train
+from capsule.phantom.wall import cam_time, crest_shape, wave_height, wave_period, wave_train
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 WALL, SINE = PHANTOM.wall, PHANTOM.wave

@@ -10,8 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from capsule.phantom.chance import Chance, Nodule
-from capsule.phantom.journey import Journey
+from capsule.phantom.journey import Chance, Journey, Nodule
 from capsule.phantom.parameters import Phantom
 
 _AT_ONCE = 8

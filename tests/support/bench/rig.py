@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
-from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
 from support.bench.gut import Gut
 from support.bench.stand_in import StandInLogger

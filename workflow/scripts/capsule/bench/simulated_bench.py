@@ -5,8 +5,7 @@ It is an `capsule.bench.survey_bench.SurveyBench` that never fails.
 
 import numpy as np
 
-from capsule.phantom.chance import Chance, Nodule
-from capsule.phantom.journey import Journey
+from capsule.phantom.journey import Chance, Journey, Nodule
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulated_header
 from capsule.seeding import generator

@@ -14,26 +14,7 @@ from capsule.arrays import FloatArray
 class Origami:
     """Dimensions of the four substructures; lengths in mm, angles in degrees.
 
-    Attributes
-    ----------
-    axis_to_fold_mm
-        Distance from the symmetry axis to the fold A (the paper's h_1).
-    fold_to_shoulder_mm
-        Distance across the axis from A to the shoulder C (h_2).
-    shoulder_to_tip_mm
-        Distance across the axis from C to the tip D of the awn (h_3).
-    awn_tilt_deg
-        Tilt of the line BD to the tail, from the direction across the axis (alpha).
-    fold_angle_deg
-        Angle between the lines CA and CB (beta).
-    tip_radius_mm
-        Chamfer radius of the tip D (r).
-    wall_thickness_mm
-        Thickness of the printed wall.
-    adhesive_mm
-        Film of adhesive between two glued substructures.
-    height_mm
-        Height of the print, out of the plane of the drawing.
+    ``config/phantom.yaml`` explains each parameter.
     """
 
     axis_to_fold_mm: float
@@ -52,25 +33,34 @@ def half_width(origami: Origami) -> float:
     return origami.axis_to_fold_mm + origami.fold_to_shoulder_mm + origami.shoulder_to_tip_mm
 
 
-def vertices(origami: Origami) -> dict[str, FloatArray]:
+def vertices(
+    origami: Origami, fold_side: str = "head", lower_corner_mm: float | None = None
+) -> dict[str, FloatArray]:
     """Return the corners A, B, C and the awn's tip D of one half of a substructure.
 
-    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta to the
-    head. A and B are both h_1 away from the axis, where the neighbours are glued.
+    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta.
+
+    Parameters
+    ----------
+    fold_side
+        The side of that line, ``head`` or ``tail``, on which A lies.
+    lower_corner_mm
+        Distance of B from the axis; by default that of A, h_1. There, neighbours are glued.
 
     Returns
     -------
     dict of str to array of shape (2,)
         Positions (x, y) in mm, with C at x = 0.
     """
-    tilt = np.radians(origami.awn_tilt_deg)
-    ramp = np.radians(origami.awn_tilt_deg + origami.fold_angle_deg)
-    low = origami.axis_to_fold_mm
-    shoulder = low + origami.fold_to_shoulder_mm
+    alpha, beta = origami.awn_tilt_deg, origami.fold_angle_deg
+    tilt = np.radians(alpha)
+    run = np.tan(np.radians(alpha + beta if fold_side == "head" else alpha - beta))
+    lower = origami.axis_to_fold_mm if lower_corner_mm is None else lower_corner_mm
+    rise = origami.fold_to_shoulder_mm + (origami.axis_to_fold_mm - lower)
     return {
-        "A": np.array([origami.fold_to_shoulder_mm * np.tan(ramp), low]),
-        "B": np.array([origami.fold_to_shoulder_mm * np.tan(tilt), low]),
-        "C": np.array([0.0, shoulder]),
+        "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
+        "B": np.array([rise * np.tan(tilt), lower]),
+        "C": np.array([0.0, origami.axis_to_fold_mm + origami.fold_to_shoulder_mm]),
         "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
     }
 

@@ -1,4 +1,4 @@
-"""Compute the outlines of the bench's plates, its pulleys and belts, and the platform's scale.
+"""Compute the outlines of the bench's plates, its belts, and the platform's scale.
 
 Coordinates: x runs along the gut, y across it, and z upwards. The axes of both cam shafts and the
 middle of the capsule are at z = 0. The middle of the gut is at y = 0. A follower's own coordinates
@@ -8,17 +8,15 @@ begin at its shaft, at the middle of its stroke: u runs towards the gut, and z u
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from capsule.arrays import FloatArray
 from capsule.geometry.cam import Cam, relief
 
-# GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth and radius of
-# a groove; half the width of its mouth, where the belt's tooth is 1.3 mm wide with rounded flanks.
+# GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth of a groove.
 PITCH_MM = 2.0
 _PITCH_LINE_MM = 0.254
 _DEPTH_MM = 0.76
-_GROOVE_MM = 0.6
-_MOUTH_MM = 0.7
 # Width of a line, and the lengths of the lines at 1, 5 and 10 mm.
 LINE_MM = 0.4
 _LENGTHS_MM = {10: 4.0, 5: 3.0, 1: 2.0}
@@ -242,24 +240,6 @@ def teeth_around(radius_mm: float) -> int:
     return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
 
 
-def pulley_outline(teeth: int) -> FloatArray:
-    """Return a pulley's section, anticlockwise: shape (N, 2), in mm.
-
-    Each groove is a half circle with a mouth that widens a little. It is close to the standard, and
-    wide enough to print.
-    """
-    radius = outer_radius(teeth)
-    angles = np.linspace(np.pi, 2 * np.pi, 13)
-    across = np.concatenate([[-_MOUTH_MM], _GROOVE_MM * np.cos(angles), [_MOUTH_MM]])
-    height = -(_DEPTH_MM - _GROOVE_MM) + _GROOVE_MM * np.sin(angles)
-    height = np.concatenate([[0.0], height, [0.0]])
-    turns = 2 * np.pi * np.arange(teeth) / teeth
-    angle = turns[:, np.newaxis] + across / radius
-    points = (radius + height)[..., np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    outline: FloatArray = points.reshape(-1, 2)
-    return outline
-
-
 def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> float:
     """Return the length of an open belt around two pulleys, in mm."""
     large, small = pitch_radius(first_teeth), pitch_radius(second_teeth)
@@ -280,11 +260,7 @@ def shaft_distance(first_teeth: int, second_teeth: int, belt_mm: float) -> float
     high = belt_mm / 2
     if high <= low or belt_length(first_teeth, second_teeth, low) > belt_mm:
         raise ValueError(f"a belt of {belt_mm:g} mm is too short")
-    while high - low > 1e-9:
-        middle = (low + high) / 2
-        shorter = belt_length(first_teeth, second_teeth, middle) < belt_mm
-        low, high = (middle, high) if shorter else (low, middle)
-    return low
+    return float(brentq(lambda at: belt_length(first_teeth, second_teeth, at) - belt_mm, low, high))
 
 
 def _digit(digit: int, left: float, low: float) -> list[FloatArray]:

@@ -77,18 +77,8 @@ class Shape:
 
 
 def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
-    """Return the corners A, B, C and D to which the dimensions of a drawing refer.
-
-    They are those of `capsule.geometry.origami.vertices`, but for any choice. C is at x = 0.
-    """
-    tilt, fold = np.radians(origami.awn_tilt_deg), np.radians(origami.fold_angle_deg)
-    shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
-    run = np.tan(fold + tilt) if choices.fold_side == "head" else -np.tan(fold - tilt)
-    lower = choices.lower_corner_mm
-    return vertices(origami) | {
-        "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
-        "B": np.array([(shoulder - lower) * np.tan(tilt), lower]),
-    }
+    """Return the corners A, B, C and D to which the dimensions of a drawing refer."""
+    return vertices(origami, choices.fold_side, choices.lower_corner_mm)
 
 
 def _crossing(

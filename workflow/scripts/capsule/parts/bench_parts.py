@@ -1,23 +1,17 @@
-"""Make the bench's parts: cam shafts, followers, slides, platform, end plates, pulleys."""
+"""Make the bench's parts: cam shafts, followers, slides, platform, end plates."""
 
 import numpy as np
 from manifold3d import Manifold
 
-from capsule.arrays import FloatArray
 from capsule.geometry import stand
 from capsule.geometry.cam import Cam, phase_step, steepest_overhang
-from capsule.geometry.stand import Bench, outer_radius, pulley_outline, scale_marks
+from capsule.geometry.stand import Bench, scale_marks
 from capsule.parts import solids
 from capsule.parts.design import BENCH, Design, Flat, Part, Spiral
 
 # Steps along a cam shaft's section, and corners of its circle: within 0.01 mm of the exact cam.
 _STEPS, _CORNERS = 160, 96
 _ENGRAVED_MM = 0.4
-# A pulley has one flange, because a second one above the grooves needs support when printed. The
-# flanges of a belt's two pulleys are on opposite sides of the belt.
-_BELT_MM, _FLANGE_MM, _RIM_MM = 7.0, 1.5, 1.0
-# The shaft of a 28BYJ-48: round, with two flats.
-_MOTOR_SHAFT_MM, _MOTOR_FLATS_MM = 5.0, 3.0
 
 
 def bench_parts(design: Design) -> list[Part]:
@@ -28,7 +22,6 @@ def bench_parts(design: Design) -> list[Part]:
         slide(design),
         platform(design),
         end_plate(design),
-        *pulleys(design),
     ]
 
 
@@ -183,43 +176,3 @@ def end_plate(design: Design) -> Part:
             "motor_height_mm": stand.motor_height(bench),
         },
     )
-
-
-def _pulley_solid(teeth: int, hole: FloatArray) -> Manifold:
-    high = _RIM_MM + _BELT_MM
-    solid = solids.prism([pulley_outline(teeth)], high)
-    solid += solids.prism([stand.circle(outer_radius(teeth) + _FLANGE_MM)], _RIM_MM)
-    return solid - solids.prism([hole], high + 2.0, -1.0)
-
-
-def pulleys(design: Design) -> list[Part]:
-    """Return the pulleys of the cam shafts and of the motor."""
-    bench = design.parts.bench
-    half, flat = _MOTOR_SHAFT_MM / 2 + bench.fit_mm, _MOTOR_FLATS_MM / 2 + bench.fit_mm
-    edge = np.arcsin(flat / half)
-    right = np.linspace(-edge, edge, 25)
-    arc = half * np.column_stack([np.cos(right), np.sin(right)])
-    motor_bore = np.vstack([arc, -arc])
-    made = []
-    for name, teeth, hole, quantity, note in (
-        (
-            "pulley-cam",
-            bench.cam_teeth,
-            stand.bore(bench),
-            5,
-            "On the rods: a belt joins the two shafts at both ends, and the motor drives one.",
-        ),
-        ("pulley-motor", bench.motor_teeth, motor_bore, 1, "On the motor's shaft."),
-    ):
-        made.append(
-            Part(
-                name,
-                *solids.mesh(_pulley_solid(teeth, hole)),
-                quantity,
-                BENCH,
-                note,
-                f"bench.{name.partition('-')[2]}_teeth",
-                sizes={"teeth": teeth, "outside_mm": 2 * outer_radius(teeth)},
-            )
-        )
-    return made

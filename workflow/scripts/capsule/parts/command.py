@@ -2,13 +2,12 @@
 
 import argparse
 import difflib
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from capsule import files
 from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
-from capsule.parts.design import LIMITS, Design, Part, design_of, entries
+from capsule.parts.design import LIMITS, Design, design_of, entries
 from capsule.parts.files import read_parts_table
 from capsule.parts.formats import (
     bill_of_materials,
@@ -21,12 +20,16 @@ from capsule.parts.formats import (
     threemf_bytes,
     title_lines,
 )
-from capsule.parts.refusals import check_design
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import config_file, how_to_install
 
 _NOZZLE = "print.nozzle_mm"
+# What needs a package, and the extra that installs it.
+_NEEDS = {
+    "manifold3d": ("the parts need manifold3d", "parts"),
+    "OCP": ("--step needs Open CASCADE", "cad"),
+}
 
 EPILOG = """
 The solids need the package manifold3d, which the extra parts installs. STEP files (--step) also
@@ -61,10 +64,23 @@ def main(arguments: argparse.Namespace) -> None:
     CapsuleError
         The design cannot be made, or a package is missing.
     """
-    make = _maker_of_parts()
+    # Only here and in `read_design`, the command imports its large libraries.
+    try:
+        from capsule.parts.all_parts import all_parts
+
+        if arguments.step:
+            from capsule.parts.step_files import step_bytes
+    except ModuleNotFoundError as error:
+        # Older releases of Open CASCADE lack some of its modules.
+        package = (error.name or "").partition(".")[0]
+        if package not in _NEEDS:
+            raise
+        needs, extra = _NEEDS[package]
+        raise CapsuleError(
+            f"{needs}, which is not installed; run {how_to_install(extra)}"
+        ) from None
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
-    step_bytes = step_writer() if arguments.step else None
-    parts, out = make(design, sensors), arguments.out
+    parts, out = all_parts(design, sensors), arguments.out
 
     def write(name: str, content: str | bytes) -> None:
         data = content.encode() if isinstance(content, str) else content
@@ -75,7 +91,7 @@ def main(arguments: argparse.Namespace) -> None:
         bodies = split_bodies(part.name, part.vertices, part.triangles)
         write(f"{part.name}.stl", stl_bytes(part.name, part.vertices, part.triangles))
         write(f"{part.name}.3mf", threemf_bytes(bodies))
-        if step_bytes is not None:
+        if arguments.step:
             write(f"{part.name}.step", step_bytes(part))
         if part.flat is not None:
             write(f"{part.name}.dxf", dxf_text(part.flat))
@@ -87,39 +103,6 @@ def main(arguments: argparse.Namespace) -> None:
     write("bom.csv", bill_of_materials(design, parts, sensors))
     write("print-profile.ini", profile_text(design.parts.print))
     print(f"{len(parts)} parts in {out}/")
-
-
-def _maker_of_parts() -> Callable[[Design, int], Sequence[Part]]:
-    """Return the function that makes all parts; only this function imports its library."""
-    try:
-        from capsule.parts.all_parts import all_parts
-    except ModuleNotFoundError as error:
-        if error.name != "manifold3d":
-            raise
-        raise CapsuleError(
-            f"the parts need manifold3d, which is not installed; run {how_to_install('parts')}"
-        ) from None
-    return all_parts
-
-
-def step_writer() -> Callable[[Part], bytes]:
-    """Return the function that writes a part as STEP; only this function imports its large library.
-
-    Raises
-    ------
-    CapsuleError
-        The library is not installed; the message names the extra.
-    """
-    try:
-        from capsule.parts.step_files import step_bytes
-    except ModuleNotFoundError as error:
-        # Older releases of the library lack some of these modules.
-        if (error.name or "").partition(".")[0] != "OCP":
-            raise
-        raise CapsuleError(
-            f"--step needs Open CASCADE, which is not installed; run {how_to_install('cad')}"
-        ) from None
-    return step_bytes
 
 
 def read_design(changes: list[str], nozzle: str | None = None) -> Design:
@@ -155,6 +138,9 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
             raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
     unchanged = read_phantom(DEFAULT_TABLE, [])
+    # It uses the library of the solids.
+    from capsule.parts.refusals import check_design
+
     design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
     check_design(design)
     return design

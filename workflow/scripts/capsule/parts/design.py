@@ -1,8 +1,8 @@
 """Hold the design of all parts, from the phantom's dimensions and parts.yaml, and each part."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any, get_type_hints
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from capsule.errors import CapsuleError
 from capsule.geometry.cam import Cam
 from capsule.geometry.stand import Bench, front
 from capsule.geometry.substructure import Choices, Shape, loop_length, shape_of
-from capsule.phantom.parameters import Phantom, value_of
+from capsule.phantom.parameters import Phantom, built, value_of
 
 CAPSULE, BENCH = "conductive TPU", "PLA"
 # The part of the table with limits instead of choices.
@@ -134,13 +134,7 @@ def design_of(
         _check(name, chosen[name], entry)
     for name, (low, high) in table[LIMITS].items():
         _check(name, value_of(phantom, name), {"range": (low, high)})
-    kinds = get_type_hints(Parts)
-    parts = Parts(
-        **{
-            part: kind(**{item.name: chosen[f"{part}.{item.name}"] for item in fields(kind)})
-            for part, kind in kinds.items()
-        }
-    )
+    parts = built(Parts, chosen)
     return Design(phantom, parts, resistivity(unchanged, parts.choice), table[LIMITS])
 
 

@@ -244,6 +244,13 @@ def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> st
         ("rubber spheres of 1, 2, 3, 4, 5 mm", 1, "set", "PT Flex 60"),
         (f"steel rod, {bench.rod_mm:g} mm with a flat", 2, "piece", f"{rod:g} mm long"),
         (f"bearing, {bench.rod_mm:g} x {bench.bearing_mm:g} x 6 mm", 4, "piece", "626 for 6 mm"),
+        (
+            f"pulley GT2, {bench.cam_teeth:g} teeth, bore {bench.rod_mm:g} mm",
+            5,
+            "piece",
+            "a belt joins the rods at both ends, and the motor drives one",
+        ),
+        (f"pulley GT2, {bench.motor_teeth:g} teeth, bore 5 mm", 1, "piece", "on the motor's shaft"),
         (f"belt GT2, 6 mm, {_shaft_belt(design):.0f} mm", 2, "piece", "joins the shafts"),
         (f"belt GT2, 6 mm, {bench.drive_belt_mm:g} mm", 1, "piece", "motor to cam shaft"),
         ("stepper motor 28BYJ-48 with ULN2003", 1, "piece", "docs/bench.md"),

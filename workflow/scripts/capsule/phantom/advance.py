@@ -1,4 +1,7 @@
-"""Model the capsule's stick-slip advance: one stroke per wave, reduced by nodules and slips."""
+"""Model the capsule's stick-slip advance: a stroke per wave, less at nodules, and back if folded.
+
+All values of the folded capsule are assumed; nothing was measured.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,37 +18,7 @@ Numbers = TypeVar("Numbers", float, FloatArray)
 class Advance:
     """Parameters of the capsule's advance by the waves.
 
-    Attributes
-    ----------
-    speed_mm_s
-        Mean speed of advance on a smooth wall.
-    speed_spread
-        Spread of the logarithm of the speed, from run to run.
-    stroke_spread
-        Spread of the logarithm of a stroke, from wave to wave.
-    stick_probability
-        Probability that a wave does not move the capsule at all.
-    slip_probability
-        Probability that the capsule slips back between one stroke and the next.
-    slip_back
-        Mean length of such a slip, as a multiple of the mean advance per wave.
-    grip_fraction
-        Fraction of a wave's period in which the wave grips and moves the capsule.
-    snag
-        How strongly a slope of the wall under the awns shortens (or, downhill, lengthens) a stroke.
-    catch_slope
-        Slope of the wall under an awn from which the awn may catch.
-    catch_probability
-        Probability that an awn can catch on such a slope, drawn once for each awn and run.
-    hold_waves
-        Mean number of waves for which a caught awn holds the capsule; the number is uniform from
-        0 to twice the mean.
-    lead_mm
-        Distance before sensor 1 meets the nodule, and after the last sensor has left it.
-    lead_spread_mm
-        Spread of the distance before the nodule, from run to run.
-    longest_samples
-        Limit of a run's samples, at which a person stops the run.
+    ``config/phantom.yaml`` explains each parameter.
     """
 
     speed_mm_s: float
@@ -189,74 +162,111 @@ def slips_back(
     return advance.speed_mm_s * period_s * np.where(slipped, lengths, 0.0)
 
 
-def stroke_positions(
-    advance: Advance,
-    generator: np.random.Generator,
-    period_s: float,
-    waves: int,
-    rise: Callable[[float, float], FloatArray],
-    sensors: int,
-    *,
-    slips_mm: FloatArray | float = 0.0,
-    carried: BoolArray | bool = True,
-) -> FloatArray:
-    """Return the position of the head at the start of each wave, in mm: shape (waves + 1,).
+class Motion:
+    """The motion of a capsule's head, from leg to leg.
+
+    A leg lasts as long as one wave carries the capsule in one way. Each wave carries the unfolded
+    capsule forward by a stroke while it grips. Then the capsule rests, or slips back. A wave
+    carries the folded capsule by a stroke of another length, usually backward. While the capsule
+    folds or unfolds, no wave moves it. It cannot leave the gut at its start, and it stops at its
+    end.
 
     Parameters
     ----------
+    advance
+        Parameters of the advance.
+    strokes
+        Strokes of the unfolded capsule.
+    holds
+        Number of waves for which each awn holds the capsule once it catches, shape (awns,).
+    slips_mm
+        Slip back at the end of each wave (`slips_back`), shape (waves,).
     period_s
         Time from wave to wave.
-    waves
-        Number of waves.
     rise
         ``rise(position, stroke)`` returns the height in mm that each awn would climb when the
-        head moves from ``position`` by ``stroke``, shape (S,).
-    sensors
-        Number of substructures S, each with an awn.
-    slips_mm
-        Slip back after each stroke (`slips_back`), shape (waves,).
-    carried
-        Whether there is a wave to carry the capsule, shape (waves,).
-    """
-    slips_mm = np.broadcast_to(slips_mm, waves)
-    strokes = draw_strokes(advance, generator, period_s, waves, carried)
-    holds = draw_holds(advance, generator, sensors)
-    positions = np.zeros(waves + 1)
-    for wave in range(waves):
-        climbs_mm = rise(positions[wave], strokes.stroke_mm)
-        moved_mm, holds = one_stroke(advance, strokes, wave, climbs_mm, holds)
-        positions[wave + 1] = positions[wave] + moved_mm - slips_mm[wave]
-    return positions
+        head moves from ``position`` by ``stroke``, shape (awns,).
+    folded_mm
+        Stroke of the folded capsule (`folded_strokes`), shape (waves,).
+    length_mm
+        Position of the gut's end.
 
-
-def head_position(
-    advance: Advance,
-    positions_mm: FloatArray,
-    period_s: float,
-    time_s: FloatArray,
-    slips_mm: FloatArray | float = 0.0,
-) -> FloatArray:
-    """Return the head's position over time, in mm.
-
-    In each period, the capsule moves while the wave grips it. Then it rests, or slips back.
-
-    Parameters
+    Attributes
     ----------
-    positions_mm
-        Position at the start of each wave, shape (waves + 1,).
-    time_s
-        Times of the samples, from `capsule.phantom.wave.cam_time`, shape (K,).
-    slips_mm
-        Slip back at the end of each wave, shape (waves,).
+    head_mm : float
+        Position of the head at the last sample.
+    holds : array of shape (awns,)
+        Number of waves for which each awn still holds the capsule.
     """
-    slips_mm = np.broadcast_to(slips_mm, positions_mm.size - 1)
-    wave, part = np.divmod(time_s / period_s, 1.0)
-    wave = wave.astype(int)
-    carried, slipped = carried_part(advance, part), slipped_part(advance, part)
-    farthest_mm = positions_mm[wave + 1] + slips_mm[wave]
-    advanced_mm = carried * (farthest_mm - positions_mm[wave])
-    head_mm: FloatArray = positions_mm[wave] + advanced_mm - slipped * slips_mm[wave]
-    return head_mm
+
+    def __init__(
+        self,
+        advance: Advance,
+        strokes: Strokes,
+        holds: FloatArray,
+        slips_mm: FloatArray,
+        period_s: float,
+        rise: Callable[[float, float], FloatArray],
+        folded_mm: FloatArray | None = None,
+        length_mm: float = np.inf,
+    ) -> None:
+        self._advance, self._strokes, self.holds = advance, strokes, holds
+        self._slips_mm, self._period_s, self._rise = slips_mm, period_s, rise
+        self._folded_mm, self._length_mm = folded_mm, length_mm
+        # The current leg: its wave and degree of folding, its start, and its distances.
+        self._leg: tuple[int, float] | None = None
+        self._from_mm = self.head_mm = self._moved_mm = self._slip_mm = self._part = 0.0
+
+    def move(self, cams_s: FloatArray, folded: FloatArray | float = 0.0) -> FloatArray:
+        """Return the position of the head at the next samples, in mm: shape (K,).
+
+        Parameters
+        ----------
+        cams_s
+            Times of the samples, from `capsule.phantom.wall.cam_time`, shape (K,).
+        folded
+            Degree of folding, from 0 (unfolded) to 1 (folded), shape (K,) or a number.
+        """
+        number, part = np.divmod(cams_s / self._period_s, 1.0)
+        number = number.astype(int)
+        # Waves move the capsule only if it is fully unfolded (0) or fully folded (1).
+        way = np.broadcast_to(folded, number.shape)
+        way = np.where((way > 0) & (way < 1), 0.5, way)
+        begins = np.flatnonzero((np.diff(number) != 0) | (np.diff(way) != 0)) + 1
+        head_mm = np.empty(cams_s.size)
+        for some in np.split(np.arange(cams_s.size), begins):
+            leg = int(number[some[0]]), float(way[some[0]])
+            if leg != self._leg:
+                self._begin_leg(leg, float(part[some[0]]))
+            carried = carried_part(self._advance, part[some])
+            carried = carried - carried_part(self._advance, self._part)
+            slipped = slipped_part(self._advance, part[some])
+            here_mm = self._from_mm + carried * self._moved_mm - slipped * self._slip_mm
+            head_mm[some] = np.clip(here_mm, None, self._length_mm)
+            self.head_mm = float(head_mm[some[-1]])
+        return head_mm
+
+    def _begin_leg(self, leg: tuple[int, float], part: float) -> None:
+        """Begin a new leg: at a new wave, or when folding changes the motion within a wave."""
+        wave, folded = leg
+        same_wave = self._leg is not None and self._leg[0] == wave
+        # A new wave begins where the previous leg ends with its wave, not at the last sample.
+        self._from_mm = self.head_mm if same_wave else self._from_mm + self._rest_mm()
+        self._leg, self._part = leg, part if same_wave else 0.0
+        self._moved_mm = self._slip_mm = 0.0
+        if folded == 0:
+            climbs_mm = self._rise(self._from_mm, self._strokes.stroke_mm)
+            self._moved_mm, self.holds = one_stroke(
+                self._advance, self._strokes, wave, climbs_mm, self.holds
+            )
+            self._slip_mm = float(self._slips_mm[wave])
+        elif folded == 1 and self._folded_mm is not None:
+            self._moved_mm = max(float(self._folded_mm[wave]), -self._from_mm)
+
+    def _rest_mm(self) -> float:
+        """Return the distance that remains in the current leg until the end of its wave, in mm."""
+        begun = float(carried_part(self._advance, np.float64(self._part)))
+        return (1 - begun) * self._moved_mm - self._slip_mm
 
 
 def carried_part(advance: Advance, part: Numbers) -> Numbers:
@@ -291,3 +301,62 @@ def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntAr
 def _smooth_step(part: Numbers) -> Numbers:
     part = np.clip(part, 0.0, 1.0)
     return part**2 * (3 - 2 * part)
+
+
+@dataclass(frozen=True)
+class Folding:
+    """Parameters of the folded capsule, and of the differences between passes over a place.
+
+    ``config/phantom.yaml`` explains each parameter.
+    """
+
+    half_width_mm: float
+    speed_mm_s: float
+    stroke_spread: float
+    stick_probability: float
+    fold_s: float
+    signal_left: float
+    height_redrawn: float
+    drift_return_s: float
+
+
+def reach(folding: Folding, unfolded_mm: float, folded: FloatArray) -> FloatArray:
+    """Return the half width of a partly folded origami, in mm.
+
+    Parameters
+    ----------
+    unfolded_mm
+        Half width of the unfolded origami.
+    folded
+        Degree of folding, from 0 (unfolded) to 1 (folded), any shape.
+    """
+    return unfolded_mm + folded * (folding.half_width_mm - unfolded_mm)
+
+
+def shown(folding: Folding, folded: FloatArray) -> FloatArray:
+    """Return the fraction of its compression that a partly folded origami shows."""
+    return 1 - folded * (1 - folding.signal_left)
+
+
+def folded_strokes(
+    folding: Folding,
+    generator: np.random.Generator,
+    period_s: float,
+    waves: int,
+    carried: BoolArray | bool = True,
+) -> FloatArray:
+    """Draw the distance that each wave moves the folded capsule, in mm: shape (waves,).
+
+    Parameters
+    ----------
+    period_s
+        Time from wave to wave.
+    waves
+        Number of waves.
+    carried
+        Whether each wave has a crest, shape (waves,).
+    """
+    factors, moves, mean = stick_and_slip(
+        generator, folding.stroke_spread, folding.stick_probability, carried, waves
+    )
+    return np.where(moves, folding.speed_mm_s * period_s * factors / mean, 0.0)

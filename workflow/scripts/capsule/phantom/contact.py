@@ -1,48 +1,29 @@
-"""Model the contact between capsule, wall and nodule: the compression of each substructure."""
+"""Model the contact of capsule, walls and nodules: how each substructure is compressed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.origami import Origami
-from capsule.phantom.seat import shaped_noise
-from capsule.phantom.wall import Wall, cushion_stiffness
+from capsule.phantom.wall import (
+    Unevenness,
+    Wall,
+    Wave,
+    WaveTrain,
+    cushion_stiffness,
+    overlap,
+    uneven_height,
+    wave_height,
+)
 
 
 @dataclass(frozen=True)
 class Contact:
     """Stiffness and reach of a substructure, and the variation of its seat against the wall.
 
-    Attributes
-    ----------
-    unit_stiffness_n_mm
-        Stiffness of half a substructure against being pressed flat.
-    patch_mm2
-        Area over which the tip of an awn presses on the wall.
-    fold_limit_mm
-        Compression at which the fold is closed and yields no further.
-    reach_mm
-        Standard deviation of a substructure's sensitivity along the capsule.
-    bearing_height_mm
-        Height of the strip by which the capsule bears on the wall, at most that of the print.
-    series_offset_mm
-        Spread of the nodule's height above the capsule's middle plane, from one series of runs to
-        the next. Nodule and platform are set up once per series.
-    height_offset_mm
-        Spread of that height from run to run within a series.
-    stray_probability
-        Probability that a run has an additional height offset of ``stray_mm``.
-    stray_mm
-        Additional height offset of such a run.
-    coupling_spread
-        Spread of the logarithm of each sensor's coupling to the nodule, drawn for each run.
-    wander_mm
-        Standard deviation of a substructure's slow shift in its seat.
-    wander_spread
-        Spread of the logarithm of that deviation: how loosely the capsule sits in a run.
-    wander_time_s
-        Correlation time of that shift.
+    ``config/phantom.yaml`` explains each parameter.
     """
 
     unit_stiffness_n_mm: float
@@ -170,3 +151,249 @@ def seat_wander(
 def looseness(contact: Contact, generator: np.random.Generator) -> float:
     """Return the standard deviation of the shift of the seats in one run, in mm."""
     return float(contact.wander_mm * np.exp(generator.normal(0.0, contact.wander_spread)))
+
+
+@dataclass(frozen=True)
+class Seat:
+    """Variation of the contact's strength; 1 is its typical strength.
+
+    ``config/phantom.yaml`` explains each parameter.
+    """
+
+    strength_spread: float
+    strength_run_spread: float
+    strength_time_s: float
+    reseat_spread: float
+
+
+def shaped_noise(
+    generator: np.random.Generator, gain: FloatArray, sensors: int, samples: int
+) -> FloatArray:
+    """Return noise of standard deviation 1 with a given spectrum: shape (sensors, samples).
+
+    Parameters
+    ----------
+    gain
+        Gain at the frequencies of ``rfftfreq(2 * samples)``, shape (samples + 1,). The noise has
+        twice the samples, so that the end of a run is independent of its beginning.
+    """
+    noise = generator.standard_normal((sensors, 2 * samples))
+    smooth = np.fft.irfft(np.fft.rfft(noise) * gain, 2 * samples)[:, :samples]
+    # The standard deviation of the smoothed noise follows from the gain (Parseval).
+    deviation = np.sqrt(
+        (gain[0] ** 2 + 2 * np.sum(gain[1:-1] ** 2) + gain[-1] ** 2) / (2 * samples)
+    )
+    shaped: FloatArray = smooth / deviation
+    return shaped
+
+
+def wandering_strength(
+    seat: Seat, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
+) -> FloatArray:
+    """Return the strength of each substructure's contact over time: shape (S, K).
+
+    Its logarithm is first-order (Ornstein-Uhlenbeck) noise, independent for each sensor. It stands
+    for a capsule that tilts, turns and creeps between soft walls.
+    """
+    if seat.strength_spread == 0:
+        return np.ones((sensors, samples))
+    frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
+    gain = 1 / np.sqrt(1 + (2 * np.pi * frequencies * seat.strength_time_s) ** 2)
+    wander = shaped_noise(generator, gain, sensors, samples)
+    run_factor = np.exp(generator.normal(0.0, seat.strength_run_spread))
+    strength: FloatArray = np.exp(seat.strength_spread * run_factor * wander)
+    return strength
+
+
+def reseated_strength(
+    seat: Seat,
+    generator: np.random.Generator,
+    sensors: int,
+    slips_mm: FloatArray,
+    wave: IntArray,
+) -> FloatArray:
+    """Return the factor of slips on each substructure's contact strength: shape (S, K).
+
+    A slip moves the awns to other places of the wall, where each awn finds a new seat.
+
+    Parameters
+    ----------
+    slips_mm
+        Slip back at the end of each wave, shape (waves,).
+    wave
+        Number of the wave at each sample, integers, shape (K,).
+    """
+    seats = np.concatenate([[0], np.cumsum(slips_mm > 0)])
+    spreads = generator.normal(0.0, seat.reseat_spread, (seats[-1] + 1, sensors)).T
+    return np.exp(spreads[:, seats[wave]])
+
+
+@dataclass(frozen=True)
+class Bulge:
+    """One nodule as a capsule meets it in one pass.
+
+    Attributes
+    ----------
+    at_mm
+        Place along the gut.
+    height_mm
+        Height that remains under the pressing capsule.
+    width_mm
+        Standard deviation along the gut.
+    sphere_n_mm
+        Stiffness that the nodule adds to the wall.
+    coupling
+        Factor on the bulge's height under each sensor, shape (S,).
+    """
+
+    at_mm: float
+    height_mm: float
+    width_mm: float
+    sphere_n_mm: float
+    coupling: FloatArray
+
+
+def bulge_of(
+    contact: Contact,
+    wall: Wall,
+    origami: Origami,
+    *,
+    nodule_mm: float,
+    at_mm: float,
+    height_offset_mm: float,
+    coupling: FloatArray,
+) -> Bulge:
+    """Return the bulge of a nodule.
+
+    Parameters
+    ----------
+    nodule_mm
+        Diameter of the nodule; 0 for none.
+    at_mm, coupling
+        As in `Bulge`.
+    height_offset_mm
+        Height of the nodule above the capsule's middle plane; negative below it.
+    """
+    # A part above or below the capsule neither lifts nor supports the tips of the awns.
+    touched = height_factor(contact, nodule_mm, height_offset_mm)
+    return Bulge(
+        at_mm,
+        pressed_bulge(contact, wall, nodule_mm) * touched,
+        bulge_width(contact, wall, origami, nodule_mm),
+        sphere_stiffness(wall, nodule_mm) * touched,
+        coupling,
+    )
+
+
+def climbs(bulges: Sequence[Bulge], position_mm: FloatArray, stroke_mm: float) -> FloatArray:
+    """Return the height that each awn would climb on each bulge in a stroke: shape (N S,), in mm.
+
+    Parameters
+    ----------
+    position_mm
+        Positions of the awns, shape (S,).
+    """
+    rises = [np.empty(0)]
+    for bulge in bulges:
+        distance = position_mm - bulge.at_mm
+        ahead = bulge_profile(bulge.height_mm, bulge.width_mm, distance + stroke_mm)
+        rises.append(ahead - bulge_profile(bulge.height_mm, bulge.width_mm, distance))
+    return np.concatenate(rises)
+
+
+def bulge_heights(bulges: Sequence[Bulge], position_mm: FloatArray) -> tuple[FloatArray, ...]:
+    """Return height in mm and stiffness in N/mm of all bulges under the sensors.
+
+    Parameters
+    ----------
+    position_mm
+        Positions of the sensors, shape (S, K).
+
+    Returns
+    -------
+    heights, spheres
+        Each of shape (S, K).
+    """
+    heights, spheres = np.zeros_like(position_mm), np.zeros_like(position_mm)
+    for bulge in bulges:
+        profile = bulge_profile(1.0, bulge.width_mm, position_mm - bulge.at_mm)
+        heights += bulge.height_mm * bulge.coupling[:, np.newaxis] * profile
+        spheres += bulge.sphere_n_mm * profile
+    return heights, spheres
+
+
+@dataclass(frozen=True)
+class UnevenWalls:
+    """Both walls of a gut.
+
+    Attributes
+    ----------
+    rough
+        Factor on the usual unevenness.
+    nodule_side, other_side
+        The wall with the nodules, and the wall opposite.
+    """
+
+    rough: float
+    nodule_side: Unevenness
+    other_side: Unevenness
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """All that presses a capsule at any position and time.
+
+    Attributes
+    ----------
+    wall, wave, contact
+        Parts of the phantom.
+    walls
+        The walls of this gut.
+    train
+        The waves of this journey.
+    phase
+        Phase of the wave at place 0 and time 0, in radians.
+    """
+
+    wall: Wall
+    wave: Wave
+    contact: Contact
+    walls: UnevenWalls
+    train: WaveTrain
+    phase: float
+
+    def compression(
+        self,
+        bulges: Sequence[Bulge],
+        position_mm: FloatArray,
+        time_s: FloatArray,
+        half_width_mm: FloatArray | float,
+        wander_mm: FloatArray,
+        strength: FloatArray,
+    ) -> FloatArray:
+        """Return the compression of each substructure, both halves together, in mm: shape (S, K).
+
+        Parameters
+        ----------
+        bulges
+            The nodules.
+        position_mm
+            Positions of the sensors, shape (S, K).
+        time_s
+            Times of the samples, shape (K,).
+        half_width_mm
+            Distance from the capsule's axis to the tips of its awns, shape (K,) or a number.
+        wander_mm, strength
+            Shift of each substructure in its seat, and the strength of its contact, shape (S, K).
+        """
+        wall, walls = self.wall, self.walls
+        wave_mm = wave_height(wall, self.wave, self.train, position_mm, time_s, self.phase)
+        nodule_side = walls.rough * uneven_height(wall, walls.nodule_side, position_mm)
+        other_side = walls.rough * uneven_height(wall, walls.other_side, position_mm)
+        heights, spheres = bulge_heights(bulges, position_mm)
+        # A substructure that shifts towards one wall moves away from the other wall.
+        near_mm = wave_mm + nodule_side + heights + wander_mm
+        near = strength * overlap(wall, half_width_mm, near_mm)
+        far = strength * overlap(wall, half_width_mm, wave_mm + other_side - wander_mm)
+        pressed = compression(self.contact, wall, near, spheres)
+        return pressed + compression(self.contact, wall, far)

@@ -1,39 +1,190 @@
-"""Simulate a capsule that travels along a gut, wave by wave, and folds and unfolds on command."""
+"""Simulate a capsule that travels along a gut, wave by wave, and folds and unfolds on command.
 
+All random quantities of a journey are drawn in advance, so that no decision changes them.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.origami import half_width, sensor_offsets
-from capsule.phantom.advance import Strokes, carried_part, one_stroke, slipped_part
-from capsule.phantom.bulge import climbs
-from capsule.phantom.chance import Pass
-from capsule.phantom.folding import reach, shown
+from capsule.phantom.advance import (
+    Motion,
+    Strokes,
+    draw_holds,
+    draw_strokes,
+    folded_strokes,
+    reach,
+    shown,
+    slips_back,
+)
+from capsule.phantom.contact import (
+    Bulge,
+    Pressing,
+    UnevenWalls,
+    bulge_of,
+    climbs,
+    looseness,
+    reseated_strength,
+    seat_wander,
+    stray_offset,
+    wandering_strength,
+)
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.pressing import Pressing
-from capsule.phantom.sensor import Polymer, Unloaded, counts, loaded_resistance
-from capsule.phantom.wall import wave_period
-from capsule.phantom.wave import cam_time
+from capsule.phantom.sensor import Polymer, Unloaded, counts, draw_unloaded, loaded_resistance
+from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train
+from capsule.seeding import generator
 
 # The peristalsis board's steepest ramp, 100 mm/s^2, stops a wave of 25 mm/s in this time.
 _RAMP_S = 0.25
 
 
-class Fate(Protocol):
-    """The random quantities of a journey, as `capsule.phantom.chance.Chance` draws them."""
+@dataclass(frozen=True)
+class Nodule:
+    """A nodule under the wall of a long gut.
 
-    pressing: Pressing
-    strokes: Strokes
-    folded_mm: FloatArray
-    slips_mm: FloatArray
-    wander: FloatArray
-    strength: FloatArray
-    unloaded: Unloaded
+    Attributes
+    ----------
+    at_mm
+        Distance of sensor 1 from the start when it is over the nodule.
+    diameter_mm
+        Diameter.
+    """
+
+    at_mm: float
+    diameter_mm: float
+
+
+@dataclass(frozen=True)
+class Pass:
+    """The random quantities of one pass; the capsule was folded between passes.
+
+    Attributes
+    ----------
+    bulges
+        The nodules, as the capsule meets them in this pass.
+    holds
+        Number of waves for which each awn holds the capsule at each nodule once it catches,
+        shape (N S,).
+    looseness_mm
+        Standard deviation of the substructures' shift in their seats.
+    """
+
+    bulges: tuple[Bulge, ...]
+    holds: FloatArray
+    looseness_mm: float
+
+
+class Chance:
+    """All random quantities of one journey.
+
+    Parameters
+    ----------
+    phantom
+        The bench.
+    seed
+        The session's seed.
+    name
+        The session's name; the same seed and name give the same journey.
+    nodules
+        The nodules under the wall.
+    sensors
+        Number of sensors S.
+    samples
+        Number of samples K of the longest journey.
+
+    Attributes
+    ----------
+    pressing : Pressing
+        The gut and its waves.
+    strokes : Strokes
+        Strokes of the unfolded capsule.
+    folded_mm : (waves,) array
+        Stroke of the folded capsule.
+    slips_mm : (waves,) array
+        Slip back at the end of each wave.
+    wander, strength : (S, K) arrays
+        Shift of each seat, with deviation 1, and the strength of its contact.
+    unloaded : Unloaded
+        Resistance of the sensors without load.
+    """
+
+    def __init__(
+        self,
+        phantom: Phantom,
+        seed: int,
+        name: str,
+        nodules: Sequence[Nodule],
+        sensors: int,
+        samples: int,
+    ) -> None:
+        self._phantom, self._nodules, self._sensors = phantom, tuple(nodules), sensors
+        self._names = seed, "journey", name
+        advance, rate_hz = phantom.advance, phantom.electronics.rate_hz
+        period_s = wave_period(phantom.wall)
+        # Draw more waves than the mean period needs, because periods vary.
+        waves = int(np.ceil(1.1 * samples / rate_hz / period_s)) + 8
+        train = wave_train(phantom.wave, self._draw("waves"), period_s, waves)
+        there = train.crests > 0
+        self.slips_mm = slips_back(advance, self._draw("slips"), period_s, waves)
+        self.strokes: Strokes = draw_strokes(advance, self._draw("advance"), period_s, waves, there)
+        self.folded_mm = folded_strokes(
+            phantom.folding, self._draw("folded"), period_s, waves, there
+        )
+        self.wander = seat_wander(phantom.contact, self._draw("wander"), sensors, samples, rate_hz)
+        self.strength = wandering_strength(
+            phantom.seat, self._draw("strength"), sensors, samples, rate_hz
+        )
+        number = (cam_time(train, np.arange(samples) / rate_hz) / period_s).astype(int)
+        self.strength *= reseated_strength(
+            phantom.seat, self._draw("reseat"), sensors, self.slips_mm, number
+        )
+        self.unloaded: Unloaded = draw_unloaded(
+            phantom.sensor,
+            self._draw("sensor"),
+            (sensors, samples),
+            rate_hz,
+            phantom.folding.drift_return_s,
+        )
+        rough = roughness(phantom.wall, self._draw("roughness"))
+        walls = UnevenWalls(
+            rough, *(draw_unevenness(phantom.wall, self._draw(side)) for side in ("near", "far"))
+        )
+        phase = self._draw("phase").uniform(0, 2 * np.pi)
+        self.pressing = Pressing(phantom.wall, phantom.wave, phantom.contact, walls, train, phase)
+
+    def _draw(self, *subject: str) -> np.random.Generator:
+        return generator(*self._names, *subject)
 
     def draw_pass(self, number: int) -> Pass:
-        """Draw the random quantities of a pass; passes count from 1."""
+        """Draw the random quantities of a pass; passes count from 1.
+
+        A nodule's height offset stays the same, except for the fraction that each pass draws.
+        """
+        contact, advance = self._phantom.contact, self._phantom.advance
+        redrawn = self._phantom.folding.height_redrawn
+        spread_mm = float(np.hypot(contact.series_offset_mm, contact.height_offset_mm))
+        bulges, holds = [], [np.empty(0)]
+        for which, nodule in enumerate(self._nodules):
+            # Each nodule has its own streams, so that another nodule does not change this one.
+            kept = self._draw("nodule", str(which)).normal(0.0, spread_mm)
+            numbers = self._draw("nodule", str(which), "pass", str(number))
+            offset_mm = np.sqrt(1 - redrawn) * kept
+            offset_mm += np.sqrt(redrawn) * numbers.normal(0.0, spread_mm)
+            offset_mm += stray_offset(contact, numbers)
+            coupling = np.exp(numbers.normal(0.0, contact.coupling_spread, self._sensors))
+            bulges.append(
+                bulge_of(
+                    contact, self._phantom.wall, self._phantom.origami,
+                    nodule_mm=nodule.diameter_mm, at_mm=nodule.at_mm,
+                    height_offset_mm=offset_mm, coupling=coupling,
+                )
+            )  # fmt: skip
+            holds.append(draw_holds(advance, numbers, self._sensors))
+        looseness_mm = looseness(contact, self._draw("seat", str(number)))
+        return Pass(tuple(bulges), np.concatenate(holds), looseness_mm)
 
 
 @dataclass(frozen=True)
@@ -64,49 +215,45 @@ class Stretch:
 class Journey:
     """A simulated capsule between two walls.
 
-    Each wave carries the unfolded capsule forward by a stroke. A wave carries the folded capsule
-    by a stroke of another length, usually backward. While the capsule folds or unfolds, no wave
-    moves it. The capsule cannot leave the gut at its start, and it stops at its end. If the wave
-    stops, the capsule stays where it is.
+    It moves as a `capsule.phantom.advance.Motion`. If the wave stops, it stays where it is.
 
     Parameters
     ----------
     phantom
         The bench.
-    fate
+    chance
         The random quantities of the journey.
     length_mm
         Position of the gut's end.
     """
 
-    def __init__(self, phantom: Phantom, fate: Fate, length_mm: float) -> None:
-        self._phantom, self._fate, self._length_mm = phantom, fate, length_mm
-        sensors = fate.wander.shape[0]
+    def __init__(self, phantom: Phantom, chance: Chance, length_mm: float) -> None:
+        self._phantom, self._chance, self._length_mm = phantom, chance, length_mm
+        sensors = chance.wander.shape[0]
         self._offsets = sensor_offsets(phantom.origami, sensors)
-        self._period_s = wave_period(phantom.wall)
-        self._crest_mm = phantom.wall.wavelength_mm * fate.pressing.phase / (2 * np.pi)
+        self._crest_mm = phantom.wall.wavelength_mm * chance.pressing.phase / (2 * np.pi)
         self._polymer = Polymer(phantom.sensor, phantom.electronics.rate_hz)
         self._sample = 0
         self._stopped_s = np.inf
         self._folding, self._folded = False, 0.0
         self._bent: float | None = None
         self._passes = 1
-        self._pass = fate.draw_pass(1)
-        self._holds = self._pass.holds
-        # The current leg: its wave and degree of folding, its start, and its distances.
-        self._leg: tuple[int, float] | None = None
-        self._from_mm = self._head_mm = self._moved_mm = self._slip_mm = self._part = 0.0
+        self._pass = chance.draw_pass(1)
+        self._motion = Motion(
+            phantom.advance, chance.strokes, self._pass.holds, chance.slips_mm,
+            wave_period(phantom.wall), self._rise, chance.folded_mm, length_mm,
+        )  # fmt: skip
 
     @property
     def samples_left(self) -> int:
         """Number of further samples for which random quantities exist."""
-        left: int = self._fate.wander.shape[1] - self._sample
+        left: int = self._chance.wander.shape[1] - self._sample
         return left
 
     @property
     def at_end(self) -> bool:
         """Return whether the capsule has arrived at the end of the gut."""
-        return self._head_mm >= self._length_mm
+        return self._motion.head_mm >= self._length_mm
 
     def fold(self) -> None:
         """Begin to fold."""
@@ -116,8 +263,8 @@ class Journey:
         """Begin to unfold; the capsule settles in a new seat, which begins a new pass."""
         if self._folding:
             self._passes += 1
-            self._pass = self._fate.draw_pass(self._passes)
-            self._holds = self._pass.holds
+            self._pass = self._chance.draw_pass(self._passes)
+            self._motion.holds = self._pass.holds
         self._folding = False
 
     def stop_wave(self) -> None:
@@ -146,24 +293,24 @@ class Journey:
         samples
             Number of samples K, at most `samples_left`.
         """
-        phantom, fate = self._phantom, self._fate
+        phantom, chance = self._phantom, self._chance
         some = slice(self._sample, self._sample + samples)
         rate_hz = phantom.electronics.rate_hz
         time_s = np.round(np.arange(some.start, some.stop) / rate_hz, 6)
         drive_s = self._drive_time(time_s)
-        cams_s = cam_time(fate.pressing.train, drive_s)
+        cams_s = cam_time(chance.pressing.train, drive_s)
         folded = self._fold_on(samples, rate_hz)
-        head_mm = self._move_on(cams_s, folded)
-        compression_mm = fate.pressing.compression(
+        head_mm = self._motion.move(cams_s, folded)
+        compression_mm = chance.pressing.compression(
             self._pass.bulges,
             head_mm - self._offsets[:, np.newaxis],
             drive_s,
             reach(phantom.folding, half_width(phantom.origami), folded),
-            self._pass.looseness_mm * fate.wander[:, some],
-            fate.strength[:, some],
+            self._pass.looseness_mm * chance.wander[:, some],
+            chance.strength[:, some],
         )
         followed_mm = self._polymer.follow(compression_mm * shown(phantom.folding, folded))
-        unloaded = fate.unloaded
+        unloaded = chance.unloaded
         ohms = loaded_resistance(
             phantom.sensor, unloaded.rest_ohm, unloaded.change[:, some], followed_mm
         )
@@ -171,6 +318,10 @@ class Journey:
         readings = counts(phantom.electronics, ohms)
         wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
         return Stretch(time_s, readings, wave_mm, folded, head_mm)
+
+    def _rise(self, position_mm: float, stroke_mm: float) -> FloatArray:
+        """Return the height that each awn would climb on each nodule in a stroke."""
+        return climbs(self._pass.bulges, position_mm - self._offsets, stroke_mm)
 
     def _drive_time(self, time_s: FloatArray) -> FloatArray:
         """Return the time in s that an unstopped drive needs for the same distance: shape (K,)."""
@@ -189,48 +340,3 @@ class Journey:
         folded = np.clip(self._folded + way, 0.0, 1.0)
         self._folded = float(folded[-1])
         return folded
-
-    def _move_on(self, cams_s: FloatArray, folded: FloatArray) -> FloatArray:
-        """Return the position of the head at each sample, in mm."""
-        number, part = np.divmod(cams_s / self._period_s, 1.0)
-        number = number.astype(int)
-        # Waves move the capsule only if it is fully unfolded (0) or fully folded (1).
-        way = np.where((folded > 0) & (folded < 1), 0.5, folded)
-        begins = np.flatnonzero((np.diff(number) != 0) | (np.diff(way) != 0)) + 1
-        head_mm = np.empty(cams_s.size)
-        for some in np.split(np.arange(cams_s.size), begins):
-            leg = int(number[some[0]]), float(way[some[0]])
-            if leg != self._leg:
-                self._begin_leg(leg, float(part[some[0]]))
-            advance = self._phantom.advance
-            carried = carried_part(advance, part[some]) - carried_part(advance, self._part)
-            slipped = slipped_part(advance, part[some])
-            here_mm = self._from_mm + carried * self._moved_mm - slipped * self._slip_mm
-            head_mm[some] = np.clip(here_mm, None, self._length_mm)
-            self._head_mm = float(head_mm[some[-1]])
-        return head_mm
-
-    def _begin_leg(self, leg: tuple[int, float], part: float) -> None:
-        """Begin a new leg: at a new wave, or when folding changes the motion within a wave."""
-        wave, folded = leg
-        same_wave = self._leg is not None and self._leg[0] == wave
-        # A new wave begins where the previous leg ends with its wave, not at the last sample.
-        self._from_mm = self._head_mm if same_wave else self._from_mm + self._rest_mm()
-        self._leg, self._part = leg, part if same_wave else 0.0
-        self._moved_mm = self._slip_mm = 0.0
-        if folded == 0:
-            fate = self._fate
-            climbs_mm = climbs(
-                self._pass.bulges, self._from_mm - self._offsets, fate.strokes.stroke_mm
-            )
-            self._moved_mm, self._holds = one_stroke(
-                self._phantom.advance, fate.strokes, wave, climbs_mm, self._holds
-            )
-            self._slip_mm = float(fate.slips_mm[wave])
-        elif folded == 1:
-            self._moved_mm = max(float(self._fate.folded_mm[wave]), -self._from_mm)
-
-    def _rest_mm(self) -> float:
-        """Return the distance that remains in the current leg until the end of its wave, in mm."""
-        begun = float(carried_part(self._phantom.advance, np.float64(self._part)))
-        return (1 - begun) * self._moved_mm - self._slip_mm

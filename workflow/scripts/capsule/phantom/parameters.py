@@ -2,20 +2,18 @@
 
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import Origami
-from capsule.phantom.advance import Advance
-from capsule.phantom.contact import Contact
-from capsule.phantom.folding import Folding
-from capsule.phantom.seat import Seat
+from capsule.phantom.advance import Advance, Folding
+from capsule.phantom.contact import Contact, Seat
 from capsule.phantom.sensor import Electronics, Sensor
-from capsule.phantom.wall import Wall
-from capsule.phantom.wave import Wave
+from capsule.phantom.wall import Wall, Wave
 
+Whole = TypeVar("Whole")
 SOURCES = ("paper", "data sheet", "calibrated", "assumed", "absent")
 # The key of the sentence at the head of a bench's file.
 EXPLAINS = "explains"
@@ -42,6 +40,16 @@ def parameter_names() -> list[str]:
     return [f"{part}.{item.name}" for part, kind in parts.items() for item in fields(kind)]
 
 
+def built(kind: type[Whole], values: Mapping[str, Any]) -> Whole:
+    """Return a dataclass whose parts are dataclasses, from its values by ``part.parameter``."""
+    return kind(
+        **{
+            part: of(**{item.name: values[f"{part}.{item.name}"] for item in fields(of)})
+            for part, of in get_type_hints(kind).items()
+        }
+    )
+
+
 def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
     """Return the phantom that a table of parts and parameters describes.
 
@@ -58,24 +66,11 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
     """
     if not isinstance(table, Mapping):
         raise CapsuleError("the table of the phantom is empty; it needs parts with parameters")
-    values: dict[str, float] = {}
-    for part, entries in table.items():
-        if not isinstance(entries, Mapping):
-            raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
-        for key, entry in entries.items():
-            name = f"{part}.{key}"
-            _check_known(name)
-            _check_entry(name, entry)
-            values[name] = entry["value"]
+    values = {name: entry["value"] for name, entry in _entries(table)}
     missing = [name for name in parameter_names() if name not in values]
     if missing:
         raise CapsuleError(f"{missing[0]} is missing; give it a value, a unit and a source")
-    return Phantom(
-        **{
-            part: kind(**{item.name: values[f"{part}.{item.name}"] for item in fields(kind)})
-            for part, kind in get_type_hints(Phantom).items()
-        }
-    )
+    return built(Phantom, values)
 
 
 def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any]]:  # noqa: ANN401
@@ -105,17 +100,12 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any
             "paper's table"
         )
     changed = {part: dict(entries) for part, entries in table.items()}
-    for part, entries in bench_parts(bench).items():
-        if not isinstance(entries, Mapping):
-            raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
-        for key, entry in entries.items():
-            name = f"{part}.{key}"
-            _check_known(name)
-            _check_entry(name, entry)
-            usual = table[part][key]["unit"]
-            if entry["unit"] != usual:
-                raise CapsuleError(f"{name}: the unit is {usual}, not {entry['unit']}")
-            changed[part][key] = entry
+    for name, entry in _entries(bench_parts(bench)):
+        part, key = name.split(".")
+        usual = table[part][key]["unit"]
+        if entry["unit"] != usual:
+            raise CapsuleError(f"{name}: the unit is {usual}, not {entry['unit']}")
+        changed[part][key] = entry
     return changed
 
 
@@ -188,6 +178,18 @@ def _check_known(name: str) -> None:
         nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
         hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(known)}"
         raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
+
+
+def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield name and entry of each parameter of a table; raise an error for what is none."""
+    for part, entries in table.items():
+        if not isinstance(entries, Mapping):
+            raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
+        for key, entry in entries.items():
+            name = f"{part}.{key}"
+            _check_known(name)
+            _check_entry(name, entry)
+            yield name, entry
 
 
 def _check_entry(name: str, entry: Any) -> None:  # noqa: ANN401 - whatever the file holds

@@ -9,20 +9,21 @@ from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import half_width, pitch, sensor_offsets
 from capsule.names import size_label
-from capsule.phantom import contact as touch
-from capsule.phantom.advance import (
-    first_arrival,
-    head_position,
-    slips_back,
-    stroke_positions,
+from capsule.phantom.advance import Motion, draw_holds, draw_strokes, first_arrival, slips_back
+from capsule.phantom.contact import (
+    Pressing,
+    UnevenWalls,
+    bulge_of,
+    climbs,
+    looseness,
+    reseated_strength,
+    seat_wander,
+    stray_offset,
+    wandering_strength,
 )
-from capsule.phantom.bulge import bulge_of, climbs
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.pressing import Pressing, UnevenWalls
-from capsule.phantom.seat import reseated_strength, wandering_strength
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.wall import draw_unevenness, roughness, wave_period
-from capsule.phantom.wave import cam_time, wave_train
+from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train
 from capsule.recording import Recording
 from capsule.seeding import generator
 
@@ -203,7 +204,7 @@ def simulate_run(
         0.0, contact.height_offset_mm
     )
     phase = seat.uniform(0.0, 2 * np.pi)
-    height_offset_mm += touch.stray_offset(contact, draw("stray"))
+    height_offset_mm += stray_offset(contact, draw("stray"))
     bulge = bulge_of(
         contact, wall, origami, nodule_mm=nodule_mm, at_mm=nodule_at_mm,
         height_offset_mm=height_offset_mm, coupling=coupling,
@@ -217,21 +218,20 @@ def simulate_run(
     waves = int(np.ceil(longest / rate_hz / period_s)) + 1
     train = wave_train(phantom.wave, draw("waves"), period_s, waves)
     slips_mm = slips_back(phantom.advance, draw("slips"), period_s, waves)
-    strokes = stroke_positions(
-        phantom.advance, draw("advance"), period_s, waves, climb, sensors,
-        slips_mm=slips_mm, carried=train.crests > 0,
-    )  # fmt: skip
+    numbers = draw("advance")
+    strokes = draw_strokes(phantom.advance, numbers, period_s, waves, train.crests > 0)
+    holds = draw_holds(phantom.advance, numbers, sensors)
     time_s = np.round(np.arange(longest) / rate_hz, 6)
     cams_s = cam_time(train, time_s)
-    head_mm = head_position(phantom.advance, strokes, period_s, cams_s, slips_mm)
+    head_mm = Motion(phantom.advance, strokes, holds, slips_mm, period_s, climb).move(cams_s)
     way_mm = 2 * phantom.advance.lead_mm + (sensors - 1) * pitch(origami)
     samples = max(int(first_arrival(head_mm, way_mm)), 2)
     time_s, head_mm = time_s[:samples], head_mm[:samples]
 
     position_mm = head_mm - offsets[:, np.newaxis]
     shifts = draw("wander")
-    wander = touch.seat_wander(contact, shifts, sensors, longest, rate_hz)[:, :samples]
-    wander_mm = touch.looseness(contact, shifts) * wander
+    wander = seat_wander(contact, shifts, sensors, longest, rate_hz)[:, :samples]
+    wander_mm = looseness(contact, shifts) * wander
     strength = wandering_strength(phantom.seat, draw("strength"), sensors, longest, rate_hz)
     strength = strength[:, :samples] * reseated_strength(
         phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)

@@ -1,4 +1,4 @@
-"""Model the phantom's two walls: position, unevenness and stiffness."""
+"""Model the phantom's two walls, and the wave that the cams drive through them."""
 
 from dataclasses import dataclass
 
@@ -11,24 +11,7 @@ from capsule.arrays import FloatArray
 class Wall:
     """The silicone walls and the wave that the cams drive through them.
 
-    Attributes
-    ----------
-    lumen_mm
-        Distance between the baselines of the two walls.
-    amplitude_mm, wavelength_mm, speed_mm_s
-        The travelling sinusoidal wave.
-    modulus_kpa, poisson_ratio
-        Young's modulus and Poisson's ratio of the silicone.
-    wall_mm
-        Thickness of the intestinal wall.
-    sheet_mm
-        Thickness of the sheet between cams and wall.
-    unevenness_mm
-        Standard deviation of the wall's height along the gut (casting, 2 mm cam followers).
-    unevenness_length_mm
-        Correlation length of that height.
-    unevenness_spread
-        Spread of the logarithm of that deviation, from place to place.
+    ``config/phantom.yaml`` explains each parameter.
     """
 
     lumen_mm: float
@@ -106,3 +89,122 @@ def cushion_stiffness(wall: Wall, contact_area_mm2: float) -> float:
     """Return the stiffness of wall and sheet under a flat contact, in N/mm (E A / thickness)."""
     modulus_n_mm2 = wall.modulus_kpa * 1e-3
     return modulus_n_mm2 * contact_area_mm2 / (wall.wall_mm + wall.sheet_mm)
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The shape of the wave and its irregularities, compared with a regular sine.
+
+    ``config/phantom.yaml`` explains each parameter.
+    """
+
+    skew: float
+    sharpness: float
+    period_spread: float
+    amplitude_spread: float
+    missing_probability: float
+    run_spread: float
+
+
+@dataclass(frozen=True)
+class WaveTrain:
+    """The waves of one run.
+
+    Attributes
+    ----------
+    starts_s
+        Time at which each wave starts, shape (waves + 1,).
+    delays_s
+        Delay of each start against a constant period, shape (waves + 1,).
+    crests
+        Height of each crest in parts of the amplitude, 0 where it is missing, shape (waves,).
+    """
+
+    starts_s: FloatArray
+    delays_s: FloatArray
+    crests: FloatArray
+
+
+def wave_train(
+    wave: Wave, generator: np.random.Generator, period_s: float, waves: int
+) -> WaveTrain:
+    """Draw the waves of one run; with all spreads 0, the waves are regular.
+
+    Parameters
+    ----------
+    period_s
+        Mean time from wave to wave.
+    waves
+        Number of waves.
+    """
+    periods = generator.normal(0.0, wave.period_spread, waves)
+    crests = generator.normal(0.0, wave.amplitude_spread, waves)
+    chances = generator.random(waves)
+    irregular = np.exp(generator.normal(0.0, wave.run_spread))
+    # The motor keeps its mean speed, so all waves together take the configured time.
+    periods = np.exp(irregular * periods) / np.exp(irregular * periods).mean()
+    crests = np.exp(irregular * crests)
+    missing = chances < irregular * wave.missing_probability
+    delays_s = np.concatenate([[0.0], np.cumsum(period_s * (periods - 1))])
+    starts_s = period_s * np.arange(waves + 1) + delays_s
+    return WaveTrain(starts_s, delays_s, np.where(missing, 0.0, crests))
+
+
+def cam_time(train: WaveTrain, time_s: FloatArray) -> FloatArray:
+    """Return the time at which evenly turning cams would reach the same angle, in seconds.
+
+    One motor turns all cams, so a late wave is late along the whole gut.
+    """
+    return time_s - np.interp(time_s, train.starts_s, train.delays_s)
+
+
+def crest_shape(wave: Wave, angle: FloatArray) -> FloatArray:
+    """Return the wave's height, -1 to 1, with the crest at angle 0.
+
+    The angle of a place decreases with time.
+
+    Parameters
+    ----------
+    angle
+        Phase in radians, any shape.
+    """
+    if wave.skew != 0:
+        # `ahead` is the time to the next crest in periods. The wall moves inwards for `share` of a
+        # period, and outwards for the rest.
+        ahead, share = np.mod(angle / (2 * np.pi), 1.0), (1 + wave.skew) / 2
+        outwards = 1 + (ahead - share) / (1 - share)
+        angle = np.pi * np.where(ahead < share, ahead / share, outwards)
+    shape = np.cos(angle)
+    if wave.sharpness != 1:
+        shape = np.sign(shape) * np.abs(shape) ** wave.sharpness
+    return shape
+
+
+def wave_height(
+    wall: Wall,
+    wave: Wave,
+    train: WaveTrain,
+    position_mm: FloatArray,
+    time_s: FloatArray,
+    phase: float,
+) -> FloatArray:
+    """Return how far the wave pushes a wall inwards from its baseline, in mm.
+
+    Parameters
+    ----------
+    wall, wave, train
+        The walls, the shape of the wave, and the waves of this run.
+    position_mm, time_s
+        Places along the gut, and times; their shapes broadcast.
+    phase
+        Phase of the wave at place 0 and time 0, in radians.
+    """
+    travelled = position_mm - wall.speed_mm_s * cam_time(train, time_s)
+    angle = 2 * np.pi * travelled / wall.wavelength_mm + phase
+    height = wall.amplitude_mm * crest_shape(wave, angle)
+    # Crest n passes where the angle is -2 pi n. A crest before the first has the first's height.
+    crest = np.clip(-np.rint(angle / (2 * np.pi)).astype(int), 0, train.crests.size - 1)
+    # Only crests differ in height, because between crests the wall is away from the capsule. The
+    # walls meet in the middle, so neither moves further than half the lumen.
+    pressed = np.minimum(height * train.crests[crest], wall.lumen_mm / 2)
+    return np.where(height > 0, pressed, height)
