@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench.fold_board import FoldBoard
+from capsule.bench.fold import FoldBoard
 from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami

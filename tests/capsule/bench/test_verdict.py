@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.verdict import FinalVerdict, RunningVerdict
-from capsule.bench.verdict_table import verdict_table
+from capsule.bench.verdict import FinalVerdict, RunningVerdict, verdict_table
 from capsule.configuration import read_config_file
 from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel

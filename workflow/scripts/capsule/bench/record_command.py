@@ -7,14 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.arguments import positive, recording_name, size_folder
-from capsule.bench import output, run
-from capsule.bench.board_options import add_board_options, add_wave_options
+from capsule.bench import output, recorder
+from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
 from capsule.project import config_file
 
 LONGEST_ENTRY = 100  # characters of a site or session
 STREAM_NAME = "capsule"
+NO_WINDOW = "note: --plot opens no window any more; the terminal shows the sensors"
 LONGEST_STREAM_NAME = 100
 
 EXAMPLES = """
@@ -56,12 +57,14 @@ def main(arguments: argparse.Namespace) -> None:
     """
     check(arguments)
     output.install()
+    if arguments.plot:
+        print(NO_WINDOW)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         if arguments.recover is not None:
-            run.recover(arguments)
+            recorder.recover(arguments)
         else:
-            run.record(arguments)
+            recorder.record(arguments)
     except KeyboardInterrupt:
         print("interrupted before the recording began; nothing is archived", file=sys.stderr)
         raise
@@ -132,11 +135,54 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         type=_entry,
         help="name of the set-up, written to the header: one nodule, gut and capsule, set up once",
     )
-    group.add_argument("--plot", action="store_true", help="show the sensors in a window")
+    group.add_argument("--plot", action="store_true", help=argparse.SUPPRESS)
     group.add_argument(
         "--detect",
         action="store_true",
         help="show every detector's verdict, during the run and at its end",
+    )
+
+
+def add_board_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the logger's port and the waiting time."""
+    group = parser.add_argument_group("the logger board")
+    group.add_argument("--port", help="serial port (default: search the USB ports)")
+    group.add_argument(
+        "--baud", type=int, default=BAUD, help="bits per second (default: %(default)s)"
+    )
+    group.add_argument(
+        "--patience",
+        type=positive,
+        default=60.0,
+        metavar="S",
+        help="longest wait for the next sample in seconds, also while the board is unplugged "
+        "(default: %(default)g)",
+    )
+
+
+def add_wave_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the peristalsis board's port and the wave."""
+    group = parser.add_argument_group("the peristalsis board")
+    group.add_argument("--drive", metavar="PORT", help="start and stop the wave at this port")
+    group.add_argument(
+        "--speed",
+        type=positive,
+        default=25.0,
+        metavar="MM_S",
+        help="speed of the wave in mm/s (default: %(default)g)",
+    )
+    group.add_argument(
+        "--ramp",
+        type=positive,
+        default=25.0,
+        metavar="MM_S2",
+        help="acceleration of the wave in mm/s^2 (default: %(default)g)",
+    )
+    group.add_argument(
+        "--direction",
+        choices=("forward", "backward"),
+        default="forward",
+        help="direction of the wave (default: %(default)s)",
     )
 
 

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from capsule.bench.archive import publish, writing
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
+from capsule.bench.growing_file import publish, writing
 from capsule.locks import lock_file
 from capsule.names import PART
 from capsule.recording import column_names, format_header
