@@ -60,7 +60,7 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
         raise bench_errors.DiskFullError("the disk is full")
 
     monkeypatch.setattr(recorder, "record", fail)
-    monkeypatch.setattr(record_command.output, "install", lambda: None)
+    monkeypatch.setattr(record_command.terminal, "install", lambda: None)
     with pytest.raises(SystemExit) as ended:
         cli.main(["record", "--size", "3"])
     assert ended.value.code == 9
@@ -419,6 +419,6 @@ def test_readings_in_volts_are_shown_too(progress):
 
 def test_the_option_for_a_window_is_answered_with_a_line(monkeypatch, capsys):
     monkeypatch.setattr(recorder, "record", lambda arguments: None)
-    monkeypatch.setattr(record_command.output, "install", lambda: None)
+    monkeypatch.setattr(record_command.terminal, "install", lambda: None)
     cli.main(["record", "--size", "3", "--plot"])
     assert capsys.readouterr().out == f"{record_command.NO_WINDOW}\n"

@@ -12,7 +12,7 @@ from pathlib import Path
 from capsule import files, words
 from capsule.arguments import natural, number_within
 from capsule.arrays import IntArray
-from capsule.bench import output, recorder
+from capsule.bench import recorder, terminal
 from capsule.bench.clock import elapsed_s
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Acknowledgement, Damaged, Identity, Sample
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> None:
     """Play the demo; a fault of the recorder has the recorder's exit status."""
-    output.install()
+    terminal.install()
     demo(arguments)
 
 

@@ -14,9 +14,8 @@ from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
 from capsule.bench.protocol import Damaged, Event, Identity, Sample
-from capsule.bench.sieve import Sieve, Sifted
 from capsule.bench.terminal import Progress
-from capsule.bench.timeline import CLOCK_ENDS_MS, Place, Timeline
+from capsule.bench.timeline import CLOCK_ENDS_MS, Place, Sieve, Timeline
 
 START_AGAIN_S = 0.5
 # A reset board waits in its boot loader, which must not get a byte (see identification.QUIET_S).
@@ -91,7 +90,7 @@ class Logger:
         self._limit = math.inf if limit is None else limit
         self._kept, self._to_end_stop = kept, to_end_stop
         self._timeline = Timeline(rate_hz)
-        self._sieve = Sieve(self._timeline, 1.0 / rate_hz)
+        self._sieve = Sieve(self._timeline, self._accept, self._refuse)
         self.progress = Progress(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
         self.samples: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
@@ -152,7 +151,7 @@ class Logger:
 
     def settle(self) -> None:
         """Decide on samples in doubt, because no more samples of this board will follow."""
-        self._settle(self._sieve.settle())
+        self._sieve.settle()
 
     def note_damaged(self, piece: Damaged) -> None:
         """Count bytes that are not a whole frame, and write them to the log."""
@@ -216,20 +215,15 @@ class Logger:
         elif sample.device_ms >= CLOCK_ENDS_MS:
             self._refuse(sample, "a time beyond the end of the board's clock")
         else:
-            self._settle(self._sieve.sift(sample, moment_s))
-
-    def _settle(self, sifted: Sifted) -> None:
-        for sample, reason in sifted.refused:
-            self._refuse(sample, reason)
-        for sample, place in sifted.accepted:
-            if not self.complete:
-                self._accept(sample, place)
+            self._sieve.sift(sample, moment_s)
 
     def _refuse(self, sample: Sample, reason: str) -> None:
         """Count a sample that cannot be used, and write it to the log."""
         self.note_damaged(Damaged(repr(sample).encode(), reason))
 
     def _accept(self, sample: Sample, place: Place) -> None:
+        if self.complete:
+            return
         self.complete = place.index + 1 >= self._limit
         if place.index >= self._limit:
             return

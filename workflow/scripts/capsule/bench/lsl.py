@@ -431,9 +431,6 @@ class StreamLine:
         return Sample(number % COUNTER_ENDS, device_ms, chosen, False)
 
 
-Samples = list[tuple[float, ...] | None]
-
-
 class SampleOutlet:
     """A stream that sends each sample once, with the time at which it was read.
 
@@ -483,15 +480,3 @@ class SampleOutlet:
             sample = progress.recent[-1 - behind]
             if sample is not None:
                 self._outlet.push_sample(list(sample), now_s - behind * progress.period_s)
-
-
-def watched_and_sent(
-    watch: Callable[[Progress, Samples], None], outlet: SampleOutlet
-) -> Callable[[Progress, Samples], None]:
-    """Return a function that sends the new samples, then calls `watch`."""
-
-    def both(progress: Progress, samples: Samples) -> None:
-        outlet.send(progress)
-        watch(progress, samples)
-
-    return both

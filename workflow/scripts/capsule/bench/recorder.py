@@ -8,10 +8,9 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from capsule.acceptance import readings_of
 from capsule.bench import growing_file, recovery
@@ -31,15 +30,15 @@ from capsule.errors import RecordingError
 from capsule.names import UNLABELLED
 from capsule.recording import read_recording
 
+if TYPE_CHECKING:
+    from capsule.bench.verdict import FinalVerdict
+
 JUDGE_EVERY_S = 0.5
 LAST_FRAMES_S = 0.5
 RATE_OVER_S = 5.0
 LOOK_EVERY_S = 0.05
 Samples = list[tuple[float, ...] | None]
 Watcher = Callable[[Progress, Samples], None]
-# Functions that judge the samples so far; the second has its header already.
-Judge = Callable[[Samples, Mapping[str, str]], list[str]]
-RunningJudge = Callable[[Samples], list[str]]
 
 
 class Recorder:
@@ -179,7 +178,7 @@ def record(
     growing_file.check_free(final)
     settings = read_settings(options.config)
     _tell_of_unfinished(options.raw)
-    judge, judge_all = _judges(options, settings)
+    detectors = _detectors(options, settings) if options.detect else None
     wave = Wave(options.speed, options.ramp, options.direction)
     drive = connected_drive(options.drive, wave) if options.drive else None
     try:
@@ -201,8 +200,8 @@ def record(
         if options.stream_out:
             sensors = int(identity.entries["channels"])
             outlet = SampleOutlet(options.stream_out, header, sensors, f"{folder}/{name}")
-        running = _beside(judge, header) if judge else None
-        watch = _watcher(drive, running, outlet, terminal, length)
+        judge = partial(detectors.judge_so_far, header=header) if detectors else None
+        watch = _watcher(drive, judge, outlet, terminal, length)
         stop = StopRequest()
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         part = PartFile(final, header, int(identity.entries["channels"]), terminal.note)
@@ -226,15 +225,13 @@ def record(
         _stop(drive)
     if drive:
         recorder.progress.wave = drive.summary()
-    checked = _tell_outcome(recorder, terminal, part.final, log.path, settings)
-    if checked is None:
-        return part.final
-    values, no_verdict = checked
-    if no_verdict:
-        terminal.note(f"warning: no detector will judge this recording: {no_verdict}")
-    elif judge_all:
-        for verdict in judge_all(values):
-            terminal.note(verdict)
+    progress = recorder.progress
+    terminal.note(f"ended: {recorder.ended}")
+    if progress.damaged:
+        terminal.note(f"{progress.damaged} damaged frames are kept in {log.path}")
+    terminal.note(f"archived {part.final}: {progress.summary()}")
+    for text in _check(part.final, settings, detectors):
+        terminal.note(text)
     return part.final
 
 
@@ -268,27 +265,15 @@ def _tell_of_unfinished(raw: Path) -> None:
         )
 
 
-def _judges(
-    options: argparse.Namespace, settings: dict[str, Any]
-) -> tuple[Judge | None, Callable[[np.ndarray], list[str]] | None]:
-    """Return functions that judge the samples so far and the whole recording, if wanted."""
-    if not options.detect:
-        return None, None
-    from capsule.bench.verdict import (  # only if they are used
-        FinalVerdict,
-        RunningVerdict,
-        note_of_change,
-    )
+def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalVerdict":
+    """Return the learned detectors; tell the user if they have not learned from all of raw/."""
+    from capsule.bench.verdict import FinalVerdict, note_of_change  # only if they are used
 
     learned = options.templates.with_name("detectors.json")
     final = FinalVerdict(options.templates, learned, settings)
     if note := note_of_change(learned.parent, settings):
         print(note)
-    return RunningVerdict(final, settings).judge, final.judge
-
-
-def _beside(judge: Judge, header: Mapping[str, str]) -> RunningJudge:
-    return lambda samples: judge(samples, header)
+    return final
 
 
 def _source(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[AnyLine, Identity]:
@@ -315,7 +300,7 @@ def connected_drive(port: str, wave: Wave) -> WatchedDrive:
 
 def _watcher(
     drive: WatchedDrive | None,
-    judge: RunningJudge | None,
+    judge: Callable[[Samples], list[str]] | None,
     outlet: SampleOutlet | None,
     terminal: Terminal,
     length: int,
@@ -395,28 +380,17 @@ def _run(
         raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
 
 
-def _tell_outcome(
-    recorder: Recorder, terminal: Terminal, final: Path, log: Path, settings: dict[str, Any]
-) -> tuple[np.ndarray, str] | None:
-    """Print how the recording ended.
-
-    Return the result of `readings_of`, or None if the workflow will reject the recording.
-    """
-    progress = recorder.progress
-    terminal.note(f"ended: {recorder.ended}")
-    if progress.damaged:
-        terminal.note(f"{progress.damaged} damaged frames are kept in {log}")
-    terminal.note(f"archived {final}: {progress.summary()}")
-    try:
-        return _accepted(final, settings)
-    except RecordingError as reason:
-        terminal.note(f"warning: the workflow will reject this recording: {reason}")
-        return None
-
-
-def _accepted(recording: Path, settings: dict[str, Any]) -> tuple[np.ndarray, str]:
-    """Check the recording as the workflow does, while the run can still be repeated."""
+def _check(
+    recording: Path, settings: dict[str, Any], detectors: "FinalVerdict | None"
+) -> list[str]:
+    """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
     rules = settings["recording"]
-    with recording.open("rb") as stream:
-        read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))
-    return readings_of(read, settings)
+    try:
+        with recording.open("rb") as stream:
+            read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))
+        values, no_verdict = readings_of(read, settings)
+    except RecordingError as reason:
+        return [f"warning: the workflow will reject this recording: {reason}"]
+    if no_verdict:
+        return [f"warning: no detector will judge this recording: {no_verdict}"]
+    return detectors.judge(values) if detectors else []

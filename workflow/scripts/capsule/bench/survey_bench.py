@@ -1,7 +1,6 @@
 """The bench of a survey: the interface that the survey needs, and real boards that have it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +11,6 @@ from capsule.bench.clock import PauseWatch, StopRequest
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect, find
-from capsule.bench.line import BAUD
 from capsule.bench.logger import SampleFeed
 from capsule.bench.wave import LEASE_S, SurveyDrive, Wave
 from capsule.survey import cycle as cycles
@@ -67,53 +65,48 @@ class SurveyBench(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class Ports:
-    """The ports of the boards.
-
-    Attributes
-    ----------
-    drive, fold : str
-        Ports of the peristalsis board and of the fold board.
-    logger : str or None
-        Port of the logger; None: search for it.
-    baud : int
-        Bits per second.
-    """
-
-    drive: str
-    fold: str
-    logger: str | None = None
-    baud: int = BAUD
-
-
 class BoardBench:
     """Three boards as one bench.
 
     Parameters
     ----------
-    logger, drive, fold
-        The boards.
+    boards : mapping of str to Board
+        Result of `open_boards`.
+    wave : Wave
+        Speed, ramp and direction of the wave.
+    log : FrameLog
+        Log of damaged frames, gaps, refusals and faults.
+    tell : callable
+        Function that shows a message to the user.
     stop : StopRequest
         Request to stop, by Ctrl-C.
     patience_s : float
         Longest time in seconds without a board.
     begin_s : float
-        Time of the first sample in seconds.
+        Time of the first sample in seconds; above 0 if a killed session is resumed.
+    index_mm : float or None
+        Phase of the wave at the cam shaft's index, from a killed session.
     """
 
     def __init__(
         self,
-        logger: SampleFeed,
-        drive: SurveyDrive,
-        fold: FoldBoard,
+        boards: Mapping[str, Board],
+        wave: Wave,
+        log: FrameLog,
+        tell: Callable[[str], None],
         stop: StopRequest,
         *,
         patience_s: float,
         begin_s: float = 0.0,
+        index_mm: float | None = None,
     ) -> None:
-        self._logger, self._drive, self._fold, self._stop = logger, drive, fold, stop
-        self._patience_s, self._begin_s = patience_s, begin_s
+        resumed = begin_s > 0
+        self._logger = SampleFeed(boards["logger"], log, tell)
+        self._drive = SurveyDrive(
+            boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed
+        )
+        self._fold = FoldBoard(boards["fold"], log, tell)
+        self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0
         self._left = False
         self._pauses = PauseWatch()
@@ -222,8 +215,21 @@ class BoardBench:
         return [warning for warning in warnings if warning]
 
 
-def open_boards(ports: Ports, tell: Callable[[str], None], stop: StopRequest) -> dict[str, Board]:
+def open_boards(
+    ports: Mapping[str, str | None], baud: int, tell: Callable[[str], None], stop: StopRequest
+) -> dict[str, Board]:
     """Open all ports, and check which boards are behind them.
+
+    Parameters
+    ----------
+    ports : mapping of str to str or None
+        Ports by the names ``drive``, ``fold`` and ``logger``; None: search for the board.
+    baud : int
+        Bits per second.
+    tell : callable
+        Function that shows a message to the user.
+    stop : StopRequest
+        Request to stop, by Ctrl-C.
 
     Returns
     -------
@@ -242,14 +248,14 @@ def open_boards(ports: Ports, tell: Callable[[str], None], stop: StopRequest) ->
         return bool(stop.reason)
 
     boards: dict[str, Board] = {}
-    named = {"fold": ports.fold, "peristalsis": ports.drive, "logger": ports.logger}
+    named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
     try:
         for wanted, port in named.items():
             if port is None:
-                skip = [ports.drive, ports.fold]
-                found = find(wanted, ports.baud, tell, skip=skip, stopped=stopped)
+                skip = [name for name in named.values() if name is not None]
+                found = find(wanted, baud, tell, skip=skip, stopped=stopped)
             else:
-                found = connect(port, ports.baud, wanted, stopped)
+                found = connect(port, baud, wanted, stopped)
             boards[wanted] = Board(*found, tell, insists=wanted == "fold")
         if stop.reason:
             raise KeyboardInterrupt
@@ -258,27 +264,3 @@ def open_boards(ports: Ports, tell: Callable[[str], None], stop: StopRequest) ->
             each.close()
         raise
     return boards
-
-
-def board_bench(
-    boards: Mapping[str, Board],
-    wave: Wave,
-    log: FrameLog,
-    tell: Callable[[str], None],
-    stop: StopRequest,
-    *,
-    patience_s: float,
-    begin_s: float = 0.0,
-    index_mm: float | None = None,
-) -> BoardBench:
-    """Return a bench of boards; parameters as in `BoardBench` and `SurveyDrive`."""
-    resumed = begin_s > 0
-    drive = SurveyDrive(boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed)
-    return BoardBench(
-        SampleFeed(boards["logger"], log, tell),
-        drive,
-        FoldBoard(boards["fold"], log, tell),
-        stop,
-        patience_s=patience_s,
-        begin_s=begin_s,
-    )

@@ -5,7 +5,7 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import check_fits, header_of
 from capsule.bench.pass_sizes import PassSizes, pass_sizes
 from capsule.bench.simulated_bench import SOURCE, simulated_bench
-from capsule.bench.survey_bench import Ports, SurveyBench, board_bench, open_boards
+from capsule.bench.survey_bench import BoardBench, SurveyBench, open_boards
 from capsule.bench.survey_folder import (
     BOARDS_LOG,
     INDEX,
@@ -292,14 +292,33 @@ def survey(options: argparse.Namespace) -> None:
     if not resumed:
         check_new(folder)
     about = read_about(folder) if resumed else _about(options)
-    settings = read_settings(config_file())
     # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
-    stop = StopRequest()
-    if "boards" in about:
-        run = _on_boards(options, folder, about, settings, stop, resumed=resumed)
-    else:
-        run = _simulated(options, folder, about, settings, stop)
+    task = _Task(options, folder, about, read_settings(config_file()), StopRequest(), resumed)
+    run = _on_boards(task) if "boards" in about else _simulated(task)
     _tell_outcome(run, folder, to_targets=bool(about["goto"]))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What to survey: the options, the session's folder, and what its session.json says."""
+
+    options: argparse.Namespace
+    folder: Path
+    about: dict[str, Any]
+    settings: dict[str, Any]
+    stop: StopRequest
+    resumed: bool
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors."""
+        return int(self.settings["recording"]["sensors"])
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the gut; infinite if unknown."""
+        metres = self.about["metres"]
+        return math.inf if metres is None else 1000 * float(metres)
 
 
 def _about(options: argparse.Namespace) -> dict[str, Any]:
@@ -328,86 +347,54 @@ def _about(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _ports(options: argparse.Namespace) -> dict[str, Any]:
-    return {
-        "drive": options.drive,
-        "fold": options.fold,
-        "logger": options.port,
-    }
+def _ports(options: argparse.Namespace) -> dict[str, str | None]:
+    return {"drive": options.drive, "fold": options.fold, "logger": options.port}
 
 
-def _simulated(
-    options: argparse.Namespace,
-    folder: Path,
-    about: dict[str, Any],
-    settings: dict[str, Any],
-    stop: StopRequest,
-) -> SurveyRun:
+def _simulated(task: _Task) -> SurveyRun:
     """Survey a simulated gut."""
+    about = task.about
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
     bench = simulated_bench(
         phantom,
         seed=about["seed"],
-        length_mm=1000 * about["metres"],
+        length_mm=task.length_mm,
         nodules_mm=about["nodules"],
-        sensors=settings["recording"]["sensors"],
+        sensors=task.sensors,
     )
-    begun = _begun(
-        options,
-        folder,
-        about,
-        settings,
-        detector=settings["diagonal"],
-        rate_hz=phantom.electronics.rate_hz,
-        header=bench.header | {"session": folder.name},
-        title=f"{folder.name}, simulated",
-    )
-    with begun as run:
-        run.go_on(bench, stop)
+    view = SurveyView(sys.stdout, f"{task.folder.name}, simulated", task.length_mm)
+    header = bench.header | {"session": task.folder.name}
+    detector, rate_hz = task.settings["diagonal"], phantom.electronics.rate_hz
+    # The bench knows itself where the gut ends.
+    with _run(task, detector, rate_hz, view, header, math.inf) as run:
+        run.go_on(bench, task.stop)
     return run
 
 
-def _on_boards(
-    options: argparse.Namespace,
-    folder: Path,
-    about: dict[str, Any],
-    settings: dict[str, Any],
-    stop: StopRequest,
-    *,
-    resumed: bool,
-) -> SurveyRun:
+def _on_boards(task: _Task) -> SurveyRun:
     """Survey on boards.
 
     A resumed survey reads the stored samples and continues where the capsule is.
     """
+    about, folder, options = task.about, task.folder, task.options
     wave = Wave(**about["wave"])
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
-    ports = Ports(**(about["boards"] | given), baud=options.baud)
-    boards = {} if resumed else open_boards(ports, _tell, stop)
+    ports = about["boards"] | given
+    boards = {} if task.resumed else open_boards(ports, options.baud, _tell, task.stop)
     try:
-        if not resumed:
-            about |= _known_with(boards, settings, wave, folder)
+        if not task.resumed:
+            about |= _known_with(boards, task.settings, wave, folder)
         # Odometer and beat detection need the speed of the wave that the board drives.
-        detector = settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
-        rate_hz, sensors = settings["recording"]["rate_hz"], settings["recording"]["sensors"]
-        begun = _begun(
-            options,
-            folder,
-            about,
-            settings,
-            detector=detector,
-            rate_hz=rate_hz,
-            header=about["header"],
-            title=folder.name,
-            resumed=resumed,
-        )
-        with begun as run:
-            if resumed:
-                run.repeat(read_stored(folder, sensors, rate_hz, run.pilot.every))
+        detector = task.settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
+        rate_hz = task.settings["recording"]["rate_hz"]
+        view = SurveyView(sys.stdout, folder.name, task.length_mm)
+        with _run(task, detector, rate_hz, view, about["header"], task.length_mm) as run:
+            if task.resumed:
+                run.repeat(read_stored(folder, task.sensors, rate_hz, run.pilot.every))
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, _tell, stop)
-                _lead(run, boards, wave, about, folder, options.patience, stop)
+                boards = boards or open_boards(ports, options.baud, _tell, task.stop)
+                _lead(run, boards, wave, task)
     finally:
         for board in boards.values():
             board.close()
@@ -415,36 +402,25 @@ def _on_boards(
 
 
 @contextlib.contextmanager
-def _begun(
-    options: argparse.Namespace,
-    folder: Path,
-    about: dict[str, Any],
-    settings: dict[str, Any],
-    *,
+def _run(
+    task: _Task,
     detector: Settings,
     rate_hz: float,
+    view: SurveyView,
     header: Mapping[str, str],
-    title: str,
-    resumed: bool = False,
+    length_mm: float,
 ) -> Iterator[SurveyRun]:
-    """Make the pilot, the files and the display of a survey; complete the files at its end."""
-    length_mm = math.inf if about["metres"] is None else 1000 * about["metres"]
+    """Make a survey with its pilot and its files; complete the files at its end."""
+    about = task.about
     raw = None if about["raw"] is None else Path(about["raw"])
-    disk = SessionFolder(folder, about, settings["recording"]["sensors"], resumed=resumed, raw=raw)
-    run = SurveyRun(
-        Pilot(detector, rate_hz, targets_mm=about["goto"]),
-        disk,
-        pass_sizes(options.results, settings["diagonal"], rate_hz),
-        SurveyView(sys.stdout, title, length_mm),
-        header,
-        rate_hz,
-        # A simulated bench knows itself where its gut ends.
-        length_mm if "boards" in about else math.inf,
-    )
+    disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
+    pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
+    sizes = pass_sizes(task.options.results, task.settings["diagonal"], rate_hz)
+    run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, length_mm)
     try:
         yield run
     except BaseException:
-        if run.begun or resumed:
+        if run.begun or task.resumed:
             disk.close()
         else:
             disk.discard()
@@ -452,31 +428,23 @@ def _begun(
     disk.finish()
 
 
-def _lead(
-    run: SurveyRun,
-    boards: Mapping[str, Board],
-    wave: Wave,
-    about: dict[str, Any],
-    folder: Path,
-    patience_s: float,
-    stop: StopRequest,
-) -> None:
+def _lead(run: SurveyRun, boards: Mapping[str, Board], wave: Wave, task: _Task) -> None:
     """Run the survey; always stop the wave and unfold the origami at its end."""
-    log = FrameLog(folder / BOARDS_LOG, _tell)
-    bench = board_bench(
+    log = FrameLog(task.folder / BOARDS_LOG, _tell)
+    bench = BoardBench(
         boards,
         wave,
         log,
         _tell,
-        stop,
-        patience_s=patience_s,
+        task.stop,
+        patience_s=task.options.patience,
         begin_s=run.next_s,
-        index_mm=about[INDEX],
+        index_mm=task.about[INDEX],
     )
     try:
         bench.start()
-        begun = datetime.fromisoformat(about["begun"]) if run.begun else None
-        run.go_on(bench, stop, begun)
+        begun = datetime.fromisoformat(task.about["begun"]) if run.begun else None
+        run.go_on(bench, task.stop, begun)
     except KeyboardInterrupt:
         print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
         raise
@@ -492,10 +460,8 @@ def _known_with(
     """Return the entries known only once the boards are connected: start time and header."""
     logger, peristalsis = boards["logger"].identity, boards["peristalsis"].identity
     check_fits(logger, settings["recording"])
-    driven_mm, expected_mm = (
-        peristalsis.entries["wavelength_mm"],
-        settings["diagonal"]["wavelength_mm"],
-    )
+    driven_mm = peristalsis.entries["wavelength_mm"]
+    expected_mm = settings["diagonal"]["wavelength_mm"]
     if float(driven_mm) != expected_mm:
         raise AcquisitionError(
             f"the peristalsis board drives waves of {driven_mm} mm, but the workflow is configured "

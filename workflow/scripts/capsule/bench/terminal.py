@@ -1,12 +1,89 @@
-"""The display of a running recording in the terminal."""
+"""The terminal: output that never blocks, lines redrawn in place, and the state of a recording."""
 
+import atexit
+import contextlib
+import io
+import os
+import queue
 import shutil
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
+
+WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
+LAST_WORDS_S = 1.0
+
+
+class PatientOutput(io.TextIOBase):
+    """A text stream that a second thread writes, so that the caller never waits.
+
+    Parameters
+    ----------
+    descriptor : int or None
+        File descriptor of the output; None if standard output is closed.
+    encoding : str
+        The terminal's encoding.
+    """
+
+    def __init__(self, descriptor: int | None, encoding: str) -> None:
+        self._descriptor = descriptor
+        self._encoding = encoding
+        self._texts: queue.Queue[bytes | None] = queue.Queue(WAITING_TEXTS)
+        # A daemon: a terminal that accepts no output must not keep the program alive.
+        self._writer = threading.Thread(target=self._write_all, daemon=True)
+        self._writer.start()
+
+    # Typeshed declares a writable attribute, but Python's own streams have a read-only one.
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """The terminal's encoding."""
+        return self._encoding
+
+    def isatty(self) -> bool:
+        """Return whether this is a terminal."""
+        return self._descriptor is not None and os.isatty(self._descriptor)
+
+    def writable(self) -> bool:
+        """Return True: text can be written."""
+        return True
+
+    def write(self, text: str) -> int:
+        """Queue a text; drop it if the queue is full."""
+        with contextlib.suppress(queue.Full):
+            self._texts.put_nowait(text.encode(self._encoding, "backslashreplace"))
+        return len(text)
+
+    def finish(self) -> None:
+        """Wait a short time for the queued texts to be written."""
+        try:
+            self._texts.put(None, timeout=LAST_WORDS_S)
+        except queue.Full:
+            return
+        self._writer.join(LAST_WORDS_S)
+
+    def _write_all(self) -> None:
+        while (content := self._texts.get()) is not None:
+            try:
+                while content and self._descriptor is not None:
+                    content = content[os.write(self._descriptor, content) :]
+            except OSError:
+                self._descriptor = None  # the output is closed, or its disk is full
+
+
+def install() -> None:
+    """Replace standard output by a `PatientOutput`, for the whole program."""
+    try:
+        descriptor = sys.stdout.fileno()
+        encoding = sys.stdout.encoding
+    except (AttributeError, OSError, ValueError):  # closed before the program began
+        descriptor, encoding = None, "utf-8"
+    output = PatientOutput(descriptor, encoding)
+    atexit.register(output.finish)
+    sys.stdout = output
 
 
 class LivePanel:
@@ -138,7 +215,7 @@ def _minutes(seconds: float) -> str:
     return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
 
 
-class Terminal:
+class Terminal(LivePanel):
     """A terminal that shows notes and the recording's state, redrawn in place if possible.
 
     Parameters
@@ -150,31 +227,22 @@ class Terminal:
     """
 
     def __init__(self, stream: TextIO, full_scale: float) -> None:
-        self._panel = LivePanel(stream)
+        super().__init__(stream)
         # Noise of a few counts must not fill the height: a quiet sensor should look quiet.
         whole = isinstance(full_scale, int)
         self._least_span = max(full_scale // 100, 1) if whole else full_scale / 100
-        self._bars = PLAIN_BARS if self._panel.plain else BARS
-
-    def note(self, text: str) -> None:
-        """Print a note, which stays on the terminal."""
-        self._panel.note(text)
+        self._bars = PLAIN_BARS if self.plain else BARS
 
     def show(self, progress: Progress) -> None:
         """Show the state, if the last display is old enough."""
-        panel = self._panel
-        if not panel.is_due(REDRAW_EVERY_S if panel.redraws else LINE_EVERY_S):
+        if not self.is_due(REDRAW_EVERY_S if self.redraws else LINE_EVERY_S):
             return
-        if not panel.redraws:
-            panel.note("\n".join([progress.summary(), *progress.verdicts]))
+        if not self.redraws:
+            self.note("\n".join([progress.summary(), *progress.verdicts]))
             return
-        width = panel.width
+        width = self.width
         verdicts = [line[:width] for line in progress.verdicts]
-        panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
-
-    def clear(self) -> None:
-        """Remove the state from the terminal."""
-        self._panel.clear()
+        self.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
 
     def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
         known = [sample for sample in progress.recent if sample is not None]
