@@ -83,10 +83,10 @@ def recover(part: Path, sensors: int) -> Rescued:
         )
     final = part.with_name(part.name.removesuffix(PART))
     original = part.with_name(part.name + KEPT_AS)
-    for taken in (final, original):
-        if taken.exists():
+    for present in (final, original):
+        if present.exists():
             raise NameExistsError(
-                f"{taken} exists; rename it or {part.name}, then run --recover again"
+                f"{present} exists; rename it or {part.name}, then run --recover again"
             )
     with _opened(part):
         content = part.read_bytes()

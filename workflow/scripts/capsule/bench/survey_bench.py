@@ -1,7 +1,6 @@
-"""The bench of a survey: the interface that the survey needs, and real boards that have it."""
+"""The bench of a survey on boards: logger, peristalsis board and fold board, on a line each."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 import numpy as np
 
@@ -18,51 +17,6 @@ from capsule.survey.survey_log import Readings
 
 # Interval at which the lines are read while the survey waits for samples.
 LOOK_EVERY_S = 0.02
-
-
-class SurveyBench(Protocol):
-    """Boards and capsule, as a survey sees them.
-
-    Attributes
-    ----------
-    at_end : bool
-        Whether the capsule has reached the end of the gut.
-    trouble : AcquisitionError or None
-        The fault that ends the survey; the origami is then unfolded.
-    index_mm : float or None
-        Phase of the wave at the cam shaft's index, from which a later session gets the phase; None
-        before the shaft has passed the index.
-    """
-
-    @property
-    def at_end(self) -> bool:
-        """See above."""
-
-    @property
-    def trouble(self) -> AcquisitionError | None:
-        """See above."""
-
-    @property
-    def index_mm(self) -> float | None:
-        """See above."""
-
-    def tell(self, command: str) -> None:
-        """Send the boards a command of `capsule.survey.cycle`, and return at once."""
-
-    def read(self, samples: int) -> Readings:
-        """Wait for the next samples; a late sample is missing.
-
-        Raises
-        ------
-        AcquisitionError
-            The first sample did not arrive.
-        """
-
-    def leave(self) -> list[str]:
-        """Stop the wave, unfold the origami and close the ports; return warnings.
-
-        It can be called at any time, also more than once.
-        """
 
 
 class BoardBench:
@@ -126,7 +80,7 @@ class BoardBench:
 
     @property
     def index_mm(self) -> float | None:
-        """Phase of the wave at the cam shaft's index."""
+        """Phase of the wave at the cam shaft's index; None before the shaft has passed it."""
         return self._drive.index_mm
 
     def tell(self, command: str) -> None:
@@ -204,7 +158,10 @@ class BoardBench:
         self._pauses = PauseWatch()
 
     def leave(self) -> list[str]:
-        """Stop the wave, unfold the origami and close the ports; return warnings."""
+        """Stop the wave, unfold the origami and close the ports; return warnings.
+
+        It can be called at any time, also more than once.
+        """
         if self._left:
             return []
         self._left = True

@@ -20,8 +20,8 @@ from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import check_fits, header_of
 from capsule.bench.pass_sizes import PassSizes, pass_sizes
-from capsule.bench.simulated_bench import SOURCE, simulated_bench
-from capsule.bench.survey_bench import BoardBench, SurveyBench, open_boards
+from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
+from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import (
     BOARDS_LOG,
     INDEX,
@@ -43,6 +43,7 @@ from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
 from capsule.survey.suspects import Place
 
+Bench = BoardBench | SimulatedBench
 # Samples in the recording of one pass. It must fit into the paper's matrix, and be long enough to
 # show the sensors' usual beats. Two recordings share no samples.
 _LONGEST_PASS, _SHORTEST_PASS = 990, 300
@@ -108,7 +109,7 @@ class SurveyRun:
         judged = len(self._heard) + bool(self._heard)
         return round(judged * self.pilot.every / self._rate_hz, 3)
 
-    def go_on(self, bench: SurveyBench, stop: StopRequest, begun: datetime | None = None) -> None:
+    def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end.
 
         Parameters
@@ -157,7 +158,7 @@ class SurveyRun:
             now_s = float(readings.time_s[-1])
         self._disk.go_on_from_here()
 
-    def _outside(self, bench: SurveyBench, stop: StopRequest) -> list[tuple[str, str]]:
+    def _outside(self, bench: Bench, stop: StopRequest) -> list[tuple[str, str]]:
         """Return events that no reading shows, with their reasons."""
         if self.pilot.cycle.state == "closing":
             return []
@@ -204,7 +205,7 @@ class SurveyRun:
         return float(self._heard[-1].time_s[-1]) + self._away_s
 
     @staticmethod
-    def _obey(bench: SurveyBench, commands: tuple[str, ...]) -> None:
+    def _obey(bench: Bench, commands: tuple[str, ...]) -> None:
         for command in commands:
             bench.tell(command)
 

@@ -6,14 +6,11 @@ that one continues it, the sieve accepts it; if that one contradicts it, the sie
 """
 
 import math
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from capsule.bench.protocol import Sample
 
-# The delay from sample to arrival varies; the smallest of the last ones is the line's own delay.
-DELAYS_KEPT = 50
 LARGEST_STRAY = 0.2  # largest deviation of a device time from the even grid, in periods
 # Both have 32 bits on the board: its clock starts again after 49.7 days.
 CLOCK_ENDS_MS = COUNTER_ENDS = 2**32
@@ -23,6 +20,33 @@ CLOCKS_DIFFER_S = 10.0
 # After so many samples that continue each other but not the last one, the board's clock has jumped.
 BELIEVED_ALONE = 20
 DOUBTED_ALONE = 3
+
+
+class BoardClock:
+    """A conversion of a board's times to the computer's clock.
+
+    The delay of a line varies. The smallest one counts as the delay of the line.
+    """
+
+    def __init__(self) -> None:
+        self._last_ms: int | None = None
+        self._board_s = 0.0
+        self._least_delay_s = math.inf
+
+    def continues(self, device_ms: int) -> bool:
+        """Return whether the board has run without a reset since its last frame."""
+        return self._last_ms is None or (device_ms - self._last_ms) % CLOCK_ENDS_MS < 2**31
+
+    def moment_s(self, device_ms: int, arrived_s: float) -> float:
+        """Convert a time of the board to the computer's clock, and store the delay."""
+        last_ms = device_ms if self._last_ms is None else self._last_ms
+        passed_s = (device_ms - last_ms) % CLOCK_ENDS_MS / 1000
+        self._last_ms = device_ms
+        self._board_s += passed_s
+        # The two clocks drift apart, so an old delay counts as longer.
+        aged_s = self._least_delay_s + DRIFT * passed_s
+        self._least_delay_s = min(aged_s, arrived_s - self._board_s)
+        return self._board_s + self._least_delay_s
 
 
 class MisplacedSampleError(Exception):
@@ -60,16 +84,17 @@ class Timeline:
     ----------
     period_ms : float
         Time between two samples.
+    taken_s : float
+        Estimated time of the last sample, by the computer's clock; rather too early.
     """
 
     def __init__(self, rate_hz: float) -> None:
         self.period_ms = 1000.0 / rate_hz
         self._last: Sample | None = None
-        self._board_s = 0.0  # the board's clock at the last sample, never wrapped
         self._index = -1
         self._restarted = False
-        self._delays: deque[float] = deque(maxlen=DELAYS_KEPT)
-        self._least_delay_s = math.inf
+        self._clock = BoardClock()
+        self.taken_s = 0.0
 
     def continues(
         self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
@@ -116,19 +141,12 @@ class Timeline:
         """
         steps = self._steps(sample, arrived_s)
         place = Place(self._index + steps, steps - 1, self._restarted)
-        if self._last is None or self._restarted:
-            self._delays.clear()
-            self._least_delay_s = math.inf
-            self._board_s = sample.device_ms / 1000.0
-        else:
-            passed_s = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
-            self._board_s += passed_s
-            self._least_delay_s += DRIFT * passed_s
+        if self._restarted:
+            self._clock = BoardClock()
+        self.taken_s = self._clock.moment_s(sample.device_ms, arrived_s)
         self._restarted = False
         self._last = sample
         self._index = place.index
-        self._delays.append(arrived_s - self._board_s)
-        self._least_delay_s = min(self._least_delay_s, self._delays[-1])
         return place
 
     def is_next(self, sample: Sample) -> bool:
@@ -147,17 +165,11 @@ class Timeline:
             return str(reason)
         return ""
 
-    @property
-    def taken_s(self) -> float:
-        """Estimated time of the last sample, by the computer's clock; rather too early."""
-        return self._board_s + self._least_delay_s
-
     def _steps(self, sample: Sample, arrived_s: float) -> int:
         if self._last is None:
             return 1
         if self._restarted:
-            last_arrived_s = self._board_s + min(self._delays)
-            return max(1, round((arrived_s - last_arrived_s) * 1000.0 / self.period_ms))
+            return max(1, round((arrived_s - self.taken_s) * 1000.0 / self.period_ms))
         return steps_between(self._last, sample, self.period_ms, arrived_s - self.taken_s)
 
 
