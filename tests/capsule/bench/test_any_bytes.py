@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from capsule.bench import growing_file
 from capsule.bench.bench_errors import BoardLostError, LineLostError
-from capsule.bench.board import Reconnection
+from capsule.bench.board import Board
 from capsule.bench.protocol import Sample, decode, encode
 from capsule.bench.timeline import MisplacedSampleError, steps_between
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
@@ -136,7 +136,7 @@ def test_a_line_that_is_lost_at_once_ends_by_patience(tmp_path, monkeypatch):
         bench.now_s += 0.5
         raise BoardLostError("nobody there")
 
-    monkeypatch.setattr(Reconnection, "step", lost)
+    monkeypatch.setattr(Board, "come_back", lost)
     with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
         bench.run([(0.0, sample_frame(0)), (0.1, LineLostError())])
     assert bench.numbers() == [0]

@@ -9,7 +9,7 @@ import pytest
 
 from capsule.bench import board, identification, recorder, wave
 from capsule.bench.bench_errors import AcquisitionError, LineLostError, NoAnswerError
-from capsule.bench.board import Reconnection
+from capsule.bench.board import Board
 from capsule.bench.protocol import Identity
 from capsule.bench.wave import LeaseKeeper, Wave
 
@@ -121,11 +121,12 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
     monkeypatch.setattr(identification, "time", clock)
     monkeypatch.setattr(board, "time", clock)
     monkeypatch.setattr(board, "Line", SilentLine)
-    waiting = Reconnection(SimpleNamespace(current_name=lambda: "A"), 115200, "fold")
+    waiting = Board(LostLine("A"), Identity("fold", {}), lambda text: None)
+    waiting.close()
     while now[0] < 160:
         before_s = now[0]
         with contextlib.suppress(NoAnswerError):
-            assert waiting.step(0.05) is None
+            assert waiting.come_back(0.05) is None
         assert now[0] - before_s < 0.1  # no step takes long: display and Ctrl-C go on
     gaps_s = [after - before for before, after in itertools.pairwise(opened_s)]
     assert len(gaps_s) >= 3

@@ -3,7 +3,7 @@
 import pytest
 
 from capsule.bench.bench_errors import BoardLostError, LineLostError
-from capsule.bench.board import Reconnection
+from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
 from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
@@ -140,7 +140,7 @@ def plug_in_later(bench, monkeypatch, *boards):
         entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
         return bench, Identity("logger", entries)
 
-    monkeypatch.setattr(Reconnection, "step", step)
+    monkeypatch.setattr(Board, "come_back", step)
 
 
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}

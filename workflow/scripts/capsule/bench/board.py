@@ -23,77 +23,6 @@ KNOCK_EVERY_S = 0.2
 REOPEN_AFTER_S = 10.0
 
 
-class Reconnection:
-    """The wait for one board to come back.
-
-    Parameters
-    ----------
-    port : UsbPort
-        The board's port.
-    baud : int
-        Bits per second.
-    wanted : str
-        The expected board.
-    """
-
-    def __init__(self, port: UsbPort, baud: int, wanted: str) -> None:
-        self._port, self._baud, self._wanted = port, baud, wanted
-        self._line: Line | None = None
-        self._identification: Identification | None = None
-        self._next_s = 0.0
-
-    def step(self, timeout_s: float = 0.0) -> tuple[Line, Identity] | None:
-        """Try to open the port, or listen to it; return the line once its board is known.
-
-        Parameters
-        ----------
-        timeout_s : float
-            Longest wait.
-
-        Raises
-        ------
-        AcquisitionError
-            The port cannot be opened, or the wrong board or none answers. The caller tells the
-            user, and calls again: the port is opened again when its time has come.
-        """
-        if self._line is None or self._identification is None:
-            if time.monotonic() < self._next_s:
-                time.sleep(timeout_s)
-                return None
-            self._next_s = time.monotonic() + KNOCK_EVERY_S
-            self._line = Line(self._port.current_name(), self._baud)
-            self._identification = Identification(self._line, self._wanted)
-        line = self._line
-        try:
-            identity = self._identification.step(line.receive(timeout_s))
-        except LineLostError as fault:
-            self.reject()
-            raise NoAnswerError(
-                f"the board at {line.port} was disconnected before it identified itself: {fault}"
-            ) from fault
-        except AcquisitionError:
-            self.reject()
-            raise
-        if identity is None:
-            return None
-        self._line = self._identification = None
-        return line, identity
-
-    def reject(self, line: Line | None = None) -> None:
-        """Close the port, also that of a returned line, and do not open it again at once."""
-        for each in (self._line, line):
-            if each is not None:
-                each.close()
-        self._line = self._identification = None
-        self._next_s = time.monotonic() + REOPEN_AFTER_S
-
-    def close(self) -> None:
-        """Close the port."""
-        if self._line is not None:
-            self._line.close()
-        self._line = self._identification = None
-
-
 class Board:
     """One board: its line, its return when it was unplugged, and commands that it must confirm.
 
@@ -125,7 +54,10 @@ class Board:
         insists: bool = False,
     ) -> None:
         self._line: AnyLine | None = line
-        self._return = Reconnection(UsbPort(line.port), line.baud, identity.device)
+        self._usb_port, self._baud = UsbPort(line.port), line.baud
+        # The line to a board that was plugged in again, until it has said what it is.
+        self._opened: tuple[Line, Identification] | None = None
+        self._open_s = 0.0
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
         self._pending: deque[str] = deque()
@@ -154,7 +86,7 @@ class Board:
         try:
             if self._line is not None:
                 return self._line.receive(timeout_s)
-            if found := self._return.step(timeout_s):
+            if found := self.come_back(timeout_s):
                 self._welcome(*found)
         except LineLostError:
             return self._lose()
@@ -175,8 +107,48 @@ class Board:
         """Close the port; return the rest of an unfinished frame."""
         rest = [] if self._line is None else self._line.close()
         self._line = None
-        self._return.close()
+        if self._opened:
+            self._opened[0].close()
+            self._opened = None
         return rest
+
+    def come_back(self, timeout_s: float) -> tuple[Line, Identity] | None:
+        """Try to open the port again, or listen to it; return the line once its board is known.
+
+        Raises
+        ------
+        AcquisitionError
+            The port cannot be opened, or the wrong board or none answers. It is opened again when
+            its time has come.
+        """
+        if self._opened is None:
+            if time.monotonic() < self._open_s:
+                time.sleep(timeout_s)
+                return None
+            self._open_s = time.monotonic() + KNOCK_EVERY_S
+            line = Line(self._usb_port.current_name(), self._baud)
+            self._opened = line, Identification(line, self.identity.device)
+        line, identification = self._opened
+        try:
+            identity = identification.step(line.receive(timeout_s))
+        except LineLostError as fault:
+            self._reject(line)
+            raise NoAnswerError(
+                f"the board at {line.port} was disconnected before it identified itself: {fault}"
+            ) from fault
+        except AcquisitionError:
+            self._reject(line)
+            raise
+        if identity is None:
+            return None
+        self._opened = None
+        return line, identity
+
+    def _reject(self, line: AnyLine) -> None:
+        """Close a port whose board is the wrong one or silent, and do not open it again at once."""
+        line.close()
+        self._opened = None
+        self._open_s = time.monotonic() + REOPEN_AFTER_S
 
     @property
     def pending(self) -> tuple[str, ...]:
@@ -218,7 +190,7 @@ class Board:
 
     def _welcome(self, line: Line, identity: Identity) -> None:
         if differing := differences(self._first, identity):
-            self._return.reject(line)
+            self._reject(line)
             self._tell_once(another_board(line.port, differing))
             return
         self._line = line

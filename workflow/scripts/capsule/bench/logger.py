@@ -117,13 +117,13 @@ class Logger:
         return self._timeline.taken_s
 
     def serve(self, timeout_s: float) -> None:
-        """Take the board's frames, wait for them up to the timeout, and send what it needs."""
-        self.take(timeout_s)
+        """Receive the board's frames, wait for them up to the timeout, and send what it needs."""
+        self.receive(timeout_s)
         if command := self._command(AWAKE.now_s()):
             self._board.send(command)
 
-    def take(self, timeout_s: float) -> list[Event]:
-        """Take the board's frames, wait for them up to the timeout, and return them."""
+    def receive(self, timeout_s: float) -> list[Event]:
+        """Process the board's frames, wait for them up to the timeout, and return them."""
         arrivals = self._board.receive(timeout_s)
         if self._connected and not self._board.connected:
             self._went_away()
@@ -254,7 +254,7 @@ class Logger:
         self._log.note(f"gap at {start_s:.1f} s: {place.missing} samples are missing, by {clock}")
 
 
-class SampleFeed:
+class SampleFeed(Logger):
     """The source of a survey's samples, in columns on an even grid; a late sample is missing.
 
     Parameters
@@ -268,26 +268,16 @@ class SampleFeed:
     """
 
     def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
-        self._board = board
-        self._logger = Logger(board, self, log, tell, to_end_stop=False)
-        self._period_s = self._logger.progress.period_s
+        super().__init__(board, self, log, tell, to_end_stop=False)
+        self._period_s = self.progress.period_s
         # Samples that were not taken yet, and the number of the first one.
         self._columns: list[Sequence[float] | None] = []
         self._first = 0
 
     @property
-    def at_end(self) -> bool:
-        """Whether the capsule has reached the end stop."""
-        return self._logger.at_end
-
-    @property
     def rate_hz(self) -> float:
         """Samples per second."""
         return 1.0 / self._period_s
-
-    def serve(self, timeout_s: float) -> None:
-        """Read the board's frames; wait for them up to the timeout."""
-        self._logger.serve(timeout_s)
 
     def take(self, count: int) -> tuple[FloatArray, FloatArray] | None:
         """Take the next samples; return None while some have not arrived and are not late.
@@ -307,7 +297,7 @@ class SampleFeed:
         if len(self._columns) < count and not self._late(count):
             return None
         columns, self._columns = self._columns[:count], self._columns[count:]
-        values = np.full((self._logger.sensors, count), np.nan)
+        values = np.full((self.sensors, count), np.nan)
         for number, column in enumerate(columns):
             if column is not None:
                 values[:, number] = column
@@ -317,7 +307,7 @@ class SampleFeed:
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
-        silent_s = self._logger.silent_s
+        silent_s = self.silent_s
         if silent_s <= patience_s:
             return None
         return BoardLostError(
@@ -342,14 +332,14 @@ class SampleFeed:
 
     def _late(self, count: int) -> bool:
         """Return whether the last of the next samples is late."""
-        if self._logger.received == 0:
+        if self.received == 0:
             return False
         return elapsed_s() > self._moment_s(self._first + count - 1) + LATE_S
 
     def _moment_s(self, number: Number) -> Number:
         """Return the times of samples, past or future, by the computer's clock."""
-        newest = self._logger.progress.places - 1
-        return self._logger.taken_s + (number - newest) * self._period_s
+        newest = self.progress.places - 1
+        return self.taken_s + (number - newest) * self._period_s
 
 
 def check_fits(identity: Identity, settings: dict[str, Any]) -> None:

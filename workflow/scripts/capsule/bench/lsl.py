@@ -21,6 +21,26 @@ if TYPE_CHECKING:
     import pylsl
 
 EXTRA = how_to_install("lsl")
+FIND_S = 5.0
+# Wait for a second stream of the same name, which may miss the first request.
+ALONE_S = 1.5
+# Element of a stream's description with the entries of its board; `SampleOutlet` writes it.
+BOARD, BOARD_ENTRIES = "capsule", ("adc_bits", "vref_v", "series_ohm")
+_ALL_BITS = 32  # for readings of unknown full scale
+# The largest reading in the terminal's display, by unit; counts have 10 bits by default.
+_FULL_SCALES = {"V": 5.0, "ohm": 24_000.0, "kohm": 24.0}
+_USUAL_BITS = 10
+_UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm", "ohms": "ohm"}
+_UNITS |= {"kohm": "kohm", "kohms": "kohm", "": ""}
+_IMPORT = "record it with LabRecorder, then import the XDF file: capsule import"
+_LONGEST = 100
+PULL_S = 0.05
+LOOK_S = 0.2
+OPEN_S = 5.0
+SILENT_S = 2.5
+_MOST_SAMPLES = 1024
+# Share of a stamp's deviation by which the grid moves: it follows drift, but hardly jitter.
+_GAIN = 0.1
 
 
 def import_pylsl(option: str) -> ModuleType:
@@ -40,10 +60,6 @@ def import_pylsl(option: str) -> ModuleType:
         ) from None
     layer: ModuleType = pylsl
     return layer
-
-
-# Share of a stamp's deviation by which the grid moves: it follows drift, but hardly jitter.
-_GAIN = 0.1
 
 
 class StampGrid:
@@ -81,21 +97,6 @@ class StampGrid:
         return self._number
 
 
-FIND_S = 5.0
-# Wait for a second stream of the same name, which may miss the first request.
-ALONE_S = 1.5
-# Element of a stream's description with the entries of its board; stream_outlet.py writes it.
-BOARD, BOARD_ENTRIES = "capsule", ("adc_bits", "vref_v", "series_ohm")
-_ALL_BITS = 32  # for readings of unknown full scale
-# The largest reading in the terminal's display, by unit; counts have 10 bits by default.
-_FULL_SCALES = {"V": 5.0, "ohm": 24_000.0, "kohm": 24.0}
-_USUAL_BITS = 10
-_UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm", "ohms": "ohm"}
-_UNITS |= {"kohm": "kohm", "kohms": "kohm", "": ""}
-_IMPORT = "record it with LabRecorder, then import the XDF file: capsule import"
-_LONGEST = 100
-
-
 @dataclass(frozen=True)
 class ChosenStream:
     """A stream, and the channels to record.
@@ -113,11 +114,6 @@ class ChosenStream:
     info: "pylsl.StreamInfo"
     channels: tuple[int, ...]
     unit: str
-
-    @property
-    def title(self) -> str:
-        """Name of the stream for messages."""
-        return f"the LSL stream {plain(self.info.name())!r}"
 
     def board(self) -> dict[str, str]:
         """Return the entries of the stream's board; empty if it describes none."""
@@ -145,7 +141,7 @@ class ChosenStream:
         """Return the header of the stream's recording."""
         info, board = self.info, self.board()
         of = [f"type {info.type()}", f"host {info.hostname()}", f"source id {info.source_id()}"]
-        source = f"recorded from {self.title} ({plain(', '.join(of))})"
+        source = f"recorded from {title_of(info)} ({plain(', '.join(of))})"
         if board.get("source"):
             source = f"{board.pop('source')}; {source}"
         header = {"source": source, "rate_hz": f"{info.nominal_srate():g}", **board}
@@ -154,6 +150,11 @@ class ChosenStream:
         header["stream_time"] = "time stamps of the stream, corrected to this computer's clock"
         header |= {"unit": self.unit} if self.unit else {}
         return header | {"started": moment_text(started)}
+
+
+def title_of(info: "pylsl.StreamInfo") -> str:
+    """Return the name of a stream for messages."""
+    return f"the LSL stream {plain(info.name())!r}"
 
 
 def plain(text: str) -> str:
@@ -219,7 +220,7 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> Cho
     WrongBoardError
         The stream or the choice does not fit; the text says what would fit.
     """
-    title, rate_hz = f"the LSL stream {plain(info.name())!r}", info.nominal_srate()
+    title, rate_hz = title_of(info), info.nominal_srate()
     if info.channel_format() == 3:  # pylsl.cf_string
         raise WrongBoardError(f"{title} sends text, not numbers; name another one with --stream-in")
     if rate_hz != rules["rate_hz"]:
@@ -285,13 +286,6 @@ def _channels(
     return tuple(chosen)
 
 
-PULL_S = 0.05
-LOOK_S = 0.2
-OPEN_S = 5.0
-SILENT_S = 2.5
-_MOST_SAMPLES = 1024
-
-
 class StreamLine:
     """A stream with the interface of a `Line`.
 
@@ -333,7 +327,7 @@ class StreamLine:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
-        self.port, self.identity = self.chosen.title, self.chosen.identity()
+        self.port, self.identity = title_of(self.chosen.info), self.chosen.identity()
         self.header, self.full_scale = self.chosen.header, self.chosen.full_scale
         self.tell: Callable[[str], None] = print
         self._period_s = 1.0 / rules["rate_hz"]

@@ -137,7 +137,7 @@ class Recorder:
         deadline = AWAKE.now_s() + LAST_FRAMES_S
         self._board.send("pause")
         while self._board.connected and AWAKE.now_s() < deadline:
-            if Acknowledgement("pause", "") in self._logger.take(LOOK_EVERY_S):
+            if Acknowledgement("pause", "") in self._logger.receive(LOOK_EVERY_S):
                 break
         for piece in self._board.close():
             self._logger.note_damaged(piece)
