@@ -11,7 +11,7 @@ from capsule.bench import board, identification, recorder, wave
 from capsule.bench.bench_errors import AcquisitionError, LineLostError, NoAnswerError
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity
-from capsule.bench.wave import LeaseKeeper, Wave
+from capsule.bench.wave import Drive, Wave
 
 
 class LostLine:
@@ -63,12 +63,12 @@ class NotedLine:
 
 def test_the_lease_is_renewed_every_two_seconds_while_the_program_is_busy():
     line, gaps_s = NotedLine(), []
-    keeper = LeaseKeeper(lambda: line)
-    keeper.start()
+    drive = Drive(SimpleNamespace(line=line), Wave(20.0, 5.0, "forward"))
+    drive.keep_lease()
     deadline_s = time.monotonic() + 4
     while time.monotonic() < deadline_s:  # busy, as in a long calculation
         gaps_s.append(time.monotonic() - line.sent_s)
-    keeper.end()
+    drive.drop_lease()
     assert set(line.sent) == {"position"}
     assert max(gaps_s) < 2.0
     so_far = len(line.sent)
@@ -79,18 +79,23 @@ def test_the_lease_is_renewed_every_two_seconds_while_the_program_is_busy():
 def test_the_lease_outlives_a_board_that_is_away_for_a_moment():
     line, away = NotedLine(), [True]
 
-    def line_of():
-        if away[0]:
-            raise LineLostError("unplugged")
-        return line
+    class AwayBoard:
+        """A board whose line is lost at first."""
+
+        @property
+        def line(self):
+            """Return the line, or fail."""
+            if away[0]:
+                raise LineLostError("unplugged")
+            return line
 
     line.sent_s -= 10
-    keeper = LeaseKeeper(line_of)
-    keeper.start()
+    drive = Drive(AwayBoard(), Wave(20.0, 5.0, "forward"))
+    drive.keep_lease()
     time.sleep(2 * wave.LOOK_EVERY_S)
     away[0] = False
     time.sleep(2 * wave.LOOK_EVERY_S)
-    keeper.end()
+    drive.drop_lease()
     assert line.sent == ["position"]
 
 

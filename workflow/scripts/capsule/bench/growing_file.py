@@ -353,18 +353,13 @@ def publish(part: Path, final: Path) -> None:
     """Rename a file; raise `NameExistsError` instead of replacing a recording."""
     try:
         os.link(part, final)  # atomic, and fails where the name exists
-    except FileExistsError as fault:
-        raise NameExistsError(
-            f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
-            "files, then run: capsule record --recover"
-        ) from fault
-    except OSError:  # a file system without links, such as a USB stick's
+    except OSError as fault:
         if final.exists():
             raise NameExistsError(
                 f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
                 "files, then run: capsule record --recover"
-            ) from None
-        part.rename(final)
+            ) from fault
+        part.rename(final)  # a file system without links, such as a USB stick's
     else:
         part.unlink()
     _sync_folder(final.parent)

@@ -106,35 +106,26 @@ class Identification:
             # What sends text without frames is no board of this bench, so it is not even asked.
             foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
             if foreign and now_s >= self._listen_until > self._opened_s:
-                _check_baud(line, self._frames)
                 raise _explain_silence(line, self._frames)
             silent = not line.bytes_read
             if now_s < self._listen_until or (silent and now_s <= self._quiet_until):
                 return None
             self._asked_from = self._ask_at = now_s
         asked_s = now_s - self._asked_from
-        if asked_s > ANSWER_S or (asked_s > GARBLED_S and line.bytes_read == 0):
+        hopeless = line.bytes_read == 0 or _is_garbled(line, self._frames)
+        if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
             raise _explain_silence(line, self._frames)
-        if asked_s > GARBLED_S:
-            _check_baud(line, self._frames)
         if now_s >= self._ask_at:
             line.send("identify")
             self._ask_at += ASK_EVERY_S
         return None
 
 
-def _check_baud(line: Line, frames: int) -> None:
-    """Raise an error if most bytes are not printable: the baud rate is wrong.
-
-    Mere noise on the line leaves most bytes printable.
-    """
+def _is_garbled(line: Line, frames: int) -> bool:
+    """Return whether most bytes are not printable; mere noise leaves most bytes printable."""
     content = line.first_bytes
     printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
-    if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
-        raise WrongBaudError(
-            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
-            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
-        )
+    return frames == 0 and len(content) >= 20 and printable < 0.8 * len(content)
 
 
 def _check(identity: Identity, wanted: str, port: str) -> None:
@@ -184,6 +175,11 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
         return NoAnswerError(
             f"nothing answers at {line.port}; check that this is the right port, and that the "
             "firmware is on the board (workflow/firmware)"
+        )
+    if _is_garbled(line, frames):
+        return WrongBaudError(
+            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
+            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
         )
     if frames:
         return NoAnswerError(

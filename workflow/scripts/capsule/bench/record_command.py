@@ -13,10 +13,9 @@ from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
 from capsule.project import config_file
 
-LONGEST_ENTRY = 100  # characters of a site or session
+LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"
 NO_WINDOW = "note: --plot opens no window any more; the terminal shows the sensors"
-LONGEST_STREAM_NAME = 100
 
 EXAMPLES = """
 examples:
@@ -170,12 +169,7 @@ def _fault_of_streams(options: argparse.Namespace) -> str:
 
 def _stream_name(text: str) -> str:
     """Return the name of a stream; a name that would break a query is an error."""
-    if not text.strip() or not text.isprintable() or "'" in text or len(text) > LONGEST_STREAM_NAME:
-        raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_STREAM_NAME]!r} is not allowed as a stream's name: use 1 to "
-            f"{LONGEST_STREAM_NAME} printable characters other than '"
-        )
-    return text
+    return _printable(text, "is not allowed as a stream's name", "other than '", without="'")
 
 
 def _add_place_options(parser: argparse.ArgumentParser) -> None:
@@ -194,9 +188,13 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
 
 def _entry(text: str) -> str:
     """Return an entry of the header; a text that the workflow could not read is an error."""
-    if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
+    return _printable(text, "is not allowed in a header", "(UTF-8)")
+
+
+def _printable(text: str, refusal: str, which: str, without: str = "") -> str:
+    unfit = not text.strip() or not text.isprintable() or len(text) > LONGEST
+    if unfit or set(without) & set(text):
         raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_ENTRY]!r} is not allowed in a header: use 1 to {LONGEST_ENTRY} "
-            "printable characters (UTF-8)"
+            f"{text[:LONGEST]!r} {refusal}: use 1 to {LONGEST} printable characters {which}"
         )
     return text

@@ -242,26 +242,9 @@ class Told:
     reason: str
 
 
-@dataclass(frozen=True)
-class StoredSurvey:
-    """A stored survey.
-
-    Attributes
-    ----------
-    readings : list of Readings
-        Readings of each judgement; their times do not count interruptions.
-    away_s : list of float
-        Total time of interruptions before each judgement, in seconds.
-    told : list of Told
-        Events that may have come from outside.
-    """
-
-    readings: list[Readings]
-    away_s: list[float]
-    told: list[Told]
-
-
-def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> StoredSurvey:
+def read_stored(
+    folder: Path, sensors: int, rate_hz: float, every: int
+) -> tuple[list[tuple[Readings, float]], list[Told]]:
     """Read a killed survey up to the last complete judgement that can be read.
 
     Parameters
@@ -274,19 +257,26 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
         Sampling rate in Hz.
     every : int
         Number of samples from one judgement to the next.
+
+    Returns
+    -------
+    judged : list of (Readings, float)
+        Readings of each judgement, whose times do not count interruptions, and the total time of
+        interruptions before it, in seconds.
+    told : list of Told
+        Events that may have come from outside.
     """
     rows = list(_rows(folder / (STREAM + PART), sensors))
-    readings, away_s, shift_s = [], [], 0.0
+    judged = []
     for start in range(0, len(rows) - every + 1, every):
         some = rows[start : start + every]
         # Between two samples there is one period, or an interruption.
         passed_s = np.round((start + np.arange(every)) / rate_hz, 3)
-        shift_s = round(some[0][0] - float(passed_s[0]), 3)
+        away_s = round(some[0][0] - float(passed_s[0]), 3)
         # The same order in memory as at first: another order of sums changes the last digits.
         numbers = np.array([row[1] for row in some]).T.copy()
-        readings.append(Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]))
-        away_s.append(shift_s)
-    return StoredSurvey(readings, away_s, list(_told(folder / (EVENTS + PART))))
+        judged.append((Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]), away_s))
+    return judged, list(_told(folder / (EVENTS + PART)))
 
 
 def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:

@@ -4,7 +4,7 @@ import argparse
 import contextlib
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,7 +26,7 @@ from capsule.bench.survey_folder import (
     BOARDS_LOG,
     INDEX,
     SessionFolder,
-    StoredSurvey,
+    Told,
     check_new,
     read_about,
     read_stored,
@@ -136,16 +136,16 @@ class SurveyRun:
         self._view.end(self._now_s, pilot, self._size_words)
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
-    def repeat(self, stored: StoredSurvey) -> None:
-        """Repeat the stored readings and events, so that the pilot has its former state.
+    def repeat(self, judged: Sequence[tuple[Readings, float]], told: list[Told]) -> None:
+        """Repeat what `read_stored` returns, so that the pilot has its former state.
 
         Raises
         ------
         AcquisitionError
             The pilot's decisions differ from the stored ones.
         """
-        pilot, told, now_s = self.pilot, list(stored.told), 0.0
-        for readings, away_s in zip(stored.readings, stored.away_s, strict=True):
+        pilot, now_s = self.pilot, 0.0
+        for readings, away_s in judged:
             while told and told[0].number <= len(pilot.log):
                 if told[0].number == len(pilot.log):
                     # A later event was the pilot's own; the readings below cause it again.
@@ -392,7 +392,7 @@ def _on_boards(task: _Task) -> SurveyRun:
         view = SurveyView(sys.stdout, folder.name, task.length_mm)
         with _run(task, detector, rate_hz, view, about["header"], task.length_mm) as run:
             if task.resumed:
-                run.repeat(read_stored(folder, task.sensors, rate_hz, run.pilot.every))
+                run.repeat(*read_stored(folder, task.sensors, rate_hz, run.pilot.every))
             if not run.pilot.cycle.over:
                 boards = boards or open_boards(ports, options.baud, _tell, task.stop)
                 _lead(run, boards, wave, task)

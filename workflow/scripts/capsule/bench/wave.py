@@ -17,7 +17,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import request
-from capsule.bench.line import AnyLine, Arrival
+from capsule.bench.line import Arrival
 from capsule.bench.protocol import Damaged, Position, Refusal
 from capsule.bench.wave_phase import RUNNING, WavePhase
 
@@ -57,47 +57,13 @@ class Wave:
         return {"wave_speed_mm_s": f"{self.speed_mm_s:g}", "wave_direction": self.direction}
 
 
-class LeaseKeeper:
-    """A thread that renews the lease of the wave while the main thread is busy.
-
-    It asks for the position only if nothing was sent for `RENEW_AFTER_S`. It never starts a wave:
-    a wave whose lease has ended stays stopped. If the program is killed or stopped, the thread is
-    too.
-
-    Parameters
-    ----------
-    line_of : callable
-        Function that returns the board's line, or raises `LineLostError`.
-    """
-
-    def __init__(self, line_of: Callable[[], AnyLine]) -> None:
-        self._line_of = line_of
-        self._ended = threading.Event()
-        # A daemon: the lease must end with the program.
-        self._thread = threading.Thread(target=self._renew, name="lease", daemon=True)
-
-    def start(self) -> None:
-        """Begin to renew the lease."""
-        self._thread.start()
-
-    def end(self) -> None:
-        """Renew the lease no longer; it can be called more than once."""
-        self._ended.set()
-
-    def _renew(self) -> None:
-        while not self._ended.wait(LOOK_EVERY_S):
-            try:
-                line = self._line_of()
-                if time.monotonic() - line.sent_s > RENEW_AFTER_S:
-                    line.send("position")
-            except LineLostError:
-                continue  # the main thread notices it, and says so
-
-
 class Drive:
     """The wave, which a peristalsis board drives.
 
-    The board has a lease: it stops the wave by itself if this program dies or is stopped.
+    The board has a lease: it stops the wave by itself if this program dies or is stopped. A thread
+    renews the lease while the main thread is busy. It asks for the position only if nothing was
+    sent for `RENEW_AFTER_S`, and never starts a wave: a wave whose lease has ended stays stopped.
+    If the program is killed or stopped, the thread is too.
 
     Parameters
     ----------
@@ -111,7 +77,7 @@ class Drive:
 
     def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
         self._board, self._wave, self._tell = board, wave, tell
-        self._keeper = LeaseKeeper(lambda: board.line)
+        self._unleased = threading.Event()
         self._asked_s = 0.0
         self._heard_s = AWAKE.now_s()
         self._left = False
@@ -134,8 +100,26 @@ class Drive:
     def start(self) -> None:
         """Start the wave; errors as in `set_up`."""
         self._request("start")
-        self._keeper.start()
+        self.keep_lease()
         self._heard_s = AWAKE.now_s()
+
+    def keep_lease(self) -> None:
+        """Begin to renew the lease."""
+        # A daemon: the lease must end with the program.
+        threading.Thread(target=self._renew, name="lease", daemon=True).start()
+
+    def drop_lease(self) -> None:
+        """Renew the lease no longer; it can be called more than once."""
+        self._unleased.set()
+
+    def _renew(self) -> None:
+        while not self._unleased.wait(LOOK_EVERY_S):
+            try:
+                line = self._board.line
+                if time.monotonic() - line.sent_s > RENEW_AFTER_S:
+                    line.send("position")
+            except LineLostError:
+                continue  # the main thread notices it, and says so
 
     def leave(self) -> str:
         """Stop the wave, wait, and close the port; return a warning if the board does not obey.
@@ -145,7 +129,7 @@ class Drive:
         if self._left:
             return ""
         self._left = True
-        self._keeper.end()
+        self.drop_lease()
         try:
             self._look_once_more()
             request(self._board.line, "stop")
@@ -219,7 +203,7 @@ class WatchedDrive(Drive):
         """
         board = f"the peristalsis board at {self._board.port}"
         if not self._board.connected:
-            self._keeper.end()
+            self.drop_lease()
             return f"warning: {board} was unplugged, so no wave runs"
         if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
             return f"warning: {board} does not answer; check whether the wave still runs"
@@ -327,7 +311,7 @@ class SurveyDrive(Drive):
         """Command the board to stop the wave, and return at once."""
         if self._wanted:
             self._wanted = False
-            self._keeper.end()
+            self.drop_lease()
             self._board.want(f"ramp,{STEEPEST_MM_S2}", "stop")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
