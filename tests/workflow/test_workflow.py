@@ -14,7 +14,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from capsule import DetectorEstimator, judge, load, words
-from capsule.bench.judged_file import as_plain_values, judge_file, taught_recordings
+from capsule.bench.judged import as_plain_values, judge_file, taught_recordings
 from capsule.bench.verdict import FinalVerdict
 from capsule.configuration import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER

@@ -14,7 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule import cli
-from capsule.bench import bench_errors, boards, line, record_command, run, survey_command
+from capsule.bench import (
+    bench_errors,
+    identification,
+    line,
+    record_command,
+    recorder,
+    survey_command,
+)
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -22,10 +29,10 @@ from capsule.bench.bench_errors import (
     PortBusyError,
     WrongBoardError,
 )
+from capsule.bench.line import UsbPort
 from capsule.bench.protocol import Identity
 from capsule.bench.record_command import options_of
 from capsule.bench.terminal import Progress, Terminal
-from capsule.bench.usb import UsbPort
 from capsule.errors import CapsuleError, WrongOptionError
 from capsule.names import Entry, classify, size_mm
 from support.bench.scripted import ENTRIES
@@ -52,8 +59,8 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
     def fail(arguments):
         raise bench_errors.DiskFullError("the disk is full")
 
-    monkeypatch.setattr(run, "record", fail)
-    monkeypatch.setattr(record_command.output, "install", lambda: None)
+    monkeypatch.setattr(recorder, "record", fail)
+    monkeypatch.setattr(record_command.terminal, "install", lambda: None)
     with pytest.raises(SystemExit) as ended:
         cli.main(["record", "--size", "3"])
     assert ended.value.code == 9
@@ -162,8 +169,8 @@ def test_on_windows_denied_means_in_use(monkeypatch):
 def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint):
     entries = ENTRIES | {key: value}
     identity = Identity("logger", {name: text for name, text in entries.items() if text})
-    assert boards.fault_of_logger(identity) == complaint
-    assert boards.fault_of_logger(Identity("logger", ENTRIES)) == ""
+    assert identification.fault_of_logger(identity) == complaint
+    assert identification.fault_of_logger(Identity("logger", ENTRIES)) == ""
     talking = SimpleNamespace(
         port="A",
         bytes_read=1,
@@ -172,7 +179,7 @@ def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint)
         send=lambda payload: None,
     )
     with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
-        boards.identify(talking, "logger")
+        identification.Identification(talking, "logger").step(talking.receive())
 
 
 MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
@@ -227,14 +234,14 @@ def devices(monkeypatch):
     def plug(**behind):
         monkeypatch.setattr(Port, "opened", {})
         monkeypatch.setattr(Port, "devices", behind)
-        monkeypatch.setattr(boards, "Line", Port)
+        monkeypatch.setattr(identification, "Line", Port)
         return Port.opened
 
     return plug
 
 
 def find(*ports, skip=()):
-    return boards.find("logger", 115200, lambda text: None, ports, skip=skip)
+    return identification.find("logger", 115200, lambda text: None, ports, skip=skip)
 
 
 def test_the_board_is_found_among_others_without_a_question(devices):
@@ -323,10 +330,10 @@ def test_a_broken_configuration_is_explained(tmp_path):
     config.write_text("recording: [")
     chosen = options_of(["--recover", "--raw", str(tmp_path), "--config", str(config)])
     with pytest.raises(CapsuleError, match=r"config\.yaml, line 1"):
-        run.recover(chosen)
+        recorder.recover(chosen)
     config.write_text("recording: {sensors: 4}")
     with pytest.raises(CapsuleError, match=r"config\.yaml: evaluation"):
-        run.recover(chosen)
+        recorder.recover(chosen)
 
 
 class Screen(io.StringIO):
@@ -408,3 +415,10 @@ def test_readings_in_volts_are_shown_too(progress):
     assert terminal.sparkline([0.0, 2.5, 5.0]) == "▁▄█"
     terminal.show(progress)
     assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]
+
+
+def test_the_option_for_a_window_is_answered_with_a_line(monkeypatch, capsys):
+    monkeypatch.setattr(recorder, "record", lambda arguments: None)
+    monkeypatch.setattr(record_command.terminal, "install", lambda: None)
+    cli.main(["record", "--size", "3", "--plot"])
+    assert capsys.readouterr().out == f"{record_command.NO_WINDOW}\n"

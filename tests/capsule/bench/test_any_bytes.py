@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from capsule.bench import archive
+from capsule.bench import growing_file
 from capsule.bench.bench_errors import BoardLostError, LineLostError
+from capsule.bench.board import Board
 from capsule.bench.protocol import Sample, decode, encode
-from capsule.bench.reconnection import Reconnection
 from capsule.bench.timeline import MisplacedSampleError, steps_between
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
 
@@ -45,7 +45,7 @@ def ends(bench, script):
         bench.run(timed)
     except BoardLostError as reason:
         return str(reason)
-    return bench.session.ended
+    return bench.recorder.ended
 
 
 @settings(
@@ -53,7 +53,7 @@ def ends(bench, script):
 )
 @given(SCRIPTS)
 def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
-    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
     with tempfile.TemporaryDirectory() as folder:
         bench = ScriptedBench(Path(folder), monkeypatch)
         accepted = []
@@ -88,7 +88,7 @@ def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monk
     """Check that strange bytes between frames harm none of 100 good samples."""
     # Two whole samples that continue each other are no noise: the recorder believes their clock.
     assume(not continue_each_other({content.strip() for _, content in strange}))
-    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
     script = [(number / 10, sample_frame(number)) for number in range(100)]
     script += [(number / 10 + 0.05, content + b"\n") for number, content in strange]
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +101,7 @@ def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monk
 
 
 def test_memory_is_bounded_whatever_comes(tmp_path, monkeypatch):
-    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
     bench = ScriptedBench(tmp_path, monkeypatch, patience_s=1e9)
     monkeypatch.setattr(bench.log, "damaged", lambda piece: None)
     jumps = [sample_frame(5, (7919 * n) % 2**32, (104729 * n) % 2**32) for n in range(200)]
@@ -125,7 +125,7 @@ def test_a_stop_is_obeyed_in_the_midst_of_anything(tmp_path, monkeypatch):
             yield number / 10, b"\xff\x00$D,1*" * 100
 
     bench.run(script())
-    assert bench.session.ended == "Ctrl-C"
+    assert bench.recorder.ended == "Ctrl-C"
     assert bench.now_s < 20
 
 
@@ -136,7 +136,7 @@ def test_a_line_that_is_lost_at_once_ends_by_patience(tmp_path, monkeypatch):
         bench.now_s += 0.5
         raise BoardLostError("nobody there")
 
-    monkeypatch.setattr(Reconnection, "step", lost)
+    monkeypatch.setattr(Board, "come_back", lost)
     with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
         bench.run([(0.0, sample_frame(0)), (0.1, LineLostError())])
     assert bench.numbers() == [0]

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from capsule.bench import archive
+from capsule.bench import growing_file
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.recording import read_recording
 
@@ -25,7 +25,7 @@ def fill(part, count):
 
 
 def test_a_recording_appears_whole(final):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 10)
     part.flush()
     assert not final.exists()
@@ -38,7 +38,7 @@ def test_a_recording_appears_whole(final):
 
 
 def test_samples_are_in_the_file_once_flushed(final):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 7)
     part.flush()
     assert part.path.read_text().endswith("0.6,6,2,3,4\n")
@@ -48,9 +48,9 @@ def test_samples_are_in_the_file_once_flushed(final):
 def test_synced_every_second_and_not_more_often(final, monkeypatch):
     synced = []
     now_s = [100.0]
-    monkeypatch.setattr(archive.os, "fsync", synced.append)
-    monkeypatch.setattr(archive.time, "monotonic", lambda: now_s[0])
-    part = archive.PartFile(final, HEADER, 4)
+    monkeypatch.setattr(growing_file.os, "fsync", synced.append)
+    monkeypatch.setattr(growing_file.time, "monotonic", lambda: now_s[0])
+    part = growing_file.PartFile(final, HEADER, 4)
     synced.clear()
     for _ in range(50):
         now_s[0] += 0.1
@@ -60,9 +60,9 @@ def test_synced_every_second_and_not_more_often(final, monkeypatch):
 
 
 def test_a_name_is_never_taken_twice(final):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     with pytest.raises(NameExistsError, match="unfinished"):
-        archive.PartFile(final, HEADER, 4)
+        growing_file.PartFile(final, HEADER, 4)
     fill(part, 3)
     # Somebody copies a recording of that name in while this one runs.
     final.write_text("precious")
@@ -71,19 +71,19 @@ def test_a_name_is_never_taken_twice(final):
     assert final.read_text() == "precious"
     assert part.path.exists()
     with pytest.raises(NameExistsError, match="never overwrites"):
-        archive.check_free(final)
+        growing_file.check_free(final)
 
 
 def test_file_systems_without_links_serve_too(final, monkeypatch):
     def refuse(*names):
         raise OSError(errno.EPERM, "no links here")
 
-    monkeypatch.setattr(archive.os, "link", refuse)
-    part = archive.PartFile(final, HEADER, 4)
+    monkeypatch.setattr(growing_file.os, "link", refuse)
+    part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 3)
     assert part.finish().exists()
     assert not part.path.exists()
-    second = archive.PartFile(final.with_name("r02.csv"), HEADER, 4)
+    second = growing_file.PartFile(final.with_name("r02.csv"), HEADER, 4)
     fill(second, 3)
     second.final.write_text("precious")
     with pytest.raises(NameExistsError):
@@ -93,7 +93,7 @@ def test_file_systems_without_links_serve_too(final, monkeypatch):
 
 @pytest.mark.parametrize("room", range(0, 48, 5))
 def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 5)
     part.flush()
     before = part.path.read_bytes()
@@ -107,7 +107,7 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
         left[0] -= written
         return written
 
-    monkeypatch.setattr(archive.os, "write", write)
+    monkeypatch.setattr(growing_file.os, "write", write)
     fill(part, 5)
     with pytest.raises(DiskFullError, match="disk is full"):
         part.flush()
@@ -119,7 +119,7 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
 
 
 def whole_part(final):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 6)
     part.flush()
     part.close()
@@ -129,18 +129,18 @@ def whole_part(final):
 def test_unfinished_recordings_are_listed(tmp_path, final):
     whole_part(final)
     whole_part(tmp_path / "raw" / "unlabelled" / "r02.csv")
-    names = [part.name for part in archive.unfinished(tmp_path / "raw")]
+    names = [part.name for part in growing_file.unfinished(tmp_path / "raw")]
     assert names == ["r01.csv.part", "r02.csv.part"]
-    assert archive.unfinished(tmp_path / "nowhere") == []
+    assert growing_file.unfinished(tmp_path / "nowhere") == []
 
 
 @pytest.fixture
 def going_on(final, monkeypatch, tmp_path):
     """Return a recording of three samples that checks its path at every sync."""
-    monkeypatch.setattr(archive, "SYNC_EVERY_S", 0)
-    monkeypatch.setattr(archive.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
+    monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
+    monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told = []
-    part = archive.PartFile(final, HEADER, 4, told.append)
+    part = growing_file.PartFile(final, HEADER, 4, told.append)
     fill(part, 3)
     part.flush()
     return part, told

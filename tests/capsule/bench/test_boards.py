@@ -7,18 +7,18 @@ from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench import boards, drive, lease, reconnection
+from capsule.bench import board, identification, recorder, wave
 from capsule.bench.bench_errors import AcquisitionError, LineLostError, NoAnswerError
-from capsule.bench.drive import Drive, Wave
-from capsule.bench.lease import LeaseKeeper
-from capsule.bench.reconnection import Reconnection
+from capsule.bench.board import Board
+from capsule.bench.protocol import Identity
+from capsule.bench.wave import Drive, Wave
 
 
 class LostLine:
     """A line whose port disappears as soon as something is read or sent."""
 
     def __init__(self, port="lost", baud=0):
-        self.port, self.closed = port, False
+        self.port, self.baud, self.closed = port, baud, False
 
     def receive(self):
         """Fail, as an unplugged port does."""
@@ -35,17 +35,17 @@ class LostLine:
 
 def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeypatch):
     line = LostLine()
-    monkeypatch.setattr(boards, "Line", lambda *_: line)
+    monkeypatch.setattr(identification, "Line", lambda *_: line)
     with pytest.raises(NoAnswerError, match="the board at lost was disconnected before it"):
-        boards.connect("lost", 115200, "logger")
+        identification.connect("lost", 115200, "logger")
     assert line.closed
 
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch):
     line = LostLine()
-    monkeypatch.setattr(drive, "connect", lambda *_: (line, None))
+    monkeypatch.setattr(recorder, "connect", lambda *_: (line, Identity("peristalsis", {})))
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
-        Drive("lost", Wave(20.0, 5.0, "forward"))
+        recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"))
     assert line.closed
 
 
@@ -63,34 +63,39 @@ class NotedLine:
 
 def test_the_lease_is_renewed_every_two_seconds_while_the_program_is_busy():
     line, gaps_s = NotedLine(), []
-    keeper = LeaseKeeper(lambda: line)
-    keeper.start()
+    drive = Drive(SimpleNamespace(line=line), Wave(20.0, 5.0, "forward"))
+    drive.keep_lease()
     deadline_s = time.monotonic() + 4
     while time.monotonic() < deadline_s:  # busy, as in a long calculation
         gaps_s.append(time.monotonic() - line.sent_s)
-    keeper.end()
+    drive.drop_lease()
     assert set(line.sent) == {"position"}
     assert max(gaps_s) < 2.0
     so_far = len(line.sent)
-    time.sleep(lease.RENEW_AFTER_S + 2 * lease.LOOK_EVERY_S)
+    time.sleep(wave.RENEW_AFTER_S + 2 * wave.LOOK_EVERY_S)
     assert len(line.sent) == so_far
 
 
 def test_the_lease_outlives_a_board_that_is_away_for_a_moment():
     line, away = NotedLine(), [True]
 
-    def line_of():
-        if away[0]:
-            raise LineLostError("unplugged")
-        return line
+    class AwayBoard:
+        """A board whose line is lost at first."""
+
+        @property
+        def line(self):
+            """Return the line, or fail."""
+            if away[0]:
+                raise LineLostError("unplugged")
+            return line
 
     line.sent_s -= 10
-    keeper = LeaseKeeper(line_of)
-    keeper.start()
-    time.sleep(2 * lease.LOOK_EVERY_S)
+    drive = Drive(AwayBoard(), Wave(20.0, 5.0, "forward"))
+    drive.keep_lease()
+    time.sleep(2 * wave.LOOK_EVERY_S)
     away[0] = False
-    time.sleep(2 * lease.LOOK_EVERY_S)
-    keeper.end()
+    time.sleep(2 * wave.LOOK_EVERY_S)
+    drive.drop_lease()
     assert line.sent == ["position"]
 
 
@@ -118,15 +123,16 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
         now[0] += seconds
 
     clock = SimpleNamespace(monotonic=lambda: now[0], sleep=sleep)
-    monkeypatch.setattr(boards, "time", clock)
-    monkeypatch.setattr(reconnection, "time", clock)
-    monkeypatch.setattr(reconnection, "Line", SilentLine)
-    waiting = Reconnection(SimpleNamespace(current_name=lambda: "A"), 115200, "fold")
+    monkeypatch.setattr(identification, "time", clock)
+    monkeypatch.setattr(board, "time", clock)
+    monkeypatch.setattr(board, "Line", SilentLine)
+    waiting = Board(LostLine("A"), Identity("fold", {}), lambda text: None)
+    waiting.close()
     while now[0] < 160:
         before_s = now[0]
         with contextlib.suppress(NoAnswerError):
-            assert waiting.step(0.05) is None
+            assert waiting.come_back(0.05) is None
         assert now[0] - before_s < 0.1  # no step takes long: display and Ctrl-C go on
     gaps_s = [after - before for before, after in itertools.pairwise(opened_s)]
     assert len(gaps_s) >= 3
-    assert min(gaps_s) >= reconnection.REOPEN_AFTER_S
+    assert min(gaps_s) >= board.REOPEN_AFTER_S

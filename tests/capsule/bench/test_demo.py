@@ -15,10 +15,8 @@ import numpy as np
 import pytest
 
 from capsule import workflow_call
-from capsule.bench import demo_archive, demo_command
-from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.played_board import PlayedLogger
-from capsule.bench.protocol import FrameParser, Refusal, encode
+from capsule.bench import demo_command
+from capsule.bench.protocol import Acknowledgement
 from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -54,7 +52,7 @@ def workflow(tmp_path, monkeypatch):
 
 
 def chosen(folder, **changes):
-    values = {"out": folder, "speed": 50.0, "size": 3.0, "seed": None, "plot": False}
+    values = {"out": folder, "speed": 50.0, "size": 3.0, "seed": None}
     return argparse.Namespace(**(values | {"cores": "2", "open": False} | changes))
 
 
@@ -89,7 +87,7 @@ def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
     folder = tmp_path / "demo"
     demo_command.demo(chosen(folder, size=0.0))
     before = {path: path.stat().st_mtime_ns for path in folder.glob("raw/*mm/*.csv")}
-    assert len(before) == sum(demo_archive.LABELLED.values())
+    assert len(before) == sum(demo_command.LABELLED.values())
     assert all("simulated" in read(path).header["source"] for path in before)
     demo_command.demo(chosen(folder, size=0.0))
     assert {path: path.stat().st_mtime_ns for path in before} == before
@@ -97,7 +95,7 @@ def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
     assert (first.name, second.name) == ("simulated-2.csv", "simulated-3.csv")
     assert first.read_bytes() != second.read_bytes()
     (folder / "raw/unlabelled/simulated-4.csv.part").touch()
-    assert demo_archive.next_seed(folder) == 5
+    assert demo_command.next_seed(folder) == 5
 
 
 @pytest.mark.parametrize("content", ["raw", "file"])
@@ -163,40 +161,25 @@ def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
     assert Snakemake.waited == 3
 
 
-def test_without_a_screen_the_terminal_shows_the_run(workflow, tmp_path, capfd, monkeypatch):
-    def no_screen():
-        raise AcquisitionError("--plot needs a screen")
-
-    monkeypatch.setattr("capsule.bench.window.check_screen", no_screen)
-    demo_command.demo(chosen(tmp_path / "demo", plot=True))
-    assert "note: --plot needs a screen; the terminal shows the run" in capfd.readouterr().out
-
-
-def decoded(content):
-    return [event for event in FrameParser().feed(content)]
-
-
-def test_the_played_board_speaks_the_protocol_and_ends_at_the_last_sample():
-    board = PlayedLogger(np.arange(12).reshape(4, 3) + 100, PHANTOM.electronics)
-    (identity,) = decoded(board.answer(b"?\n", 0.25))
-    assert (identity.device, identity.entries["state"]) == ("logger", "paused")
-    assert identity.entries["uptime_ms"] == "250"
-    refused, started = decoded(board.answer(b"$start*0000\n" + encode("start"), 0.25))
-    assert isinstance(refused, Refusal) and started.command == "start"
-    samples = decoded(b"".join(board.sample() for _ in range(4)))
-    assert [each.counts for each in samples[:3]] == [
-        (100, 103, 106, 109),
-        (101, 104, 107, 110),
-        (102, 105, 108, 111),
-    ]
-    assert samples[3].counts == samples[2].counts
-    assert [each.at_end for each in samples] == [False, False, True, True]
-    assert [each.device_ms for each in samples] == [400, 500, 600, 700]
+def test_the_played_logger_plays_to_its_last_sample_and_pauses():
+    counts = np.arange(12).reshape(4, 3) + 100
+    board = demo_command.PlayedLogger(counts, PHANTOM.electronics, 100.0)
+    assert {each.event for each in board.receive(0.0)} == {Acknowledgement("pause", "")}
+    board.send("start")
+    samples = []
+    while len(samples) < 3:
+        samples += [each.event for each in board.receive(0.001)]
+    assert [each.counts for each in samples] == [tuple(column) for column in counts.T.tolist()]
+    assert [each.at_end for each in samples] == [False, False, True]
+    assert [each.device_ms for each in samples] == [100, 200, 300]
+    assert board.receive(0.0) == []
+    board.send("pause")
+    assert {each.event for each in board.receive(0.0)} == {Acknowledgement("pause", "")}
 
 
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
     folder = tmp_path / "demo"
-    demo_archive.prepare(folder, PHANTOM, 4)
+    demo_command.prepare(folder, PHANTOM, 4)
     demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
     shipped["evaluation"]["held_out"] = []
     assert demo == shipped, "the demo has none of the shipped recordings"
@@ -206,7 +189,7 @@ def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", done.stdout + done.stderr, re.MULTILINE))
-    assert int(jobs["preprocess"]) == sum(demo_archive.LABELLED.values())
+    assert int(jobs["preprocess"]) == sum(demo_command.LABELLED.values())
     assert jobs["report"] == "1"
     assert not (tmp_path / "results").exists()
 

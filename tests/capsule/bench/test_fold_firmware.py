@@ -10,7 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench.fold_board import FoldBoard
+from capsule.bench.board import Board
+from capsule.bench.fold import FoldBoard
 from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
@@ -502,11 +503,12 @@ def test_a_survey_tells_the_user_to_set_the_board_up(fold):
     fold.board.write_eeprom(0, b"\xff" * 32)
     fold.board.reset()
     heard = [SimpleNamespace(event=event) for event in fold.wait(0.1)]
-    link = SimpleNamespace(
-        port="/dev/fold", receive=lambda timeout_s: heard, send=lambda text: None
+    line = SimpleNamespace(
+        port="/dev/fold", baud=0, receive=lambda timeout_s: heard, send=lambda text: None
     )
     log = SimpleNamespace(note=lambda text: None)
-    survey = FoldBoard(link, log, lambda text: None)
+    board = Board(line, Identity("fold", {}), lambda text: None, insists=True)
+    survey = FoldBoard(board, log, lambda text: None)
     survey.serve()
     error = survey.trouble(patience_s=60)
     assert "/dev/fold is not set up" in str(error)

@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from capsule.bench import archive, recovery
+from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.recording import read_recording
 
@@ -18,7 +18,7 @@ def final(tmp_path):
 
 
 def whole_part(final, count=6):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     for index in range(count):
         part.add(index / 10, None if index % 5 == 3 else (index, 2, 3, 4))
     part.flush()
@@ -79,7 +79,7 @@ def test_recovery_overwrites_nothing(final):
 
 
 def test_a_running_recording_is_not_recovered(final):
-    part = archive.PartFile(final, HEADER, 4)
+    part = growing_file.PartFile(final, HEADER, 4)
     part.add(0.0, (1, 2, 3, 4))
     part.flush()
     with pytest.raises(AcquisitionError, match=r"a recorder is writing .* at this moment"):
@@ -163,4 +163,4 @@ def test_what_was_skipped_is_said(final):
     assert "r01.csv: 49 samples" in summary
     assert "could not be read: 1; 5 bytes at its end left out: not a whole line" in summary
     assert summary.endswith("the original is kept as r01.csv.part.recovered")
-    assert archive.unfinished(final.parent.parent) == []
+    assert growing_file.unfinished(final.parent.parent) == []

@@ -3,8 +3,8 @@
 import pytest
 
 from capsule.bench.bench_errors import BoardLostError, LineLostError
+from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
-from capsule.bench.reconnection import Reconnection
 from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
 
@@ -22,7 +22,7 @@ def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
     unread = b"".join(sample_frame(number) for number in range(30, 110))
     bench.run([*samples(0, 30), (11.0, unread), *samples(110, 130)])
     assert bench.numbers() == list(range(130))
-    assert bench.session.progress.missing == 0
+    assert bench.recorder.progress.missing == 0
 
 
 def test_the_time_in_which_the_recorder_was_stopped_is_no_silence(bench):
@@ -60,7 +60,7 @@ def test_a_duration_that_passes_while_the_recorder_is_stopped_is_filled_from_the
     unread = b"".join(sample_frame(number) for number in range(30, 80))
     bench.run([*samples(0, 30), (20.0, unread)])
     assert bench.numbers() == list(range(60))
-    assert bench.session.ended == "--duration is over"
+    assert bench.recorder.ended == "--duration is over"
 
 
 @pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
@@ -112,12 +112,12 @@ def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
         flush()
 
     monkeypatch.setattr(bench.part, "flush", watched)
-    bench.session._limits = bench.session._limits.__class__(None, 1e9, 1001)
+    bench.recorder._patience_s = 1e9
     later = [(number / 10, sample_frame(number)) for number in range(30_000, 30_010)]
     bench.run([*samples(0, 30), *later])
     assert len(bench.rows()) == 30_010
     assert most[0] <= 1001
-    assert len(bench.session._intake.samples) == 1001
+    assert len(bench.logger.samples) == 1001
 
 
 def test_samples_in_doubt_are_kept_when_the_recording_ends(bench):
@@ -140,7 +140,7 @@ def plug_in_later(bench, monkeypatch, *boards):
         entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
         return bench, Identity("logger", entries)
 
-    monkeypatch.setattr(Reconnection, "step", step)
+    monkeypatch.setattr(Board, "come_back", step)
 
 
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
@@ -169,7 +169,7 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
     plug_in_later(bench, monkeypatch, {"uptime_ms": uptime_ms})
     began = uptime_ms // 100
     later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
-    bench.session._limits = bench.session._limits.__class__(None, 1000, 1001)
+    bench.recorder._patience_s = 1000
     silence = [(3.0 + n / 10, b"") for n in range(180)]
     bench.run([*samples(0, 30), *silence, (21.0, LineLostError()), *later])
     assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
@@ -189,5 +189,5 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
     bench.run(sorted([*samples(0, 60), *noise]))
     assert bench.numbers() == list(range(60))
     assert bench.log.path.stat().st_size < 5300
-    assert bench.session.progress.damaged == 60
+    assert bench.recorder.progress.damaged == 60
     assert sum("continues without its log" in text for text in bench.told) == 1

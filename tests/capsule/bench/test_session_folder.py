@@ -5,9 +5,9 @@ import os
 
 import pytest
 
-from capsule.bench import session_folder
+from capsule.bench import survey_folder
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError
-from capsule.bench.session_folder import SessionFolder
+from capsule.bench.survey_folder import SessionFolder
 
 
 def no_room(path, *_):
@@ -21,7 +21,7 @@ def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monk
         path.parent.mkdir()
         no_room(path)
 
-    monkeypatch.setattr(session_folder, "write_json", make_only_the_folder)
+    monkeypatch.setattr(survey_folder, "write_json", make_only_the_folder)
     with pytest.raises(DiskFullError, match=r"session\.json.*run: the same command again"):
         SessionFolder(folder, {}, 4, resumed=False)
     assert not folder.exists()
@@ -31,13 +31,12 @@ def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monk
     ("writer", "act"),
     [
         ("write_csv", lambda disk: disk.write_places([])),
-        ("write_json", lambda disk: disk.note(session_folder.INDEX, 1.0)),
-        ("write_json", lambda disk: disk.leave_out(session_folder.ORIGIN)),
+        ("write_json", lambda disk: disk.note_index(1.0)),
     ],
 )
 def test_a_disk_that_gets_full_is_named_with_the_way_to_go_on(tmp_path, monkeypatch, writer, act):
     disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
-    monkeypatch.setattr(session_folder, writer, no_room)
+    monkeypatch.setattr(survey_folder, writer, no_room)
     with pytest.raises(DiskFullError, match=r"the disk is full at .*capsule survey --resume"):
         act(disk)
     disk.discard()
@@ -49,7 +48,7 @@ def test_another_fault_of_the_disk_is_told_as_it_is(tmp_path, monkeypatch):
     def refuse(*_):
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr(session_folder, "write_csv", refuse)
+    monkeypatch.setattr(survey_folder, "write_csv", refuse)
     with pytest.raises(AcquisitionError, match="cannot be written: Permission denied") as refused:
         disk.write_places([])
     assert not isinstance(refused.value, DiskFullError)

@@ -12,12 +12,10 @@ import pytest
 
 from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
-from capsule.bench.logger_board import moment_text
+from capsule.bench.logger import moment_text
+from capsule.bench.lsl import ChosenStream, StampGrid, StreamLine, choose, find_stream
 from capsule.bench.protocol import Acknowledgement, Damaged
 from capsule.bench.record_command import options_of
-from capsule.bench.stamp_grid import StampGrid
-from capsule.bench.stream_choice import ChosenStream, choose, find_stream
-from capsule.bench.stream_line import StreamLine
 from capsule.errors import WrongOptionError
 from support.bench.recorder import Recorder
 from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
@@ -155,7 +153,7 @@ def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
     chosen = choose(describe(name, board=board), None, RULES)
     assert chosen.identity().entries["adc_bits"] == "12"
     assert chosen.full_scale == 4095
-    header = chosen.header(STARTED, None)
+    header = chosen.header(STARTED)
     assert (header["adc_bits"], header["vref_v"]) == ("12", "3.3")
     assert header["source"].startswith("recorded by the logger board; recorded from the LSL")
     assert header["started"] == moment_text(STARTED) == "2026-01-02T03:04:05Z"
@@ -269,7 +267,7 @@ def test_nothing_of_streams_is_imported_for_those_who_ask_for_none(tmp_path):
         try:
             cli.main({words!r})
         except SystemExit as end:
-            print(end.code, "capsule.bench.run" in sys.modules, "pylsl" in sys.modules)
+            print(end.code, "capsule.bench.recorder" in sys.modules, "pylsl" in sys.modules)
     """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "3 True False\n"

@@ -16,7 +16,6 @@ def test_the_first_sample_begins_the_recording():
     timeline = Timeline(10)
     # A board that ran before is welcome: its numbers need not begin at 0.
     assert timeline.place(sample(4711, 500_000), 3.0) == Place(0, 0, by_computer_clock=False)
-    assert timeline.samples == 1
 
 
 def test_lost_frames_are_missing_samples():
@@ -51,7 +50,8 @@ def test_after_a_restart_the_computers_clock_counts():
         # The line delays by 5 ms, now and then by more: the least delay tells the time.
         delay = 0.005 + 0.06 * (number % 3 == 1)
         timeline.place(sample(number, 100 + 100 * number), 50.0 + 0.1 * number + delay)
-    assert timeline.note_identity(uptime_ms=0, running=False)
+    assert not timeline.continues(uptime_ms=0, running=False, moment_s=55.0)
+    timeline.note_restart()
     place = timeline.place(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
     assert place == Place(57, 37, by_computer_clock=True)
     assert timeline.place(sample(1, 200), 55.9) == Place(58, 0, by_computer_clock=False)
@@ -60,7 +60,7 @@ def test_after_a_restart_the_computers_clock_counts():
 def test_a_board_that_kept_running_is_not_taken_for_restarted():
     timeline = Timeline(10)
     timeline.place(sample(0, 100), 1.0)
-    assert not timeline.note_identity(uptime_ms=4321, running=True)
+    assert timeline.continues(uptime_ms=4321, running=True, moment_s=5.3)
     # The board's own clock counts, however late the sample arrives.
     assert timeline.place(sample(50, 5100), 99.0) == Place(50, 49, by_computer_clock=False)
 
@@ -68,11 +68,11 @@ def test_a_board_that_kept_running_is_not_taken_for_restarted():
 def test_a_restarted_board_that_has_been_up_for_longer_than_the_run_is_noticed():
     timeline = Timeline(10)
     timeline.place(sample(0, 100), 1.0)
-    assert timeline.note_identity(uptime_ms=9000, running=False)
+    assert not timeline.continues(uptime_ms=9000, running=False, moment_s=9.9)
 
 
 def test_before_the_first_sample_nothing_can_have_restarted():
-    assert not Timeline(10).note_identity(uptime_ms=0, running=False)
+    assert Timeline(10).continues(uptime_ms=0, running=False, moment_s=1.0)
 
 
 @settings(deadline=None)  # a busy machine is no fault

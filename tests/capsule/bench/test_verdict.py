@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.verdict import FinalVerdict, RunningVerdict
-from capsule.bench.verdict_table import verdict_table
+from capsule.bench.verdict import FinalVerdict, verdict_table
 from capsule.configuration import read_config_file
 from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
@@ -38,7 +37,7 @@ def templates(tmp_path):
 def running(tmp_path, templates, configuration):
     """Make a running verdict whose detectors have learned from a few passages."""
     final = final_verdict(tmp_path, configuration, taught_by())
-    return RunningVerdict(final, configuration)
+    return final
 
 
 def run_of_waves(bumps):
@@ -59,7 +58,7 @@ def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
     _, samples = simulated_run(4.0)
     final = final_verdict(tmp_path, configuration, taught_by())
     for count in (200, len(samples)):
-        title, *table = running.judge(samples[:count], HEADER)
+        title, *table = running.judge_so_far(samples[:count], HEADER)
         assert title == "if the run ended now:"
         values = np.array(samples[:count], float).T
         verdicts = final.verdicts(values)
@@ -68,21 +67,26 @@ def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
 
 
 def test_the_verdict_of_the_papers_detector_follows_the_run(running):
-    line = running.judge(run_of_waves(bumps=True), HEADER)[3]
+    line = running.judge_so_far(run_of_waves(bumps=True), HEADER)[3]
     assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
-    line = running.judge(run_of_waves(bumps=False), HEADER)[3]
+    line = running.judge_so_far(run_of_waves(bumps=False), HEADER)[3]
     assert re.fullmatch(r"template +no nodule +not given", line)
 
 
 def test_verdict_passes_over_missing_samples(running):
     samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
-    assert running.judge(samples, HEADER)[3].split()[:4] == ["template", "nodule", "3.0", "mm"]
+    assert running.judge_so_far(samples, HEADER)[3].split()[:4] == [
+        "template",
+        "nodule",
+        "3.0",
+        "mm",
+    ]
 
 
 def test_noise_has_no_verdict(running):
     noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
-    (said,) = running.judge([tuple(sample) for sample in noise.T.tolist()], HEADER)
+    (said,) = running.judge_so_far([tuple(sample) for sample in noise.T.tolist()], HEADER)
     assert said.startswith("if the run ended now, no verdict: no wave on sensor_1 and ")
 
 
@@ -90,7 +94,7 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
     run = run_of_waves(bumps=True)
 
     def reason(samples):
-        (said,) = running.judge(samples, HEADER)
+        (said,) = running.judge_so_far(samples, HEADER)
         return said.removeprefix("if the run ended now, no verdict: ")
 
     assert reason([]) == "a recording needs at least 2 samples; this one has 0"

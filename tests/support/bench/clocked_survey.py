@@ -62,8 +62,8 @@ def survey_by(clock: BenchClock, arguments: list[str]) -> None:
 
     Line.receive, Line.send = patient_receive, counted_send
     AWAKE.__init__()
-    survey_run.datetime = surveys.datetime = BenchDatetime
-    board_bench.LOOK_EVERY_S = fold_board.LOOK_EVERY_S = LOOK_EVERY_S
+    survey_run.datetime = BenchDatetime
+    survey_bench.LOOK_EVERY_S = fold.LOOK_EVERY_S = LOOK_EVERY_S
     cli.main(["survey", *arguments])
 
 
@@ -93,7 +93,7 @@ def serve(connection: socket.socket) -> None:
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
     from capsule import cli
-    from capsule.bench import board_bench, fold_board, survey_run, surveys
+    from capsule.bench import fold, survey_bench, survey_run
     from capsule.bench.clock import AWAKE
     from capsule.bench.line import Line
     from capsule.bench.protocol import encode

@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import SimpleNamespace
 
-from capsule.bench import attendance, clock, session
-from capsule.bench.archive import PartFile
-from capsule.bench.frame_log import FrameLog
-from capsule.bench.limits import Limits
+from capsule.bench import board, clock, logger, recorder
+from capsule.bench.board import Board
+from capsule.bench.growing_file import FrameLog, PartFile
 from capsule.bench.line import Arrival
+from capsule.bench.logger import Logger
 from capsule.bench.protocol import FrameParser, Identity, encode
-from capsule.bench.session import Session
+from capsule.bench.recorder import Recorder
 from capsule.bench.terminal import Progress
 
 ENTRIES = {
@@ -40,7 +40,7 @@ def identity_frame(**changes: object) -> bytes:
 
 
 class ScriptedBench:
-    """A session whose line and clock follow a script, with Ctrl-C at the script's end.
+    """A recorder whose line and clock follow a script, with Ctrl-C at the script's end.
 
     Parameters
     ----------
@@ -67,28 +67,22 @@ class ScriptedBench:
         self._stop = SimpleNamespace(reason="")
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
         self._awake = clock.AwakeClock()
-        monkeypatch.setattr(session, "AWAKE", self._awake)
-        monkeypatch.setattr(attendance, "AWAKE", self._awake)
-        monkeypatch.setattr(session, "elapsed_s", lambda: self.now_s)
+        monkeypatch.setattr(logger, "AWAKE", self._awake)
+        monkeypatch.setattr(recorder, "AWAKE", self._awake)
+        for module in (board, logger, recorder):
+            monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
         self.part = PartFile(final, {"rate_hz": "10"}, 4, self.told.append)
-        self.session = Session(
-            self,
-            Identity("logger", ENTRIES),
-            self.part,
-            self.log,
-            SimpleNamespace(note=self.told.append),
-            Limits(duration, patience_s, kept=1001),
-            self._stop,
-            self._watch,
-        )
+        mine = Board(self, Identity("logger", ENTRIES), self.told.append)
+        self.logger = Logger(mine, self.part, self.log, self.told.append, limit=duration, kept=1001)
+        self.recorder = Recorder(mine, self.logger, self.part, patience_s, self._stop, self._watch)
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
-        """Run the session over a script: pairs of a time and the bytes that arrive then."""
+        """Run the recorder over a script: pairs of a time and the bytes that arrive then."""
         self._script = iter(script)
         try:
-            self.session.run()
+            self.recorder.run()
         finally:
             self.part.close()
             self.log.close()

@@ -1,6 +1,7 @@
 """Record from the bench: serial ports, boards, files of recordings, and the display.
 
-`protocol` decodes the bytes on the serial line. `timeline` places samples in time, `archive` writes
-them, `terminal` and `window` show them, and `session` runs one recording. The demo and the tests
-need no hardware: `stand_in` imitates the logger, `cable` connects it, `workbench` runs its clock.
+`protocol` decodes the bytes on the serial line, `board` keeps up the line to one board. `logger`
+checks the samples, `timeline` places them in time, `growing_file` writes them, `terminal` shows
+them, and `recorder` runs one recording. `wave` and `fold` are the boards that move; `survey_run`
+runs a survey with all of them. The tests imitate the boards: tests/support/bench.
 """

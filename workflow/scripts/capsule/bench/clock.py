@@ -1,6 +1,8 @@
-"""The computer's clocks: one measures gaps in recordings, one measures waiting times."""
+"""The computer's clocks, for gaps in recordings and for waiting times, and requests to stop."""
 
+import signal
 import time
+from types import FrameType
 
 LONGEST_STEP_S = 0.25
 # A longer pause than this is no slow disk: the program was stopped.
@@ -50,3 +52,17 @@ class PauseWatch:
         now_s = elapsed_s()
         passed_s, self._looked_s = now_s - self._looked_s, now_s
         return passed_s if passed_s > LONGEST_STOP_S else 0.0
+
+
+class StopRequest:
+    """A request by Ctrl-C, SIGTERM or SIGHUP to end the recording; `reason` names it."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), self._note)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        del frame
+        self.reason = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name

@@ -6,24 +6,46 @@ import signal
 import time
 import webbrowser
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
-from capsule import words
+from capsule import files, words
 from capsule.arguments import natural, number_within
-from capsule.bench import demo_archive, output, run
-from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.played_board import played_board
+from capsule.arrays import IntArray
+from capsule.bench import recorder, terminal
+from capsule.bench.clock import elapsed_s
+from capsule.bench.line import READ_TIMEOUT_S, Arrival
+from capsule.bench.protocol import Acknowledgement, Damaged, Identity, Sample
 from capsule.bench.record_command import options_of
 from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
+from capsule.names import PART, UNLABELLED
+from capsule.new import is_taken, own_configuration
+from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.simulation import Run, simulate_run, simulated_header
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.sensor import Electronics
+from capsule.phantom.simulation import (
+    PlannedRun,
+    Run,
+    planned_runs,
+    simulate_run,
+    simulated_header,
+)
 from capsule.project import OWN_CONFIG
 from capsule.workflow_call import INTERRUPTED, call_workflow
 
 LEARNED = ("results/templates.npz", "results/detectors.json")
 REPORT = "results/report.html"
 SOURCE = "simulated phantom, played by the demo"
+# Seed of the labelled recordings; played runs have higher seeds.
+LABELLED_SEED = 1
+# Number of runs of each size in mm: enough to learn from, few enough for a report in seconds.
+LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
+_MARK = "SIMULATED.txt"
+_TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
+works, and nothing about a real gut. Delete the folder whenever you like.
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--size", type=number_within(0, 5, "mm"), default=3.0, metavar="MM", help=nodule)
     run = "random seed; each seed is another run (default: the first not played yet)"
     add("--seed", type=natural, metavar="N", help=run)
-    add("--plot", action="store_true", help="show the sensors in a window, if one can be opened")
     cores = "number of jobs that run at the same time for the report (default: all)"
     add("--cores", default="all", metavar="N", help=cores)
     add("--no-open", dest="open", action="store_false", help="do not open a browser at the end")
@@ -45,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> None:
     """Play the demo; a fault of the recorder has the recorder's exit status."""
-    output.install()
+    terminal.install()
     demo(arguments)
 
 
@@ -65,12 +86,12 @@ def demo(chosen: argparse.Namespace) -> None:
     begun_s = time.monotonic()
     settings = read_settings()
     phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
-    demo_archive.prepare(chosen.out, phantom, sensors)
-    seed = chosen.seed or demo_archive.next_seed(chosen.out)
-    name = demo_archive.run_name(seed)
+    prepare(chosen.out, phantom, sensors)
+    seed = chosen.seed or next_seed(chosen.out)
+    name = run_name(seed)
     tell(
         f"Everything here is simulated and goes to {chosen.out}/. First the detectors learn from "
-        f"{sum(demo_archive.LABELLED.values())} labelled recordings, unless an earlier demo did it."
+        f"{sum(LABELLED.values())} labelled recordings, unless an earlier demo did it."
     )
     _make(chosen, *LEARNED)
     played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
@@ -80,11 +101,9 @@ def demo(chosen: argparse.Namespace) -> None:
         f"Now a simulated board plays a run over an unknown place, {chosen.speed:g} times as "
         "fast as a real run. Ctrl-C ends the run early and keeps it."
     )
-    with (
-        _former_signals(),
-        played_board(played.counts, phantom.electronics, chosen.speed) as port,
-    ):
-        path = run.record(_recorder_options(chosen, name, port), origin)
+    board = PlayedLogger(played.counts, phantom.electronics, chosen.speed)
+    with _former_signals():
+        path = recorder.record(_recorder_options(chosen, name), (board, board.identity), origin)
     _tell_truth(played)
     tell(f"The verdicts came {_since(begun_s)} after the start. Now the workflow makes the report.")
     _make(chosen, REPORT)
@@ -125,7 +144,7 @@ def _former_signals() -> Iterator[None]:
         signal.signal(signal.SIGTERM, former[1])
 
 
-def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argparse.Namespace:
+def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespace:
     """Return the options with which `capsule record` would record this run."""
     places = {
         "--raw": chosen.out / "raw",
@@ -133,24 +152,10 @@ def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argpa
         "--templates": chosen.out / LEARNED[0],
         "--config": chosen.out / OWN_CONFIG,
     }
-    words_of_it = ["--unlabelled", "--detect", "--port", port, "--name", name]
+    words_of_it = ["--unlabelled", "--detect", "--name", name]
     words_of_it += ["--site", name, "--session", "demo", "--setup", name]
     words_of_it += [str(word) for pair in places.items() for word in pair]
-    if chosen.plot and _has_screen():
-        words_of_it.append("--plot")
     return options_of(words_of_it)
-
-
-def _has_screen() -> bool:
-    """Return whether a window can be opened; print the reason if not."""
-    from capsule.bench.window import check_screen  # matplotlib only if it is used
-
-    try:
-        check_screen()
-    except AcquisitionError as reason:
-        tell(f"note: {reason}; the terminal shows the run")
-        return False
-    return True
 
 
 def _tell_truth(played: Run) -> None:
@@ -159,3 +164,114 @@ def _tell_truth(played: Run) -> None:
         tell(f"The truth: a nodule of {played.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
     else:
         tell("The truth: there is no nodule.")
+
+
+class PlayedLogger:
+    """A logger that plays a simulated run, with the interface of a `Line` and no port.
+
+    Parameters
+    ----------
+    counts : (S, K) array
+        The readings; the last one is at the end stop.
+    electronics : Electronics
+        Electronics of the simulated bench.
+    speed : float
+        Seconds of the run per second of the computer's clock.
+    """
+
+    port, baud, sent_s = "a simulated board", 0, 0.0
+
+    def __init__(self, counts: IntArray, electronics: Electronics, speed: float) -> None:
+        self._counts = counts
+        self._period_ms = 1000 / electronics.rate_hz
+        self._samples_per_s = electronics.rate_hz * speed
+        self._begun_s: float | None = None
+        self._played = 0
+        entries = {
+            "firmware": "1.0",
+            "rate_hz": f"{electronics.rate_hz:g}",
+            "channels": str(len(counts)),
+            "adc_bits": str(electronics.adc_bits),
+            "vref_mv": str(round(electronics.vref_v * 1000)),
+            "series_ohm": str(round(electronics.series_ohm)),
+        }
+        self.identity = Identity("logger", entries)
+
+    def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
+        """Return the samples that are due, after a wait; nothing before the command to start."""
+        time.sleep(timeout_s)
+        if self._begun_s is None:
+            return [Arrival(Acknowledgement("pause", ""), elapsed_s())]
+        due = int((elapsed_s() - self._begun_s) * self._samples_per_s)
+        first, self._played = self._played, min(due, self._counts.shape[1])
+        return [Arrival(self._sample(n), elapsed_s()) for n in range(first, self._played)]
+
+    def send(self, payload: str) -> None:
+        """Start or pause the run."""
+        if payload == "start":
+            self._begun_s = elapsed_s() - self._played / self._samples_per_s
+        elif payload == "pause":
+            self._begun_s = None
+
+    def close(self) -> list[Damaged]:
+        """Do nothing: no port is open."""
+        return []
+
+    def _sample(self, number: int) -> Sample:
+        counts = tuple(self._counts[:, number].tolist())
+        at_end = number + 1 == self._counts.shape[1]
+        return Sample(number, round((number + 1) * self._period_ms), counts, at_end)
+
+
+def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
+    """Write the missing files of the demo's folder.
+
+    Parameters
+    ----------
+    folder : Path
+        A new folder, or the folder of an earlier demo.
+    phantom : Phantom
+        The simulated bench.
+    sensors : int
+        Number of sensors S.
+
+    Raises
+    ------
+    CapsuleError
+        The folder holds other files.
+    """
+    if not (folder / _MARK).exists() and is_taken(folder):
+        raise CapsuleError(
+            f"{folder} exists and was not made by a demo; nothing was written. Choose another "
+            "folder: --out FOLDER"
+        )
+    with files.write_whole(folder / _MARK) as stream:
+        stream.write(_TEXT)
+    if not (folder / OWN_CONFIG).exists():
+        with files.write_whole(folder / OWN_CONFIG) as stream:
+            stream.write(own_configuration())
+    for run in _labelled():
+        path = folder / "raw" / f"{run.name}.csv"
+        if not path.exists():
+            write_run(path, run, phantom, LABELLED_SEED, sensors)
+
+
+def next_seed(folder: Path) -> int:
+    """Return the lowest seed whose run is not in the demo's folder."""
+    taken = {path.name for path in (folder / "raw" / UNLABELLED).glob("*")}
+    seeds = count(LABELLED_SEED + 1)
+    return next(seed for seed in seeds if not taken & _names(seed))
+
+
+def run_name(seed: int) -> str:
+    """Return the name of the recording of a played run."""
+    return f"simulated-{seed}"
+
+
+def _names(seed: int) -> set[str]:
+    return {f"{run_name(seed)}.csv", f"{run_name(seed)}.csv{PART}"}
+
+
+def _labelled() -> Iterator[PlannedRun]:
+    for size_mm, runs in LABELLED.items():
+        yield from planned_runs([size_mm], runs, 1)

@@ -1,21 +1,200 @@
-"""A text file that grows line by line, and gets its final name only when it is complete."""
+"""Files that grow line by line; recordings get their final names only when they are complete."""
 
+import contextlib
+import errno
 import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
-from capsule.bench.archive import explain_write_fault, publish, writing
-from capsule.bench.bench_errors import AcquisitionError
+from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
+from capsule.bench.protocol import Damaged
 from capsule.locks import lock_file
 from capsule.names import PART
+from capsule.recording import format_header, format_sample
 
-REMEDY = "capsule survey --resume"
+SYNC_EVERY_S = 1.0
+RECOVER, RESUME = "capsule record --recover", "capsule survey --resume"
+_LARGEST_LOG_BYTES = 50_000_000  # a faulty line must not fill the disk within days
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class GrowingFile:
-    """A text file that grows line by line, ``<name>.part`` until it is complete.
+    """A locked text file that grows line by line, ``<name>.part`` until it is complete.
 
-    The file may hold lines of a killed session. Added lines are first compared with these, and not
-    written again.
+    Parameters
+    ----------
+    descriptor : int
+        Descriptor of the open and locked file; lines are written at its position.
+    path : Path
+        Its present path.
+    remedy : str
+        Command that continues after a fault of the disk.
+    """
+
+    def __init__(self, descriptor: int, path: Path, remedy: str) -> None:
+        self._descriptor, self.path, self._remedy = descriptor, path, remedy
+        self.final = path.with_name(path.name.removesuffix(PART))
+        self._pending: list[str] = []
+        self._synced_s = 0.0
+
+    def flush(self) -> None:
+        """Write the added lines to the file, so that a killed program does not lose them.
+
+        Raises
+        ------
+        DiskFullError
+            The disk is full; whole lines that fitted stay in the file.
+        """
+        if not self._pending:
+            return
+        content = "".join(self._pending).encode("utf-8")
+        self._pending.clear()
+        before = os.lseek(self._descriptor, 0, os.SEEK_CUR)
+        written = 0
+        try:
+            while written < len(content):
+                written += os.write(self._descriptor, content[written:])
+        except OSError as fault:
+            end = before + content.rfind(b"\n", 0, written) + 1
+            os.ftruncate(self._descriptor, end)
+            os.lseek(self._descriptor, end, os.SEEK_SET)
+            raise explain_write_fault(fault, self.path, self._remedy) from fault
+
+    def sync(self) -> None:
+        """Write the file to the disk once a second, so that a power cut loses at most a second.
+
+        Raises
+        ------
+        AcquisitionError
+            The file has disappeared, and no other place for it can be written.
+        """
+        now_s = time.monotonic()
+        if now_s - self._synced_s >= SYNC_EVERY_S:
+            self._sync_now()
+            self._synced_s = now_s
+
+    def finish(self) -> Path:
+        """Rename the file to its final name.
+
+        Raises
+        ------
+        NameExistsError
+            Another file has got the name meanwhile; this one keeps its unfinished name.
+        """
+        self.flush()
+        self._sync_now()
+        self.close()
+        publish(self.path, self.final)
+        return self.final
+
+    def discard(self) -> None:
+        """Remove a file that nobody needs."""
+        self.close()
+        self.path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Close the file under its unfinished name."""
+        os.close(self._descriptor)
+
+    def _sync_now(self) -> None:
+        with writing(self.path, self._remedy):
+            os.fsync(self._descriptor)
+
+
+class PartFile(GrowingFile):
+    """A recording in progress: ``<name>.csv.part`` until it is complete.
+
+    Parameters
+    ----------
+    final : Path
+        Path of the complete recording.
+    header : mapping of str to str
+        Header of the recording.
+    sensors : int
+        Number of sensors S.
+    tell : callable, optional
+        Function that shows a warning if the recording continues in another file.
+
+    Raises
+    ------
+    NameExistsError
+        A complete or unfinished recording of that name exists.
+    DiskFullError
+        The disk is full.
+    """
+
+    def __init__(
+        self,
+        final: Path,
+        header: Mapping[str, str],
+        sensors: int,
+        tell: Callable[[str], None] = print,
+    ) -> None:
+        self._tell, self._sensors = tell, sensors
+        check_free(final)
+        path = final.with_name(final.name + PART)
+        try:
+            super().__init__(_create(path), path, RECOVER)
+        except FileExistsError as fault:
+            raise NameExistsError(_unfinished_text(path)) from fault
+        except OSError as fault:
+            raise explain_write_fault(fault, path) from fault
+        self._pending.append(format_header(header, sensors))
+        self.flush()
+        self.sync()
+        _sync_folder(final.parent)
+
+    def add(self, time_s: float, values: Sequence[float] | None) -> None:
+        """Add a sample; None is a missing one. The next `flush` writes it."""
+        self._pending.append(format_sample(time_s, values, self._sensors))
+
+    def _sync_now(self) -> None:
+        self._hold_place()
+        super()._sync_now()
+
+    def _hold_place(self) -> None:
+        """Copy all samples to a new file if the file or its folder was deleted or renamed."""
+        try:
+            if os.path.samestat(self.path.stat(), os.fstat(self._descriptor)):
+                return
+        except OSError:
+            pass  # the file does not exist
+        lost = self.path
+        fault: OSError | None = None
+        for path in _places(self.path):
+            try:
+                copy = _create(path)
+            except OSError as reason:
+                fault = fault or reason
+                continue
+            try:
+                _copy(self._descriptor, copy)
+            except OSError as reason:
+                fault = fault or reason
+                os.close(copy)
+                path.unlink()
+                continue
+            os.close(self._descriptor)
+            self._descriptor, self.path = copy, path
+            self.final = path.with_name(path.name.removesuffix(PART))
+            self._tell(
+                f"warning: {lost} was deleted, renamed or replaced; the recorder has copied all "
+                f"samples so far to {path}, and the recording continues there"
+            )
+            return
+        fault = fault or OSError(
+            errno.EEXIST, "recordings of this name and of its alternative names exist"
+        )
+        raise explain_write_fault(fault, lost) from fault
+
+
+class RepeatedFile(GrowingFile):
+    """The file of a survey, which may hold lines of a killed session.
+
+    Added lines are first compared with these, and not written again.
 
     Parameters
     ----------
@@ -29,26 +208,23 @@ class GrowingFile:
     """
 
     def __init__(self, final: Path) -> None:
-        self._final = final
-        self._path = final.with_name(final.name + PART)
+        path = final.with_name(final.name + PART)
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
         try:
-            self._descriptor = os.open(self._path, flags, 0o666)
+            super().__init__(os.open(path, flags, 0o666), path, RESUME)
             lock_file(self._descriptor)
         except BlockingIOError as fault:
             raise AcquisitionError(
-                f"another program is writing {self._path}; stop that program first"
+                f"another program is writing {path}; stop that program first"
             ) from fault
         except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
-        content = self._path.read_bytes()
+            raise explain_write_fault(fault, path, RESUME) from fault
         # The session adds an incomplete last line again.
-        whole = content.rfind(b"\n") + 1
-        os.ftruncate(self._descriptor, whole)
-        os.lseek(self._descriptor, whole, os.SEEK_SET)
-        self._known = content[:whole].splitlines(keepends=True)
+        content = path.read_bytes()
+        self._known = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
+        self._compared = len(self._known)
+        self.cut()
         self._compared = 0
-        self._pending: list[bytes] = []
 
     @property
     def caught_up(self) -> bool:
@@ -63,13 +239,12 @@ class GrowingFile:
         AcquisitionError
             The line differs from the stored one.
         """
-        line = text.encode("utf-8")
         if self.caught_up:
-            self._pending.append(line)
+            self._pending.append(text)
             return
-        if line != self._known[self._compared]:
+        if text.encode("utf-8") != self._known[self._compared]:
             raise AcquisitionError(
-                f"{self._path}: line {self._compared + 1} differs in the resumed session, so "
+                f"{self.path}: line {self._compared + 1} differs in the resumed session, so "
                 "another version or other parameters made the file; it is unchanged. Start a new "
                 "session with --out"
             )
@@ -77,31 +252,146 @@ class GrowingFile:
 
     def cut(self) -> None:
         """Drop the stored lines that were not added again."""
-        kept = b"".join(self._known[: self._compared])
-        os.ftruncate(self._descriptor, len(kept))
-        os.lseek(self._descriptor, len(kept), os.SEEK_SET)
         self._known = self._known[: self._compared]
+        length = sum(map(len, self._known))
+        os.ftruncate(self._descriptor, length)
+        os.lseek(self._descriptor, length, os.SEEK_SET)
 
-    def flush(self) -> None:
-        """Write the added lines to the file."""
-        content = b"".join(self._pending)
-        self._pending.clear()
-        with writing(self._path, REMEDY):
-            while content:
-                content = content[os.write(self._descriptor, content) :]
 
-    def sync(self) -> None:
-        """Write the file to the disk."""
-        with writing(self._path, REMEDY):
-            os.fsync(self._descriptor)
+class FrameLog:
+    """A text file with one line per event, written at once; its faults never stop a recording.
 
-    def finish(self) -> None:
-        """Rename the file to its final name."""
-        self.flush()
-        self.sync()
-        self.close()
-        publish(self._path, self._final)
+    Parameters
+    ----------
+    path : Path
+        The file; new lines are appended to its content.
+    tell : callable, optional
+        Function that shows a warning if the log can no longer be written.
+    """
+
+    def __init__(self, path: Path, tell: Callable[[str], None] = print) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Not buffered: a failed write would otherwise fail again when the file is closed.
+        self._stream = path.open("ab", buffering=0)
+        self._room = _LARGEST_LOG_BYTES
+        self._tell = tell
+        self.path = path
+
+    def note(self, text: str) -> None:
+        """Write a line with the time and the text."""
+        if self._room <= 0:
+            return
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        line = f"{now} {text}\n".encode("utf-8", "backslashreplace")
+        self._room -= len(line)
+        fault = ""
+        try:
+            if self._stream.write(line) != len(line):
+                fault = os.strerror(errno.ENOSPC)
+        except OSError as reason:
+            fault = str(reason.strerror)
+        if not fault and self._room <= 0:
+            fault = f"it has reached its limit of {_LARGEST_LOG_BYTES / 1e6:g} MB"
+        if fault:
+            self._room = 0
+            self._tell(f"warning: recording continues without its log {self.path}: {fault}")
+
+    def damaged(self, piece: Damaged) -> None:
+        """Write bytes that are not a whole frame, exactly and with the reason."""
+        self.note(f"damaged, {piece.reason}: {piece.content!r}")
 
     def close(self) -> None:
-        """Close the file under its present name."""
-        os.close(self._descriptor)
+        """Close the file."""
+        self._stream.close()
+
+
+def _create(path: Path) -> int:
+    """Create and lock a new file, with its folder; return its descriptor."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags, 0o666)
+    lock_file(descriptor)
+    return descriptor
+
+
+def _places(part: Path) -> Iterator[Path]:
+    """Yield paths for an unfinished recording: its own, others beside it, the temporary folder."""
+    name = part.name.removesuffix(f".csv{PART}")
+    beside = [part, *(part.with_name(f"{name}-{n}.csv{PART}") for n in range(2, 10))]
+    elsewhere = Path(tempfile.gettempdir()) / "capsule-recordings" / part.parent.name
+    for path in (*beside, *(elsewhere / path.name for path in beside)):
+        if not path.with_name(path.name.removesuffix(PART)).exists():
+            yield path
+
+
+def _copy(source: int, target: int) -> None:
+    """Copy an open file, even a deleted one, and write the copy to the disk."""
+    os.lseek(source, 0, os.SEEK_SET)
+    while chunk := os.read(source, 1 << 20):
+        while chunk:
+            chunk = chunk[os.write(target, chunk) :]
+    os.fsync(target)
+
+
+def check_free(final: Path) -> None:
+    """Raise `NameExistsError` if a recording of that name exists."""
+    if final.exists():
+        raise NameExistsError(
+            f"{final} exists; capsule record never overwrites a recording, so choose another --name"
+        )
+    part = final.with_name(final.name + PART)
+    if part.exists():
+        raise NameExistsError(_unfinished_text(part))
+
+
+def unfinished(raw: Path) -> list[Path]:
+    """Return the unfinished recordings under raw/."""
+    return sorted(raw.glob(f"*/*{PART}"))
+
+
+def publish(part: Path, final: Path) -> None:
+    """Rename a file; raise `NameExistsError` instead of replacing a recording."""
+    try:
+        os.link(part, final)  # atomic, and fails where the name exists
+    except OSError as fault:
+        if final.exists():
+            raise NameExistsError(
+                f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
+                "files, then run: capsule record --recover"
+            ) from fault
+        part.rename(final)  # a file system without links, such as a USB stick's
+    else:
+        part.unlink()
+    _sync_folder(final.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _unfinished_text(part: Path) -> str:
+    return f"{part} is an unfinished recording; complete it first: capsule record --recover"
+
+
+@contextlib.contextmanager
+def writing(path: Path, remedy: str = RECOVER) -> Iterator[None]:
+    """Raise `explain_write_fault` in place of an `OSError` of what is written to a file."""
+    try:
+        yield
+    except OSError as fault:
+        raise explain_write_fault(fault, path, remedy) from fault
+
+
+def explain_write_fault(fault: OSError, path: Path, remedy: str = RECOVER) -> AcquisitionError:
+    """Return the error for a failed write; a full disk has its own class, with a remedy."""
+    if fault.errno in _FULL:
+        return DiskFullError(
+            f"the disk is full at {path}; the samples written so far are kept. Free some space, "
+            f"then run: {remedy}"
+        )
+    return AcquisitionError(f"{path} cannot be written: {fault.strerror}")

@@ -13,11 +13,12 @@ VERSION = "1"
 LONGEST_FRAME = 256
 _PIECE = re.compile(rb"(\$?[^$\n]*)(\n|(?=\$))")
 _FRAME = re.compile(rb"\$([ -~]*)\*([0-9A-F]{4})")
-_COUNT = re.compile(r"\d{1,10}")
-_WHOLE = re.compile(r"-?\d{1,10}")
-_NUMBER = re.compile(r"-?\d{1,10}(\.\d{1,6})?")
-_SWITCHES = ("none", "unfolded", "folded", "both")
-_FOLD_STATES = ("unfolded", "folding", "folded", "unfolding", "fault")
+_COUNT, _WHOLE, _NUMBER = r"\d{1,10}", r"-?\d{1,10}", r"-?\d{1,10}(?:\.\d{1,6})?"
+_SAMPLE = re.compile(rf"({_COUNT}),({_COUNT}),({_COUNT}(?:,{_COUNT})*),([01])")
+_POSITION = re.compile(rf"({_WHOLE}),({_WHOLE}),({_NUMBER}),({_NUMBER}),([^,]*)(?:,({_WHOLE})?)?")
+_FOLD_STATE = re.compile(
+    rf"({_COUNT}),({_WHOLE}),(none|unfolded|folded|both),(unfolded|folding|folded|unfolding|fault)"
+)
 
 
 @dataclass(frozen=True)
@@ -189,66 +190,28 @@ def decode(frame: bytes) -> Event:
     payload, digits = match.groups()
     if int(digits, 16) != checksum(payload):
         return Damaged(frame, "failed its check")
-    kind, *fields = payload.decode("ascii").split(",")
-    read = _READERS.get(kind)
-    event = read(fields) if read else None
-    return event or Damaged(frame, "a frame of unknown form")
+    kind, _, content = payload.decode("ascii").partition(",")
+    return _read(kind, content) or Damaged(frame, "a frame of unknown form")
 
 
-def _read_sample(fields: list[str]) -> Sample | None:
-    if len(fields) < 4 or not all(map(_COUNT.fullmatch, fields)) or fields[-1] not in ("0", "1"):
-        return None
-    sequence, device_ms, *counts, at_end = map(int, fields)
-    return Sample(sequence, device_ms, tuple(counts), bool(at_end))
-
-
-def _read_identity(fields: list[str]) -> Identity | None:
-    if not fields or not all("=" in entry for entry in fields[1:]):
-        return None
-    return Identity(fields[0], dict(entry.split("=", 1) for entry in fields[1:]))
-
-
-def _read_position(fields: list[str]) -> Position | None:
-    if len(fields) not in (5, 6) or not all(map(_NUMBER.fullmatch, fields[:4])):
-        return None
-    if "." in fields[0] + fields[1]:
-        return None
-    device_ms, half_steps, position_mm, speed_mm_s, state = fields[:5]
-    index = "".join(fields[5:])
-    if index and not _WHOLE.fullmatch(index):
-        return None
-    return Position(
-        int(device_ms),
-        int(half_steps),
-        float(position_mm),
-        float(speed_mm_s),
-        state,
-        int(index) if index else None,
-    )
-
-
-def _read_fold_state(fields: list[str]) -> FoldState | None:
-    if len(fields) != 4 or not _COUNT.fullmatch(fields[0]) or not _WHOLE.fullmatch(fields[1]):
-        return None
-    device_ms, half_steps, switches, state = fields
-    if switches not in _SWITCHES or state not in _FOLD_STATES:
-        return None
-    return FoldState(int(device_ms), int(half_steps), switches, state)
-
-
-def _read_acknowledgement(fields: list[str]) -> Acknowledgement | None:
-    return Acknowledgement(fields[0], ",".join(fields[1:])) if fields else None
-
-
-def _read_refusal(fields: list[str]) -> Refusal | None:
-    return Refusal(fields[0], ",".join(fields[1:])) if len(fields) > 1 else None
-
-
-_READERS = {
-    "D": _read_sample,
-    "I": _read_identity,
-    "P": _read_position,
-    "F": _read_fold_state,
-    "A": _read_acknowledgement,
-    "E": _read_refusal,
-}
+def _read(kind: str, content: str) -> Event | None:
+    """Return the event in the fields of a frame; None if they have another form."""
+    name, comma, rest = content.partition(",")
+    match kind:
+        case "D" if form := _SAMPLE.fullmatch(content):
+            counts = tuple(map(int, form[3].split(",")))
+            return Sample(int(form[1]), int(form[2]), counts, form[4] == "1")
+        case "I" if content and all("=" in entry for entry in rest.split(",") if comma):
+            entries = (entry.split("=", 1) for entry in rest.split(",") if comma)
+            return Identity(name, dict(entries))
+        case "P" if form := _POSITION.fullmatch(content):
+            way_mm, speed_mm_s = float(form[3]), float(form[4])
+            index = int(form[6]) if form[6] else None
+            return Position(int(form[1]), int(form[2]), way_mm, speed_mm_s, form[5], index)
+        case "F" if form := _FOLD_STATE.fullmatch(content):
+            return FoldState(int(form[1]), int(form[2]), form[3], form[4])
+        case "A" if content:
+            return Acknowledgement(name, rest)
+        case "E" if comma:
+            return Refusal(name, rest)
+    return None

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.arguments import positive, recording_name, size_folder
-from capsule.bench import output, run
-from capsule.bench.board_options import add_board_options, add_wave_options
+from capsule.bench import recorder, terminal
+from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
 from capsule.project import config_file
 
-LONGEST_ENTRY = 100  # characters of a site or session
+LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"
-LONGEST_STREAM_NAME = 100
+NO_WINDOW = "note: --plot opens no window any more; the terminal shows the sensors"
 
 EXAMPLES = """
 examples:
@@ -55,13 +55,15 @@ def main(arguments: argparse.Namespace) -> None:
         Options contradict each other.
     """
     check(arguments)
-    output.install()
+    terminal.install()
+    if arguments.plot:
+        print(NO_WINDOW)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         if arguments.recover is not None:
-            run.recover(arguments)
+            recorder.recover(arguments)
         else:
-            run.record(arguments)
+            recorder.record(arguments)
     except KeyboardInterrupt:
         print("interrupted before the recording began; nothing is archived", file=sys.stderr)
         raise
@@ -96,73 +98,62 @@ def check(options: argparse.Namespace) -> None:
 
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the run")
-    group.add_argument(
-        "--size",
-        type=size_folder,
-        metavar="MM",
-        help="record a run over a nodule of this size; 0: no nodule",
+    add = parser.add_argument_group("the run").add_argument
+    size = "record a run over a nodule of this size; 0: no nodule"
+    add("--size", type=size_folder, metavar="MM", help=size)
+    add("--unlabelled", action="store_true", help="record a run over an unknown place")
+    recover = "complete the unfinished recording FILE (.part); without FILE, all under raw/"
+    add("--recover", nargs="?", const="all", metavar="FILE", help=recover)
+    add("--duration", type=positive, metavar="S", help="stop after S seconds")
+    add("--name", type=recording_name, help="the recording's name (default: UTC time)")
+    site = "name of the site, written to the header; the report combines its passes"
+    add("--site", type=_entry, help=site)
+    session = "name of the session, written to the header, such as a date or an assembly"
+    add("--session", type=_entry, help=session)
+    setup = "name of the set-up, written to the header: one nodule, gut and capsule, set up once"
+    add("--setup", type=_entry, help=setup)
+    add("--plot", action="store_true", help=argparse.SUPPRESS)
+    detect = "show every detector's verdict, during the run and at its end"
+    add("--detect", action="store_true", help=detect)
+
+
+def add_board_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the logger's port and the waiting time."""
+    add = parser.add_argument_group("the logger board").add_argument
+    add("--port", help="serial port (default: search the USB ports)")
+    add("--baud", type=int, default=BAUD, help="bits per second (default: %(default)s)")
+    patience = (
+        "longest wait for the next sample in seconds, also while the board is unplugged "
+        "(default: %(default)g)"
     )
-    group.add_argument(
-        "--unlabelled", action="store_true", help="record a run over an unknown place"
-    )
-    group.add_argument(
-        "--recover",
-        nargs="?",
-        const="all",
-        metavar="FILE",
-        help="complete the unfinished recording FILE (.part); without FILE, all under raw/",
-    )
-    group.add_argument("--duration", type=positive, metavar="S", help="stop after S seconds")
-    group.add_argument(
-        "--name", type=recording_name, help="the recording's name (default: UTC time)"
-    )
-    group.add_argument(
-        "--site",
-        type=_entry,
-        help="name of the site, written to the header; the report combines its passes",
-    )
-    group.add_argument(
-        "--session",
-        type=_entry,
-        help="name of the session, written to the header, such as a date or an assembly",
-    )
-    group.add_argument(
-        "--setup",
-        type=_entry,
-        help="name of the set-up, written to the header: one nodule, gut and capsule, set up once",
-    )
-    group.add_argument("--plot", action="store_true", help="show the sensors in a window")
-    group.add_argument(
-        "--detect",
-        action="store_true",
-        help="show every detector's verdict, during the run and at its end",
-    )
+    add("--patience", type=positive, default=60.0, metavar="S", help=patience)
+
+
+def add_wave_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the peristalsis board's port and the wave."""
+    add = parser.add_argument_group("the peristalsis board").add_argument
+    add("--drive", metavar="PORT", help="start and stop the wave at this port")
+    speed = "speed of the wave in mm/s (default: %(default)g)"
+    add("--speed", type=positive, default=25.0, metavar="MM_S", help=speed)
+    ramp = "acceleration of the wave in mm/s^2 (default: %(default)g)"
+    add("--ramp", type=positive, default=25.0, metavar="MM_S2", help=ramp)
+    ways, direction = ("forward", "backward"), "direction of the wave (default: %(default)s)"
+    add("--direction", choices=ways, default="forward", help=direction)
 
 
 def _add_stream_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for the streams to send samples to and to record from."""
     group = parser.add_argument_group("streams of the Lab Streaming Layer", f"need {EXTRA}")
-    group.add_argument(
-        "--stream-out",
-        nargs="?",
-        const=STREAM_NAME,
-        type=_stream_name,
-        metavar="NAME",
-        help=f"also send the samples as a stream while recording (default NAME: {STREAM_NAME})",
+    out = f"also send the samples as a stream while recording (default NAME: {STREAM_NAME})"
+    add = group.add_argument
+    add("--stream-out", nargs="?", const=STREAM_NAME, type=_stream_name, metavar="NAME", help=out)
+    source = "record from the stream of this name or source id instead of a logger board"
+    add("--stream-in", type=_stream_name, metavar="NAME", help=source)
+    channels = (
+        "channels to record, if the stream has more than sensors: labels or numbers from 1, "
+        "such as 2,3,4,5; sensor 1 first"
     )
-    group.add_argument(
-        "--stream-in",
-        type=_stream_name,
-        metavar="NAME",
-        help="record from the stream of this name or source id instead of a logger board",
-    )
-    group.add_argument(
-        "--stream-channels",
-        metavar="LIST",
-        help="channels to record, if the stream has more than sensors: labels or numbers from 1, "
-        "such as 2,3,4,5; sensor 1 first",
-    )
+    add("--stream-channels", metavar="LIST", help=channels)
 
 
 def _fault_of_streams(options: argparse.Namespace) -> str:
@@ -178,43 +169,32 @@ def _fault_of_streams(options: argparse.Namespace) -> str:
 
 def _stream_name(text: str) -> str:
     """Return the name of a stream; a name that would break a query is an error."""
-    if not text.strip() or not text.isprintable() or "'" in text or len(text) > LONGEST_STREAM_NAME:
-        raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_STREAM_NAME]!r} is not allowed as a stream's name: use 1 to "
-            f"{LONGEST_STREAM_NAME} printable characters other than '"
-        )
-    return text
+    return _printable(text, "is not allowed as a stream's name", "other than '", without="'")
 
 
 def _add_place_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("files")
-    group.add_argument("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
-    group.add_argument(
-        "--logs",
-        type=Path,
-        default=Path("logs/acquisition"),
-        help="logs, with all damaged frames (default: logs/acquisition/)",
+    add = parser.add_argument_group("files").add_argument
+    add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
+    logs = "logs, with all damaged frames (default: logs/acquisition/)"
+    add("--logs", type=Path, default=Path("logs/acquisition"), help=logs)
+    templates = (
+        "templates for --detect; detectors.json must be in the same folder "
+        "(default: results/templates.npz)"
     )
-    group.add_argument(
-        "--templates",
-        type=Path,
-        default=Path("results/templates.npz"),
-        help="templates for --detect; detectors.json must be in the same folder "
-        "(default: results/templates.npz)",
-    )
-    group.add_argument(
-        "--config",
-        type=Path,
-        default=config_file(),
-        help="the workflow's configuration (default: config/config.yaml here, or the shipped one)",
-    )
+    add("--templates", type=Path, default=Path("results/templates.npz"), help=templates)
+    config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
+    add("--config", type=Path, default=config_file(), help=config)
 
 
 def _entry(text: str) -> str:
     """Return an entry of the header; a text that the workflow could not read is an error."""
-    if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
+    return _printable(text, "is not allowed in a header", "(UTF-8)")
+
+
+def _printable(text: str, refusal: str, which: str, without: str = "") -> str:
+    unfit = not text.strip() or not text.isprintable() or len(text) > LONGEST
+    if unfit or set(without) & set(text):
         raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_ENTRY]!r} is not allowed in a header: use 1 to {LONGEST_ENTRY} "
-            "printable characters (UTF-8)"
+            f"{text[:LONGEST]!r} {refusal}: use 1 to {LONGEST} printable characters {which}"
         )
     return text

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from capsule.bench.archive import publish, writing
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
+from capsule.bench.growing_file import publish, writing
 from capsule.locks import lock_file
 from capsule.names import PART
 from capsule.recording import column_names, format_header
@@ -56,15 +56,6 @@ class Rescued:
         return "; ".join([*parts, f"the original is kept as {self.original.name}"])
 
 
-@dataclass(frozen=True)
-class _Line:
-    """A line of the file: its end in bytes, its time and its text (None: unreadable)."""
-
-    end: int
-    time_s: float | None = None
-    text: str | None = None
-
-
 def recover(part: Path, sensors: int) -> Rescued:
     """Recover the unfinished recording of a killed recorder.
 
@@ -92,89 +83,52 @@ def recover(part: Path, sensors: int) -> Rescued:
         )
     final = part.with_name(part.name.removesuffix(PART))
     original = part.with_name(part.name + KEPT_AS)
-    for taken in (final, original):
-        if taken.exists():
+    for present in (final, original):
+        if present.exists():
             raise NameExistsError(
-                f"{taken} exists; rename it or {part.name}, then run --recover again"
+                f"{present} exists; rename it or {part.name}, then run --recover again"
             )
     with _opened(part):
         content = part.read_bytes()
-        recording, rescued = rescue(content, sensors, final, original)
-        _write(recording, final)
+        header, damaged, samples = _read(content, sensors)
+        readable = [(end, text) for end, text in samples if text]
+        times_s = [float(text.partition(",")[0]) for _, text in readable]
+        taken = [readable[index] for index in _longest_run(times_s)]
+        if not taken:
+            raise AcquisitionError(
+                f"{part} holds no sample; there is nothing to recover, and the file is unchanged"
+            )
+        end = taken[-1][0]
+        skipped = damaged + sum(other < end for other, _ in samples) - (len(taken) - 1)
+        if skipped:
+            header["recovered"] = f"lines skipped because they could not be read: {skipped}"
+        lines = "".join(f"{text}\n" for _, text in taken)
+        _write((format_header(header, sensors) + lines).encode("utf-8"), final)
     publish(part, original)
-    return rescued
+    return Rescued(final, original, len(taken), skipped, len(content) - end)
 
 
-def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[bytes, Rescued]:
-    """Return a recording made of the readable lines of an unfinished one.
+def _read(content: bytes, sensors: int) -> tuple[dict[str, str], int, list[tuple[int, str]]]:
+    """Return the header, the number of its damaged lines, and the lines of samples.
 
-    Parameters
-    ----------
-    content : bytes
-        Content of the unfinished file.
-    sensors : int
-        Number of sensors S.
-    final, original : Path
-        New names of the recording and of the unfinished file.
-
-    Returns
-    -------
-    recording : bytes
-        The recording. If lines were skipped, its header states their number.
-    rescued : Rescued
-
-    Raises
-    ------
-    AcquisitionError
-        The file holds no sample.
+    Each line of a sample comes with its end in the file; the text of an unreadable one is empty.
     """
-    header, damaged, samples = _read(_split(content), sensors)
-    readable = [line for line in samples if line.time_s is not None]
-    kept = _longest_run([line.time_s for line in samples if line.time_s is not None])
-    if not kept:
-        raise AcquisitionError(
-            f"{original.with_suffix('')} holds no sample; there is nothing to recover, and the "
-            "file is unchanged"
-        )
-    taken = [readable[index] for index in kept]
-    end = taken[-1].end
-    skipped = damaged + sum(line.end < end for line in samples) - (len(taken) - 1)
-    if skipped:
-        header["recovered"] = f"lines skipped because they could not be read: {skipped}"
-    text = format_header(header, sensors) + "".join(f"{line.text}\n" for line in taken)
-    rescued = Rescued(final, original, len(taken), skipped, len(content) - end)
-    return text.encode("utf-8"), rescued
-
-
-def _split(content: bytes) -> list[tuple[int, bytes]]:
-    """Return each whole line without its end (LF, or CR LF), and the offset of the next line."""
-    lines, end = [], 0
-    for line in content.split(b"\n")[:-1]:
-        end += len(line) + 1
-        lines.append((end, line.removesuffix(b"\r")))
-    return lines
-
-
-def _read(
-    lines: Sequence[tuple[int, bytes]], sensors: int
-) -> tuple[dict[str, str], int, list[_Line]]:
-    """Read the header, count its damaged lines, and read the samples."""
     columns = ",".join(column_names(sensors)).encode()
+    form = re.compile(rb"\d{1,9}(\.\d{1,6})?((,\d{1,10}){%d}|,{%d})" % (sensors, sensors))
     header: dict[str, str] = {}
-    damaged = 0
-    samples: list[_Line] = []
-    form = re.compile(rb"(\d{1,9}(?:\.\d{1,6})?)(?:(?:,\d{1,10}){%d}|,{%d})" % (sensors, sensors))
-    in_header = True
-    for end, line in lines:
+    samples: list[tuple[int, str]] = []
+    damaged, end, in_header = 0, 0, True
+    for whole in content.split(b"\n")[:-1]:
+        end += len(whole) + 1
+        line = whole.removesuffix(b"\r")
         if in_header and not re.fullmatch(rb"[0-9.,]+", line):
             entry = _entry(line)
             header |= entry
             in_header = line != columns
             damaged += in_header and not entry
-            continue
-        in_header = False
-        match = form.fullmatch(line)
-        samples.append(_Line(end, float(match[1]), line.decode("ascii")) if match else _Line(end))
+        else:
+            in_header = False
+            samples.append((end, line.decode("ascii") if form.fullmatch(line) else ""))
     header.pop("format_version", None)  # the writer of a recording adds its own version
     return header, damaged, samples
 

@@ -1,7 +1,4 @@
-"""A simulated bench for surveys: a capsule in the simulated phantom, and a fold board with leases.
-
-It is an `capsule.bench.survey_bench.SurveyBench` that never fails.
-"""
+"""A simulated bench for surveys: a capsule in the simulated phantom, and its fold board."""
 
 import numpy as np
 
@@ -24,7 +21,7 @@ _FREE_MM = 60.0
 
 
 class SimulatedBench:
-    """Simulated boards and capsule in one.
+    """Simulated boards and capsule in one, as `capsule.bench.survey_bench.BoardBench` has them.
 
     Parameters
     ----------

@@ -1,51 +1,223 @@
-"""The interface between a survey and its bench: real boards, emulated boards or a simulation."""
+"""The bench of a survey on boards: logger, peristalsis board and fold board, on a line each."""
 
-from typing import Protocol
+from collections.abc import Callable, Mapping
 
-from capsule.bench.bench_errors import AcquisitionError
+import numpy as np
+
+from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
+from capsule.bench.board import Board
+from capsule.bench.clock import PauseWatch, StopRequest
+from capsule.bench.fold import FoldBoard
+from capsule.bench.growing_file import FrameLog
+from capsule.bench.identification import connect, find
+from capsule.bench.logger import SampleFeed
+from capsule.bench.wave import LEASE_S, SurveyDrive, Wave
+from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
+# Interval at which the lines are read while the survey waits for samples.
+LOOK_EVERY_S = 0.02
 
-class SurveyBench(Protocol):
-    """Boards and capsule, as a survey sees them.
 
-    Attributes
+class BoardBench:
+    """Three boards as one bench.
+
+    Parameters
     ----------
-    at_end : bool
-        Whether the capsule has reached the end of the gut.
-    trouble : AcquisitionError or None
-        The fault that ends the survey; the origami is then unfolded.
+    boards : mapping of str to Board
+        Result of `open_boards`.
+    wave : Wave
+        Speed, ramp and direction of the wave.
+    log : FrameLog
+        Log of damaged frames, gaps, refusals and faults.
+    tell : callable
+        Function that shows a message to the user.
+    stop : StopRequest
+        Request to stop, by Ctrl-C.
+    patience_s : float
+        Longest time in seconds without a board.
+    begin_s : float
+        Time of the first sample in seconds; above 0 if a killed session is resumed.
     index_mm : float or None
-        Phase of the wave at the cam shaft's index, from which a later session gets the phase; None
-        before the shaft has passed the index.
+        Phase of the wave at the cam shaft's index, from a killed session.
     """
+
+    def __init__(
+        self,
+        boards: Mapping[str, Board],
+        wave: Wave,
+        log: FrameLog,
+        tell: Callable[[str], None],
+        stop: StopRequest,
+        *,
+        patience_s: float,
+        begin_s: float = 0.0,
+        index_mm: float | None = None,
+    ) -> None:
+        resumed = begin_s > 0
+        self._logger = SampleFeed(boards["logger"], log, tell)
+        self._drive = SurveyDrive(
+            boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed
+        )
+        self._fold = FoldBoard(boards["fold"], log, tell)
+        self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
+        self._read = 0
+        self._left = False
+        self._pauses = PauseWatch()
 
     @property
     def at_end(self) -> bool:
-        """See above."""
+        """Return whether the capsule has closed the end stop."""
+        return self._logger.at_end
 
     @property
     def trouble(self) -> AcquisitionError | None:
-        """See above."""
+        """The fault that ends the survey; None if it can continue."""
+        for board in (self._logger, self._fold, self._drive):
+            if trouble := board.trouble(self._patience_s):
+                return trouble
+        return None
 
     @property
     def index_mm(self) -> float | None:
-        """See above."""
+        """Phase of the wave at the cam shaft's index; None before the shaft has passed it."""
+        return self._drive.index_mm
 
     def tell(self, command: str) -> None:
-        """Send the boards a command of `capsule.survey.cycle`, and return at once."""
+        """Send the boards a command, and return at once."""
+        if command == cycles.STOP_WAVE:
+            self._drive.stop()
+        elif command != cycles.FOLD or not self._stop.reason:
+            self._fold.command(command)
+
+    def _look_whether_it_goes_on(self) -> None:
+        """Stop the wave at a request to stop; raise an error after a long pause.
+
+        Raises
+        ------
+        AcquisitionError
+            The program was stopped for so long that the boards' leases have ended.
+        """
+        if paused_s := self._pauses.paused_s():
+            self._drive.note_pause()
+            if paused_s > LEASE_S:
+                raise AcquisitionError(
+                    f"this program was stopped for {paused_s:.0f} s, and the boards have stopped "
+                    "the wave and unfolded the origami by themselves; look at the bench, then "
+                    "continue the session: capsule survey --resume"
+                )
+        if self._stop.reason:
+            self._drive.stop()
 
     def read(self, samples: int) -> Readings:
         """Wait for the next samples; a late sample is missing.
 
         Raises
         ------
+        KeyboardInterrupt
+            Ctrl-C came before the first sample.
         AcquisitionError
-            The first sample did not arrive.
+            The first sample did not arrive, or the program was stopped for longer than the leases.
         """
+        self._look_whether_it_goes_on()
+        while (taken := self._logger.take(samples)) is None:
+            self._look_whether_it_goes_on()
+            if self._read == 0 and self._stop.reason:
+                raise KeyboardInterrupt
+            self._fold.serve()
+            self._drive.serve()
+            self._logger.serve(LOOK_EVERY_S)
+            if self._read == 0 and (trouble := self.trouble):
+                raise trouble
+        values, moments_s = taken
+        numbers = self._read + np.arange(samples)
+        self._read += samples
+        # Rounded as in the file: a resumed pilot must decide the same from the stored values.
+        time_s = np.round(self._begin_s + numbers / self._logger.rate_hz, 3)
+        wave_mm = np.round(self._drive.wave_mm(moments_s), 2)
+        return Readings(time_s, values, wave_mm, self._fold.state)
+
+    def start(self) -> None:
+        """Unfold the origami, and start the wave.
+
+        Raises
+        ------
+        SurveyFaultError
+            The origami does not unfold.
+        AcquisitionError
+            The wave does not start.
+        KeyboardInterrupt
+            Ctrl-C came before the wave was started.
+        """
+        if warning := self._fold.leave_unfolded():
+            raise SurveyFaultError(warning.removeprefix("warning: "))
+        if self._stop.reason:
+            raise KeyboardInterrupt
+        self._drive.set_up()
+        self._drive.start()
+        self._pauses = PauseWatch()
 
     def leave(self) -> list[str]:
         """Stop the wave, unfold the origami and close the ports; return warnings.
 
         It can be called at any time, also more than once.
         """
+        if self._left:
+            return []
+        self._left = True
+        # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
+        warnings = [self._drive.leave(), self._fold.leave_unfolded()]
+        self._fold.close()
+        self._logger.close()
+        return [warning for warning in warnings if warning]
+
+
+def open_boards(
+    ports: Mapping[str, str | None], baud: int, tell: Callable[[str], None], stop: StopRequest
+) -> dict[str, Board]:
+    """Open all ports, and check which boards are behind them.
+
+    Parameters
+    ----------
+    ports : mapping of str to str or None
+        Ports by the names ``drive``, ``fold`` and ``logger``; None: search for the board.
+    baud : int
+        Bits per second.
+    tell : callable
+        Function that shows a message to the user.
+    stop : StopRequest
+        Request to stop, by Ctrl-C.
+
+    Returns
+    -------
+    dict of str to Board
+        Boards by the names ``fold``, ``peristalsis`` and ``logger``.
+
+    Raises
+    ------
+    AcquisitionError
+        A board is missing, or another one answers.
+    KeyboardInterrupt
+        Ctrl-C came before all boards were found.
+    """
+
+    def stopped() -> bool:
+        return bool(stop.reason)
+
+    boards: dict[str, Board] = {}
+    named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
+    try:
+        for wanted, port in named.items():
+            if port is None:
+                skip = [name for name in named.values() if name is not None]
+                found = find(wanted, baud, tell, skip=skip, stopped=stopped)
+            else:
+                found = connect(port, baud, wanted, stopped)
+            boards[wanted] = Board(*found, tell, insists=wanted == "fold")
+        if stop.reason:
+            raise KeyboardInterrupt
+    except (AcquisitionError, KeyboardInterrupt):
+        for each in boards.values():
+            each.close()
+        raise
+    return boards

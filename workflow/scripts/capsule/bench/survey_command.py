@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from capsule.arguments import natural, number_within
-from capsule.bench import output, surveys
-from capsule.bench.board_options import add_board_options, add_wave_options
+from capsule.bench import survey_run, terminal
+from capsule.bench.record_command import add_board_options, add_wave_options
 from capsule.errors import WrongOptionError
 from capsule.phantom.files import add_phantom_arguments
 
@@ -13,15 +13,12 @@ EXAMPLES = """
 examples:
   %(prog)s --simulate --metres 2 --nodules 1 3 --seed 7 --out sessions/demo
                                    a simulated gut of 2 m with a nodule of 1 and one of 3 mm
-  %(prog)s --resume sessions/demo continue a session that was killed
   %(prog)s --simulate --metres 1 --goto 500 140 --out sessions/there
                                    go to 500 mm, then back to 140 mm, and stop
-  %(prog)s --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
-                                   go to 140 mm on the map of an earlier session
   %(prog)s --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
                                    on the bench, until the end stop or Ctrl-C
   %(prog)s --resume sessions/tuesday --fold /dev/ttyACM3
-                                   continue it; the fold board has another port now
+                                   continue it after a kill; the fold board has another port now
   %(prog)s --fold /dev/ttyACM2 --fold-set-up
                                    tell a new fold board that the origami is unfolded
 
@@ -54,12 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=natural, default=1, metavar="N", help=seed)
     targets = "go to these positions one after the other, in mm from the start"
     add("--goto", type=float, nargs="+", default=[], metavar="MM", help=targets)
-    earlier = "use the common map of earlier sessions with the same start on this bench"
-    add("--map", type=Path, nargs="+", default=[], metavar="SESSION", help=earlier)
+    add("--map", nargs="+", help=argparse.SUPPRESS)
     add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
     raw = "also store each pass in FOLDER/unlabelled/, for the workflow"
     add("--raw", type=Path, metavar="FOLDER", help=raw)
-    add("--resume", type=Path, metavar="FOLDER", help="continue a session that was killed")
+    add("--resume", type=Path, metavar="FOLDER", help="continue a killed session on boards")
     results = "the workflow's results; detectors.json gives the sizes (default: results)"
     add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
     add_board_options(parser)
@@ -85,8 +81,8 @@ def main(arguments: argparse.Namespace) -> None:
         Options contradict each other.
     """
     check(arguments)
-    output.install()
-    surveys.survey(arguments)
+    terminal.install()
+    survey_run.survey(arguments)
 
 
 def check(options: argparse.Namespace) -> None:
@@ -97,6 +93,11 @@ def check(options: argparse.Namespace) -> None:
     WrongOptionError
         The message names the options.
     """
+    if options.map:
+        raise WrongOptionError(
+            "--map is no longer there: the positions of a session count from its own start; leave "
+            "--map out"
+        )
     if options.fold_set_up:
         if not options.fold:
             raise WrongOptionError("--fold-set-up needs the port of the fold board: --fold PORT")

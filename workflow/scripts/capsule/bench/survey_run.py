@@ -1,36 +1,54 @@
-"""One survey from its first sample to its last: pilot, bench, files and display together."""
+"""One survey from its first sample to its last, on boards or in a simulated gut."""
 
+import argparse
+import contextlib
 import math
 import sys
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from capsule import words
-from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.limits import StopRequest
-from capsule.bench.pass_sizes import PassSizes
-from capsule.bench.session_folder import EARLIER_ORIGIN, INDEX, ORIGIN, SessionFolder
-from capsule.bench.stored_survey import StoredSurvey
-from capsule.bench.survey_bench import SurveyBench
+from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
+from capsule.bench.board import Board
+from capsule.bench.clock import StopRequest
+from capsule.bench.fold import set_up_fold
+from capsule.bench.growing_file import FrameLog
+from capsule.bench.logger import check_fits, header_of
+from capsule.bench.pass_sizes import PassSizes, pass_sizes
+from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
+from capsule.bench.survey_bench import BoardBench, open_boards
+from capsule.bench.survey_folder import (
+    BOARDS_LOG,
+    INDEX,
+    SessionFolder,
+    Told,
+    check_new,
+    read_about,
+    read_stored,
+)
 from capsule.bench.survey_view import SurveyView
+from capsule.bench.wave import Wave
+from capsule.configuration import read_settings
+from capsule.kinds import Settings
+from capsule.phantom.files import read_phantom
+from capsule.project import config_file
 from capsule.recording import Recording
+from capsule.survey.cycle import STATUSES
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
 from capsule.survey.suspects import Place
 
+Bench = BoardBench | SimulatedBench
 # Samples in the recording of one pass. It must fit into the paper's matrix, and be long enough to
 # show the sensors' usual beats. Two recordings share no samples.
 _LONGEST_PASS, _SHORTEST_PASS = 990, 300
 # Resolution of stored times.
 _CLOCK_STEP_S = 0.001
-_NO_INDEX = (
-    "warning: the cam shaft has not passed its index, so the map of the earlier sessions (--map) "
-    "cannot be used; positions begin at the start of this session"
-)
 
 
 class SurveyRun:
@@ -52,10 +70,6 @@ class SurveyRun:
         Sampling rate in Hz.
     length_mm : float
         Length of the gut; an end stop may end the survey earlier.
-    earlier_mm : float, optional
-        Start of the map of earlier sessions, from the cam shaft's index on.
-    index_mm : float, optional
-        Phase of the wave at that index, in a resumed session.
 
     Attributes
     ----------
@@ -72,13 +86,9 @@ class SurveyRun:
         header: Mapping[str, str],
         rate_hz: float,
         length_mm: float = math.inf,
-        *,
-        earlier_mm: float | None = None,
-        index_mm: float | None = None,
     ) -> None:
-        self._pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
+        self.pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
         self._header, self._rate_hz, self._length_mm = header, rate_hz, length_mm
-        self._earlier_mm, self._index_mm = earlier_mm, index_mm
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
@@ -97,9 +107,9 @@ class SurveyRun:
         """Time of the next sample from the boards, by the pilot's clock."""
         # Before it comes the empty judgement that stands for the interruption.
         judged = len(self._heard) + bool(self._heard)
-        return round(judged * self._pilot.every / self._rate_hz, 3)
+        return round(judged * self.pilot.every / self._rate_hz, 3)
 
-    def go_on(self, bench: SurveyBench, stop: StopRequest, begun: datetime | None = None) -> None:
+    def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end.
 
         Parameters
@@ -111,33 +121,31 @@ class SurveyRun:
         begun : datetime, optional
             Start of an interrupted survey, from which follows the length of the interruption.
         """
-        pilot = self._pilot
+        pilot = self.pilot
         while not pilot.cycle.over:
             for event, reason in self._outside(bench, stop):
                 self._obey(bench, pilot.tell(event, reason))
             readings = bench.read(pilot.every)
-            self._index_mm = bench.index_mm
             if begun is not None:
                 self._obey(bench, self._interrupt(begun))
                 begun = None
             self._obey(bench, self._take(readings))
             self._disk.keep()
-            self._note_map()
-            if self._disk.caught_up:
-                self._view.show(self._now_s, pilot, self._size_words)
+            self._disk.note_index(bench.index_mm)
+            self._view.show(self._now_s, pilot, self._size_words)
         self._view.end(self._now_s, pilot, self._size_words)
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
-    def repeat(self, stored: StoredSurvey) -> None:
-        """Repeat the stored readings and events, so that the pilot has its former state.
+    def repeat(self, judged: Sequence[tuple[Readings, float]], told: list[Told]) -> None:
+        """Repeat what `read_stored` returns, so that the pilot has its former state.
 
         Raises
         ------
         AcquisitionError
             The pilot's decisions differ from the stored ones.
         """
-        pilot, told, now_s = self._pilot, list(stored.told), 0.0
-        for readings, away_s in zip(stored.readings, stored.away_s, strict=True):
+        pilot, now_s = self.pilot, 0.0
+        for readings, away_s in judged:
             while told and told[0].number <= len(pilot.log):
                 if told[0].number == len(pilot.log):
                     # A later event was the pilot's own; the readings below cause it again.
@@ -150,16 +158,16 @@ class SurveyRun:
             now_s = float(readings.time_s[-1])
         self._disk.go_on_from_here()
 
-    def _outside(self, bench: SurveyBench, stop: StopRequest) -> list[tuple[str, str]]:
+    def _outside(self, bench: Bench, stop: StopRequest) -> list[tuple[str, str]]:
         """Return events that no reading shows, with their reasons."""
-        if self._pilot.cycle.state == "closing":
+        if self.pilot.cycle.state == "closing":
             return []
         if self.trouble is None and (trouble := bench.trouble):
             self.trouble = trouble
             return [("fault", str(trouble))]
         if stop.reason:
             return [("stopped", stop.reason)]
-        if bench.at_end or self._pilot.sensing.position_mm >= self._length_mm:
+        if bench.at_end or self.pilot.sensing.position_mm >= self._length_mm:
             return [("gut_ended", "the end of the gut")]
         return []
 
@@ -167,7 +175,7 @@ class SurveyRun:
         """Record the interruption: let the pilot judge missing readings in its place."""
         if not self._heard:
             return ()
-        pilot, last = self._pilot, self._heard[-1]
+        pilot, last = self.pilot, self._heard[-1]
         time_s = np.round(last.time_s + pilot.every / self._rate_hz, 3)
         # The bench has already read the first samples after the interruption.
         unread_s = (2 * pilot.every) / self._rate_hz
@@ -179,14 +187,12 @@ class SurveyRun:
     def _take(self, readings: Readings) -> tuple[str, ...]:
         """Store readings, let the pilot judge them, and return its commands."""
         self._heard.append(readings)
-        if self._earlier_mm is not None and self._index_mm is not None:
-            self._pilot.sensing.take_origin(self._earlier_mm + self._index_mm)
-        commands = self._pilot.tick(readings)
+        commands = self.pilot.tick(readings)
         kept = replace(readings, time_s=readings.time_s + self._away_s)
-        suspects = self._pilot.suspects
+        suspects = self.pilot.suspects
         self._disk.add_readings(
             kept,
-            self._pilot.sensing.head_mm,
+            self.pilot.sensing.head_mm,
             suspects.newest_score,
             suspects.threshold.threshold,
         )
@@ -198,26 +204,15 @@ class SurveyRun:
         """Time of the newest sample, interruptions included."""
         return float(self._heard[-1].time_s[-1]) + self._away_s
 
-    def _note_map(self) -> None:
-        """Store the start of the map, as soon as it is known."""
-        origin_mm, index_mm = self._pilot.sensing.origin_mm, self._index_mm
-        self._disk.note(INDEX, index_mm)
-        if origin_mm is not None and index_mm is not None:
-            self._disk.note(ORIGIN, origin_mm - index_mm)
-        if self._earlier_mm is not None and origin_mm is not None and index_mm is None:
-            print(_NO_INDEX, file=sys.stderr)
-            self._earlier_mm = None
-            self._disk.leave_out(EARLIER_ORIGIN)
-
     @staticmethod
-    def _obey(bench: SurveyBench, commands: tuple[str, ...]) -> None:
+    def _obey(bench: Bench, commands: tuple[str, ...]) -> None:
         for command in commands:
             bench.tell(command)
 
     def _note_events(self) -> None:
         """Write the new events, and store the passes that are complete."""
-        events = self._pilot.log[self._told :]
-        self._told = len(self._pilot.log)
+        events = self.pilot.log[self._told :]
+        self._told = len(self.pilot.log)
         if self._away_s:
             events = [
                 replace(event, time_s=round(event.time_s + self._away_s, 3)) for event in events
@@ -230,19 +225,19 @@ class SurveyRun:
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":
                 self._keep_pass()
-                places = self._pilot.suspects.places
+                places = self.pilot.suspects.places
                 self._disk.write_places([self._row(place) for place in places])
 
     def _keep_pass(self) -> None:
         """Store the pass that has just ended as a recording."""
-        place = self._pilot.suspects.present
+        place = self.pilot.suspects.present
         last = first = len(self._heard)
-        least = max(self._kept, last - _LONGEST_PASS // self._pilot.every)
+        least = max(self._kept, last - _LONGEST_PASS // self.pilot.every)
         while first > least and self._heard[first - 1].fold == UNFOLDED:
             first -= 1
         self._kept = last
         stretch = self._heard[first:last]
-        if len(stretch) * self._pilot.every < _SHORTEST_PASS:
+        if len(stretch) * self.pilot.every < _SHORTEST_PASS:
             return
         values = np.concatenate([readings.values for readings in stretch], axis=1)
         time_s = np.concatenate([readings.time_s for readings in stretch])
@@ -277,3 +272,232 @@ class SurveyRun:
             "recordings": " ".join(name for name, _ in passes),
             **kind.cells,
         }
+
+
+def survey(options: argparse.Namespace) -> None:
+    """Survey a gut, go to targets in it, or set up the fold board.
+
+    Raises
+    ------
+    CannotArriveError
+        The capsule did not reach its target.
+    SurveyFaultError
+        The origami did not fold or unfold.
+    AcquisitionError
+        A board is missing, refuses or was lost.
+    """
+    if options.fold_set_up:
+        set_up_fold(options.fold, options.baud)
+        return
+    folder, resumed = options.resume or options.out, options.resume is not None
+    if not resumed:
+        check_new(folder)
+    about = read_about(folder) if resumed else _about(options)
+    # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
+    task = _Task(options, folder, about, read_settings(config_file()), StopRequest(), resumed)
+    run = _on_boards(task) if "boards" in about else _simulated(task)
+    _tell_outcome(run, folder, to_targets=bool(about["goto"]))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What to survey: the options, the session's folder, and what its session.json says."""
+
+    options: argparse.Namespace
+    folder: Path
+    about: dict[str, Any]
+    settings: dict[str, Any]
+    stop: StopRequest
+    resumed: bool
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors."""
+        return int(self.settings["recording"]["sensors"])
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the gut; infinite if unknown."""
+        metres = self.about["metres"]
+        return math.inf if metres is None else 1000 * float(metres)
+
+
+def _about(options: argparse.Namespace) -> dict[str, Any]:
+    about = {
+        "metres": options.metres,
+        "goto": options.goto,
+        "raw": None if options.raw is None else str(options.raw),
+    }
+    if options.simulate:
+        return about | {
+            "source": SOURCE,
+            "nodules": options.nodules,
+            "seed": options.seed,
+            "parameters": str(options.parameters),
+            "bench": options.bench,
+            "changes": options.changes,
+        }
+    return about | {
+        "boards": _ports(options),
+        "wave": {
+            "speed_mm_s": options.speed,
+            "ramp_mm_s2": options.ramp,
+            "direction": options.direction,
+        },
+        INDEX: None,
+    }
+
+
+def _ports(options: argparse.Namespace) -> dict[str, str | None]:
+    return {"drive": options.drive, "fold": options.fold, "logger": options.port}
+
+
+def _simulated(task: _Task) -> SurveyRun:
+    """Survey a simulated gut."""
+    about = task.about
+    phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
+    bench = simulated_bench(
+        phantom,
+        seed=about["seed"],
+        length_mm=task.length_mm,
+        nodules_mm=about["nodules"],
+        sensors=task.sensors,
+    )
+    view = SurveyView(sys.stdout, f"{task.folder.name}, simulated", task.length_mm)
+    header = bench.header | {"session": task.folder.name}
+    detector, rate_hz = task.settings["diagonal"], phantom.electronics.rate_hz
+    # The bench knows itself where the gut ends.
+    with _run(task, detector, rate_hz, view, header, math.inf) as run:
+        run.go_on(bench, task.stop)
+    return run
+
+
+def _on_boards(task: _Task) -> SurveyRun:
+    """Survey on boards.
+
+    A resumed survey reads the stored samples and continues where the capsule is.
+    """
+    about, folder, options = task.about, task.folder, task.options
+    wave = Wave(**about["wave"])
+    # A board can have another port than in the killed session.
+    given = {name: port for name, port in _ports(options).items() if port is not None}
+    ports = about["boards"] | given
+    boards = {} if task.resumed else open_boards(ports, options.baud, _tell, task.stop)
+    try:
+        if not task.resumed:
+            about |= _known_with(boards, task.settings, wave, folder)
+        # Odometer and beat detection need the speed of the wave that the board drives.
+        detector = task.settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
+        rate_hz = task.settings["recording"]["rate_hz"]
+        view = SurveyView(sys.stdout, folder.name, task.length_mm)
+        with _run(task, detector, rate_hz, view, about["header"], task.length_mm) as run:
+            if task.resumed:
+                run.repeat(*read_stored(folder, task.sensors, rate_hz, run.pilot.every))
+            if not run.pilot.cycle.over:
+                boards = boards or open_boards(ports, options.baud, _tell, task.stop)
+                _lead(run, boards, wave, task)
+    finally:
+        for board in boards.values():
+            board.close()
+    return run
+
+
+@contextlib.contextmanager
+def _run(
+    task: _Task,
+    detector: Settings,
+    rate_hz: float,
+    view: SurveyView,
+    header: Mapping[str, str],
+    length_mm: float,
+) -> Iterator[SurveyRun]:
+    """Make a survey with its pilot and its files; complete the files at its end."""
+    about = task.about
+    raw = None if about["raw"] is None else Path(about["raw"])
+    disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
+    pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
+    sizes = pass_sizes(task.options.results, task.settings["diagonal"], rate_hz)
+    run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, length_mm)
+    try:
+        yield run
+    except BaseException:
+        if run.begun or task.resumed:
+            disk.close()
+        else:
+            disk.discard()
+        raise
+    disk.finish()
+
+
+def _lead(run: SurveyRun, boards: Mapping[str, Board], wave: Wave, task: _Task) -> None:
+    """Run the survey; always stop the wave and unfold the origami at its end."""
+    log = FrameLog(task.folder / BOARDS_LOG, _tell)
+    bench = BoardBench(
+        boards,
+        wave,
+        log,
+        _tell,
+        task.stop,
+        patience_s=task.options.patience,
+        begin_s=run.next_s,
+        index_mm=task.about[INDEX],
+    )
+    try:
+        bench.start()
+        begun = datetime.fromisoformat(task.about["begun"]) if run.begun else None
+        run.go_on(bench, task.stop, begun)
+    except KeyboardInterrupt:
+        print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
+        raise
+    finally:
+        for warning in bench.leave():
+            print(warning, file=sys.stderr)
+        log.close()
+
+
+def _known_with(
+    boards: Mapping[str, Board], settings: dict[str, Any], wave: Wave, folder: Path
+) -> dict[str, Any]:
+    """Return the entries known only once the boards are connected: start time and header."""
+    logger, peristalsis = boards["logger"].identity, boards["peristalsis"].identity
+    check_fits(logger, settings["recording"])
+    driven_mm = peristalsis.entries["wavelength_mm"]
+    expected_mm = settings["diagonal"]["wavelength_mm"]
+    if float(driven_mm) != expected_mm:
+        raise AcquisitionError(
+            f"the peristalsis board drives waves of {driven_mm} mm, but the workflow is configured "
+            f"for {expected_mm:g} mm; correct diagonal.wavelength_mm in config/config.yaml"
+        )
+    begun = datetime.now(UTC)
+    header = header_of(logger, begun) | wave.entries | {"session": folder.name}
+    return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
+
+
+def _tell(text: str) -> None:
+    print(text, flush=True)
+
+
+def _tell_outcome(run: SurveyRun, folder: Path, *, to_targets: bool) -> None:
+    pilot = run.pilot
+    places = pilot.suspects.places
+    counts = {
+        status: sum((place.status or "undecided") == status for place in places)
+        for status in STATUSES
+    }
+    listed = ", ".join(f"{count} {status}" for status, count in counts.items())
+    print(f"{folder}: {len(places)} places suspected ({listed})")
+    if pilot.cycle.no_return:
+        print("the capsule cannot go back: folding did not bring it back", file=sys.stderr)
+    if run.trouble:
+        raise run.trouble
+    happened = {event.event for event in pilot.log}
+    if "cannot_arrive" in happened:
+        raise CannotArriveError("the capsule cannot go back to the target")
+    if "fault" in happened or any(
+        event.event == "late" and event.after in ("closing", "ended") for event in pilot.log
+    ):
+        raise SurveyFaultError(f"the origami did not obey: {pilot.log[-1].reason}")
+    if "stopped" in happened:
+        raise KeyboardInterrupt
+    if to_targets and "arrived" not in happened:
+        raise CannotArriveError("the survey ended before the capsule reached the target")

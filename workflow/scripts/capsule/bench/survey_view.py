@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TextIO
 
 from capsule import words
-from capsule.bench.live_panel import LivePanel
-from capsule.bench.terminal import REDRAW_EVERY_S
+from capsule.bench.terminal import REDRAW_EVERY_S, LivePanel
 from capsule.survey.cycle import FOLDED_STATES, STATES
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import Event

@@ -1,19 +1,52 @@
-"""Place samples in time: a gap becomes missing samples, and later samples keep their times."""
+"""Place samples in time: a gap becomes missing samples, and later samples keep their times.
+
+One damaged frame in 65 536 passes its check, and its time can have any value. So `Sieve` accepts a
+sample at once only if it is exactly the next one. Any other sample waits for the one after it. If
+that one continues it, the sieve accepts it; if that one contradicts it, the sieve refuses it.
+"""
 
 import math
-from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from capsule.bench.protocol import Sample
 
-# The delay from sample to arrival varies; the smallest of the last ones is the line's own delay.
-DELAYS_KEPT = 50
 LARGEST_STRAY = 0.2  # largest deviation of a device time from the even grid, in periods
 # Both have 32 bits on the board: its clock starts again after 49.7 days.
 CLOCK_ENDS_MS = COUNTER_ENDS = 2**32
 DRIFT = 0.01  # largest relative deviation of the board's resonator from the computer's clock
 # A gap that is longer by the board's clock than by the computer's by so much is an error.
 CLOCKS_DIFFER_S = 10.0
+# After so many samples that continue each other but not the last one, the board's clock has jumped.
+BELIEVED_ALONE = 20
+DOUBTED_ALONE = 3
+
+
+class BoardClock:
+    """A conversion of a board's times to the computer's clock.
+
+    The delay of a line varies. The smallest one counts as the delay of the line.
+    """
+
+    def __init__(self) -> None:
+        self._last_ms: int | None = None
+        self._board_s = 0.0
+        self._least_delay_s = math.inf
+
+    def continues(self, device_ms: int) -> bool:
+        """Return whether the board has run without a reset since its last frame."""
+        return self._last_ms is None or (device_ms - self._last_ms) % CLOCK_ENDS_MS < 2**31
+
+    def moment_s(self, device_ms: int, arrived_s: float) -> float:
+        """Convert a time of the board to the computer's clock, and store the delay."""
+        last_ms = device_ms if self._last_ms is None else self._last_ms
+        passed_s = (device_ms - last_ms) % CLOCK_ENDS_MS / 1000
+        self._last_ms = device_ms
+        self._board_s += passed_s
+        # The two clocks drift apart, so an old delay counts as longer.
+        aged_s = self._least_delay_s + DRIFT * passed_s
+        self._least_delay_s = min(aged_s, arrived_s - self._board_s)
+        return self._board_s + self._least_delay_s
 
 
 class MisplacedSampleError(Exception):
@@ -46,30 +79,25 @@ class Timeline:
     ----------
     rate_hz : float
         Samples per second.
+
+    Attributes
+    ----------
+    period_ms : float
+        Time between two samples.
+    taken_s : float
+        Estimated time of the last sample, by the computer's clock; rather too early.
     """
 
     def __init__(self, rate_hz: float) -> None:
-        self._period_ms = 1000.0 / rate_hz
+        self.period_ms = 1000.0 / rate_hz
         self._last: Sample | None = None
-        self._board_s = 0.0  # the board's clock at the last sample, never wrapped
         self._index = -1
         self._restarted = False
-        self._delays: deque[float] = deque(maxlen=DELAYS_KEPT)
-        self._least_delay_s = math.inf
-
-    @property
-    def samples(self) -> int:
-        """Number of samples so far, missing ones included."""
-        return self._index + 1
-
-    def note_identity(self, uptime_ms: int, running: bool, moment_s: float = math.inf) -> bool:
-        """Compare the board's clock with the last sample; return whether the board restarted."""
-        if not self.continues(uptime_ms, running, moment_s):
-            self.note_restart()
-        return self._restarted
+        self._clock = BoardClock()
+        self.taken_s = 0.0
 
     def continues(
-        self, uptime_ms: int, running: bool, moment_s: float = math.inf, fresh: bool = False
+        self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
     ) -> bool:
         """Return whether the board has run without a restart since the last sample.
 
@@ -80,14 +108,12 @@ class Timeline:
         running : bool
             Whether the board sends samples; a board that stopped by itself has restarted.
         moment_s : float
-            The computer's clock when the frame was read; infinite if unknown.
+            The computer's clock when the frame was read.
         fresh : bool
             Whether the board sent the frame at that moment, so that it did not wait in the port.
         """
         if self._last is None:
             return True
-        if moment_s == math.inf:
-            return running and uptime_ms >= self._last.device_ms
         # Modulo: a lower time would mean that the clock passed its end, weeks ahead.
         passed_s = (uptime_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
         ahead_s = passed_s - (moment_s - self.taken_s)
@@ -115,19 +141,12 @@ class Timeline:
         """
         steps = self._steps(sample, arrived_s)
         place = Place(self._index + steps, steps - 1, self._restarted)
-        if self._last is None or self._restarted:
-            self._delays.clear()
-            self._least_delay_s = math.inf
-            self._board_s = sample.device_ms / 1000.0
-        else:
-            passed_s = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
-            self._board_s += passed_s
-            self._least_delay_s += DRIFT * passed_s
+        if self._restarted:
+            self._clock = BoardClock()
+        self.taken_s = self._clock.moment_s(sample.device_ms, arrived_s)
         self._restarted = False
         self._last = sample
         self._index = place.index
-        self._delays.append(arrived_s - self._board_s)
-        self._least_delay_s = min(self._least_delay_s, self._delays[-1])
         return place
 
     def is_next(self, sample: Sample) -> bool:
@@ -136,7 +155,7 @@ class Timeline:
             return False
         frames = (sample.sequence - self._last.sequence) % COUNTER_ENDS
         passed_ms = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS
-        return frames == 1 and abs(passed_ms / self._period_ms - 1) <= LARGEST_STRAY
+        return frames == 1 and abs(passed_ms / self.period_ms - 1) <= LARGEST_STRAY
 
     def objection(self, sample: Sample, arrived_s: float) -> str:
         """Return why a sample cannot follow the last one; empty if it can."""
@@ -146,18 +165,12 @@ class Timeline:
             return str(reason)
         return ""
 
-    @property
-    def taken_s(self) -> float:
-        """Estimated time of the last sample, by the computer's clock; rather too early."""
-        return self._board_s + self._least_delay_s
-
     def _steps(self, sample: Sample, arrived_s: float) -> int:
         if self._last is None:
             return 1
         if self._restarted:
-            last_arrived_s = self._board_s + min(self._delays)
-            return max(1, round((arrived_s - last_arrived_s) * 1000.0 / self._period_ms))
-        return steps_between(self._last, sample, self._period_ms, arrived_s - self.taken_s)
+            return max(1, round((arrived_s - self.taken_s) * 1000.0 / self.period_ms))
+        return steps_between(self._last, sample, self.period_ms, arrived_s - self.taken_s)
 
 
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
@@ -195,3 +208,102 @@ def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: fl
     if passed_ms / 1000.0 > passed_s + CLOCKS_DIFFER_S:
         raise MisplacedSampleError(f"{pair}: only {passed_s:.1f} s passed by this computer's clock")
     return steps
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    sample: Sample
+    moment_s: float
+    objection: str
+
+
+class Sieve:
+    """A filter that decides which samples a timeline gets; at most `BELIEVED_ALONE` wait in it.
+
+    Parameters
+    ----------
+    timeline : Timeline
+        Gives the samples their places.
+    accept : callable
+        Function of an accepted sample and its place; called in the order of the samples.
+    refuse : callable
+        Function of a refused sample and the reason.
+    """
+
+    def __init__(
+        self,
+        timeline: Timeline,
+        accept: Callable[[Sample, Place], None],
+        refuse: Callable[[Sample, str], None],
+    ) -> None:
+        self._timeline, self._accept, self._refuse = timeline, accept, refuse
+        self._waiting: list[_Waiting] = []
+        self._rivals: list[_Waiting] = []  # earlier ones; the next sample decides between the two
+
+    @property
+    def in_doubt(self) -> bool:
+        """Return whether new samples contradict the last one, so that the board must be asked."""
+        return len(self._waiting) >= DOUBTED_ALONE and bool(self._objection())
+
+    def sift(self, sample: Sample, moment_s: float) -> None:
+        """Decide on a sample that was read at `moment_s` of the computer's clock."""
+        new = _Waiting(sample, moment_s, self._timeline.objection(sample, moment_s))
+        if self._timeline.is_next(sample):
+            self._wait_with()
+            self._refuse_rivals()
+            self._accept(sample, self._timeline.place(sample, moment_s))
+            return
+        if self._steps(self._rivals, new) and self._steps(self._waiting, new) != 1:
+            self._waiting, self._rivals = self._rivals, self._waiting
+        if self._steps(self._waiting, new):
+            self._refuse_rivals()
+            if not self._objection():
+                self._accept_waiting()
+                self.sift(sample, moment_s)
+            elif new.objection:
+                self._waiting.append(new)
+                if len(self._waiting) >= BELIEVED_ALONE:
+                    self._timeline.note_restart()
+                    self._accept_waiting()
+            else:
+                self._wait_with(new)
+        elif self._waiting and new.objection and not self._objection():
+            self._refuse(sample, new.objection)
+        else:
+            self._wait_with(new)
+
+    def settle(self) -> None:
+        """Decide on the waiting samples, because no more samples of this board will follow."""
+        self._refuse_rivals()
+        if self._waiting and not self._objection():
+            self._accept_waiting()
+
+    def _objection(self) -> str:
+        """Return the objection to the first waiting sample; a restart may have changed it."""
+        first = self._waiting[0]
+        return self._timeline.objection(first.sample, first.moment_s)
+
+    def _steps(self, before: list[_Waiting], new: _Waiting) -> int:
+        """Return the periods from the last of `before` to `new`; 0 if the two contradict."""
+        if not before:
+            return 0
+        last = before[-1]
+        passed_s = new.moment_s - last.moment_s
+        try:
+            return steps_between(last.sample, new.sample, self._timeline.period_ms, passed_s)
+        except MisplacedSampleError:
+            return 0
+
+    def _wait_with(self, *new: _Waiting) -> None:
+        self._refuse_rivals()
+        self._rivals, self._waiting = self._waiting, [*new]
+
+    def _refuse_rivals(self) -> None:
+        rivals, self._rivals = self._rivals, []
+        for each in rivals:
+            self._refuse(each.sample, each.objection or "the samples around it contradict it")
+
+    def _accept_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for each in waiting:
+            self._accept(each.sample, self._timeline.place(each.sample, each.moment_s))

@@ -9,7 +9,6 @@ import numpy as np
 from capsule import words
 from capsule.acceptance import readings_of
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.verdict_table import verdict_table
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned, read_template_set
@@ -22,16 +21,6 @@ from capsule.kinds import Settings
 from capsule.names import UNLABELLED
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
-
-
-def existing(path: Path, asked_by: str) -> Path:
-    """Return the path of a file of results; raise `AcquisitionError` if it does not exist."""
-    if not path.exists():
-        raise AcquisitionError(
-            f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, or with "
-            "the whole report: capsule report"
-        )
-    return path
 
 
 def note_of_change(results: Path, settings: Settings) -> str:
@@ -77,8 +66,13 @@ class FinalVerdict:
     def __init__(
         self, templates: Path, learned: Path, settings: Settings, asked_by: str = "--detect"
     ) -> None:
-        stored = existing(templates, asked_by)
-        content = read_learned(existing(learned, asked_by))
+        for path in (templates, learned):
+            if not path.exists():
+                raise AcquisitionError(
+                    f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, "
+                    "or with the whole report: capsule report"
+                )
+        content = read_learned(learned)
         self._settings = settings
         if content["templates"] != fingerprint(templates, sys.maxsize):
             raise AcquisitionError(
@@ -86,7 +80,7 @@ class FinalVerdict:
                 "verdict would hold; delete both, and make them again: "
                 "snakemake -c2 results/detectors.json"
             )
-        known = read_template_set(stored, settings["fit"]["first_peak"])
+        known = read_template_set(templates, settings["fit"]["first_peak"])
         try:
             same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
                 content["settings"][key] == settings[key] for key in content["settings"]
@@ -142,44 +136,7 @@ class FinalVerdict:
         lines = [self._line(name, verdict, familiarity) for name, verdict in verdicts]
         return [familiarity.sentence, *lines] if familiarity.sentence else lines
 
-    def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
-        recording = self._settings["recording"]
-        if np.isnan(verdict.predicted_mm):
-            return f"verdict of {detector}: none ({why_unknown(verdict)})"
-        parts = ["no nodule"]
-        if verdict.predicted_mm > 0:
-            where = words.place(
-                verdict.location_samples / recording["rate_hz"], verdict.location_mm
-            )
-            parts = [
-                f"nodule of {words.estimated_size(vars(verdict))}",
-                f"sensor 1 passes the nodule: {where}",
-            ]
-        probability = familiarity.stated(verdict.probability)
-        if not np.isnan(probability):
-            prevalence = words.percent(self._settings["evaluation"]["prevalence"])
-            parts.append(
-                f"probability of a nodule {words.percent(probability)} at a prevalence "
-                f"of {prevalence}"
-            )
-        return f"verdict of {detector}: {', '.join(parts)}"
-
-
-class RunningVerdict:
-    """The configured detectors, which judge a run in progress as if it ended now.
-
-    Parameters
-    ----------
-    final : FinalVerdict
-        The detectors.
-    settings : mapping
-        The configuration.
-    """
-
-    def __init__(self, final: FinalVerdict, settings: Settings) -> None:
-        self._final, self._settings = final, settings
-
-    def judge(
+    def judge_so_far(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
     ) -> list[str]:
         """Return the verdicts of all detectors if the run ended now.
@@ -206,7 +163,88 @@ class RunningVerdict:
             no_verdict = str(reason)
         if no_verdict:
             return [f"if the run ended now, no verdict: {no_verdict}"]
-        table = verdict_table(
-            self._final.verdicts(readings), self._settings, self._final.familiarity(readings)
-        )
+        table = verdict_table(self.verdicts(readings), self._settings, self.familiarity(readings))
         return ["if the run ended now:", *table]
+
+    def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
+        recording = self._settings["recording"]
+        if np.isnan(verdict.predicted_mm):
+            return f"verdict of {detector}: none ({why_unknown(verdict)})"
+        parts = ["no nodule"]
+        if verdict.predicted_mm > 0:
+            where = words.place(
+                verdict.location_samples / recording["rate_hz"], verdict.location_mm
+            )
+            parts = [
+                f"nodule of {words.estimated_size(vars(verdict))}",
+                f"sensor 1 passes the nodule: {where}",
+            ]
+        probability = familiarity.stated(verdict.probability)
+        if not np.isnan(probability):
+            prevalence = words.percent(self._settings["evaluation"]["prevalence"])
+            parts.append(
+                f"probability of a nodule {words.percent(probability)} at a prevalence "
+                f"of {prevalence}"
+            )
+        return f"verdict of {detector}: {', '.join(parts)}"
+
+
+_GAP = "  "
+
+
+def verdict_table(
+    verdicts: Mapping[str, Verdict], settings: Settings, familiarity: Familiarity
+) -> list[str]:
+    """Return a table with one line per detector.
+
+    Parameters
+    ----------
+    verdicts : mapping of str to Verdict
+        Verdicts by the detector's name.
+    settings : mapping
+        Sections ``recording`` and ``evaluation`` of the configuration.
+    familiarity : Familiarity
+        Whether the recording is familiar. If it is not, no probability is stated.
+
+    Returns
+    -------
+    list of str
+        A line about a recording that is not familiar, and the lines of the table; the first of
+        these names the columns.
+    """
+    confidence = words.percent(settings["evaluation"]["size_confidence"])
+    head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
+    rate_hz = settings["recording"]["rate_hz"]
+    rows = [_cells(name, each, rate_hz, familiarity) for name, each in verdicts.items()]
+    return [*filter(None, [familiarity.sentence]), *_aligned([head, *rows])]
+
+
+def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
+    probability = words.probability(familiarity.stated(verdict.probability))
+    if not words.is_known(verdict.predicted_mm):
+        return [detector, f"none: {why_unknown(verdict)}"]
+    if verdict.predicted_mm == 0:
+        return [detector, "no nodule", "", probability]
+    return [
+        detector,
+        "nodule",
+        words.estimated_size(vars(verdict)),
+        probability,
+        words.place(verdict.location_samples / rate_hz, verdict.location_mm),
+    ]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows as lines with aligned columns.
+
+    The last cell of a row may be longer than its column.
+    """
+    columns = max(map(len, rows))
+    widths = [
+        max((len(row[column]) for row in rows if column < len(row) - 1), default=0)
+        for column in range(columns)
+    ]
+    return [
+        _GAP.join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip()
+        for row in rows
+    ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.bench.protocol import Position
-from capsule.bench.timeline import CLOCK_ENDS_MS, DELAYS_KEPT, DRIFT
+from capsule.bench.timeline import BoardClock
 
 RUNNING = "running"
 # Between two frames further apart than this, the position is unknown.
@@ -22,33 +22,6 @@ AHEAD_S = 1.0
 # After so many turns without an index, the cam shaft does not follow the motor.
 LONGEST_TURN = 1.3
 _KEPT = 60
-
-
-class BoardClock:
-    """A conversion of a board's times to the computer's clock.
-
-    The delay of a line varies. The smallest of the last delays counts as the delay of the line.
-    """
-
-    def __init__(self) -> None:
-        self._last_ms: int | None = None
-        self._board_s = 0.0
-        self._delays_s: deque[tuple[float, float]] = deque(maxlen=DELAYS_KEPT)
-
-    def continues(self, device_ms: int) -> bool:
-        """Return whether the board has run without a reset since its last frame."""
-        return self._last_ms is None or (device_ms - self._last_ms) % CLOCK_ENDS_MS < 2**31
-
-    def moment_s(self, device_ms: int, arrived_s: float) -> float:
-        """Convert a time of the board to the computer's clock, and store the delay."""
-        if self._last_ms is not None:
-            self._board_s += (device_ms - self._last_ms) % CLOCK_ENDS_MS / 1000
-        self._last_ms = device_ms
-        self._delays_s.append((self._board_s, arrived_s - self._board_s))
-        # The two clocks drift apart, so an old delay counts as longer.
-        return self._board_s + min(
-            delay_s + DRIFT * (self._board_s - at_s) for at_s, delay_s in self._delays_s
-        )
 
 
 @dataclass(frozen=True)

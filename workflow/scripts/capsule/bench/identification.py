@@ -1,4 +1,4 @@
-"""Find and identify the boards at the serial ports, and send them commands."""
+"""Find the boards at the serial ports, and identify them."""
 
 import os
 import re
@@ -17,7 +17,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from capsule.bench.line import BAUD, Arrival, Line
+from capsule.bench.line import BAUD, AnyLine, Arrival, Line
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
@@ -57,43 +57,14 @@ def _never() -> bool:
     return False
 
 
-def identify(line: Line, wanted: str, stopped: Callable[[], bool] = _never) -> Identity:
-    """Ask a board for its identity, and check it.
-
-    Parameters
-    ----------
-    line : Line
-        An open line.
-    wanted : {"logger", "peristalsis", "fold"}
-        The expected board.
-    stopped : callable
-        Function that returns whether the user has ended the program.
-
-    Raises
-    ------
-    AcquisitionError
-        Another board or none answers, or the baud rate is wrong.
-    LineLostError
-        The port disappeared.
-    KeyboardInterrupt
-        The user has ended the program.
-    """
-    introduction = Introduction(line, wanted)
-    while True:
-        if identity := introduction.step(line.receive()):
-            return identity
-        if stopped():
-            raise KeyboardInterrupt
-
-
-class Introduction:
+class Identification:
     """The identification of one board in short steps, so that other boards are served meanwhile.
 
     Parameters
     ----------
     line : Line
         A line that has just been opened.
-    wanted : str
+    wanted : {"logger", "peristalsis", "fold"}
         The expected board.
     listen_s : float
         Time in which nothing is sent, whatever the board says.
@@ -114,8 +85,10 @@ class Introduction:
 
         Raises
         ------
-        AcquisitionError, LineLostError
-            As in `identify`.
+        AcquisitionError
+            Another board answers, or none, or the baud rate is wrong.
+        LineLostError
+            The port disappeared.
         """
         line, identity = self._line, None
         for arrival in arrivals:
@@ -133,35 +106,26 @@ class Introduction:
             # What sends text without frames is no board of this bench, so it is not even asked.
             foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
             if foreign and now_s >= self._listen_until > self._opened_s:
-                _check_baud(line, self._frames)
                 raise _explain_silence(line, self._frames)
             silent = not line.bytes_read
             if now_s < self._listen_until or (silent and now_s <= self._quiet_until):
                 return None
             self._asked_from = self._ask_at = now_s
         asked_s = now_s - self._asked_from
-        if asked_s > ANSWER_S or (asked_s > GARBLED_S and line.bytes_read == 0):
+        hopeless = line.bytes_read == 0 or _is_garbled(line, self._frames)
+        if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
             raise _explain_silence(line, self._frames)
-        if asked_s > GARBLED_S:
-            _check_baud(line, self._frames)
         if now_s >= self._ask_at:
             line.send("identify")
             self._ask_at += ASK_EVERY_S
         return None
 
 
-def _check_baud(line: Line, frames: int) -> None:
-    """Raise an error if most bytes are not printable: the baud rate is wrong.
-
-    Mere noise on the line leaves most bytes printable.
-    """
+def _is_garbled(line: Line, frames: int) -> bool:
+    """Return whether most bytes are not printable; mere noise leaves most bytes printable."""
     content = line.first_bytes
     printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
-    if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
-        raise WrongBaudError(
-            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
-            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
-        )
+    return frames == 0 and len(content) >= 20 and printable < 0.8 * len(content)
 
 
 def _check(identity: Identity, wanted: str, port: str) -> None:
@@ -200,9 +164,9 @@ def differences(identity: Identity, other: Identity) -> str:
     if other.device != identity.device:
         return f"it is the {other.device} board"
     return ", ".join(
-        f"{key}={other.entries.get(key)} instead of {identity.entries[key]}"
+        f"{key}={other.entries.get(key)} instead of {identity.entries.get(key)}"
         for key in ("protocol", *_NUMBERS)
-        if other.entries.get(key) != identity.entries[key]
+        if other.entries.get(key) != identity.entries.get(key)
     )
 
 
@@ -211,6 +175,11 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
         return NoAnswerError(
             f"nothing answers at {line.port}; check that this is the right port, and that the "
             "firmware is on the board (workflow/firmware)"
+        )
+    if _is_garbled(line, frames):
+        return WrongBaudError(
+            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
+            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
         )
     if frames:
         return NoAnswerError(
@@ -223,7 +192,7 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
     )
 
 
-def request(line: Line, command: str, tries: int = 12) -> str:
+def request(line: AnyLine, command: str, tries: int = 12) -> str:
     """Send a command until the board confirms it; return the confirmed argument.
 
     Raises
@@ -257,10 +226,32 @@ def request(line: Line, command: str, tries: int = 12) -> str:
 def connect(
     port: str, baud: int, wanted: str, stopped: Callable[[], bool] = _never
 ) -> tuple[Line, Identity]:
-    """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
+    """Open a port, and check which board is behind it.
+
+    Parameters
+    ----------
+    port : str
+        The port.
+    baud : int
+        Bits per second.
+    wanted : {"logger", "peristalsis", "fold"}
+        The expected board.
+    stopped : callable
+        Function that returns whether the user has ended the program.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened, another board or none answers, or the baud rate is wrong.
+    KeyboardInterrupt
+        The user has ended the program.
+    """
     line = Line(port, baud)
+    identification = Identification(line, wanted)
     try:
-        return line, identify(line, wanted, stopped)
+        while not (identity := identification.step(line.receive())):
+            if stopped():
+                raise KeyboardInterrupt
     except LineLostError as fault:
         line.close()
         raise NoAnswerError(
@@ -269,6 +260,7 @@ def connect(
     except (AcquisitionError, KeyboardInterrupt):
         line.close()
         raise
+    return line, identity
 
 
 def find(
@@ -359,14 +351,14 @@ def _introduced(
     """Identify the boards at these ports together; return the fitting ones and others' answers."""
     boards: list[tuple[Line, Identity]] = []
     answers: list[str] = []
-    strangers: list[tuple[Line, Introduction]] = []
+    strangers: list[tuple[Line, Identification]] = []
     for device in candidates:
         try:
             line = Line(device, baud)
         except AcquisitionError as reason:
             answers.append(str(reason))
             continue
-        strangers.append((line, Introduction(line, wanted, LISTEN_S)))
+        strangers.append((line, Identification(line, wanted, LISTEN_S)))
     while strangers:
         if stopped():
             for line in [line for line, _ in [*strangers, *boards]]:
@@ -374,9 +366,9 @@ def _introduced(
             raise KeyboardInterrupt
         time.sleep(LOOK_EVERY_S)
         waiting = []
-        for line, introduction in strangers:
+        for line, identification in strangers:
             try:
-                identity = introduction.step(line.receive(0))
+                identity = identification.step(line.receive(0))
             except (AcquisitionError, LineLostError) as reason:
                 line.close()
                 answers.append(str(reason))
@@ -384,6 +376,6 @@ def _introduced(
             if identity:
                 boards.append((line, identity))
             else:
-                waiting.append((line, introduction))
+                waiting.append((line, identification))
         strangers = waiting
     return boards, answers

@@ -8,9 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.bench import judged_view
-from capsule.bench.judged_file import JudgedFile, as_plain_values, judge_file, taught_recordings
-from capsule.bench.judged_picture_file import write_picture
+from capsule.bench.judged import (
+    JudgedFile,
+    as_plain_values,
+    judge_file,
+    judged_lines,
+    places_s,
+    taught_recordings,
+    write_picture,
+)
 from capsule.bench.verdict import FinalVerdict
 from capsule.configuration import read_config_file
 from capsule.detectors.familiar import Familiarity
@@ -176,7 +182,7 @@ def rejected_line(case, tmp_path, final):
     path = tmp_path / "file.csv"
     case.make(path)
     judged = judge_file(path, final, CONFIGURATION, {})
-    (line,) = judged_view.judged_lines(judged, CONFIGURATION, 80)
+    (line,) = judged_lines(judged, CONFIGURATION, 80)
     return line.removeprefix(f"{path}: rejected: ")
 
 
@@ -202,9 +208,9 @@ def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_pat
     taught = taught_recordings(tmp_path / "recordings.csv")
     assert taught == {sha: "4mm/r01"}
     known = replace(judged, taught_as="4mm/r01")
-    *_, note = judged_view.judged_lines(known, CONFIGURATION, 80)
+    *_, note = judged_lines(known, CONFIGURATION, 80)
     assert note.startswith("note: the detectors have learned from this very recording (4mm/r01)")
-    assert "note" not in "".join(judged_view.judged_lines(judged, CONFIGURATION, 80))
+    assert "note" not in "".join(judged_lines(judged, CONFIGURATION, 80))
     assert taught_recordings(tmp_path / "none.csv") == {}
 
 
@@ -214,7 +220,7 @@ def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):
     values[1, 50:] = np.nan
     check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}
     judged = JudgedFile("a.csv", check | {"no_verdict": ""}, values, verdicts, familiarity, "")
-    return judged_view.judged_lines(judged, CONFIGURATION, width, plain=plain)
+    return judged_lines(judged, CONFIGURATION, width, plain=plain)
 
 
 def verdict_at(samples):
@@ -246,7 +252,7 @@ def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
     path = tmp_path / "noise.csv"
     path.write_text("\n".join(["time_s,sensor_1,sensor_2,sensor_3,sensor_4", *rows, ""]))
     judged = judge_file(path, final, CONFIGURATION, {})
-    *_, last = judged_view.judged_lines(judged, CONFIGURATION, 80)
+    *_, last = judged_lines(judged, CONFIGURATION, 80)
     assert last.startswith("no detector can judge it: no wave on sensor_1")
     assert judged.is_accepted and not judged.verdicts
 
@@ -254,13 +260,13 @@ def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
 def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr(
-        "capsule.bench.judged_picture_file.render_figure",
+        "capsule.figures.style.render_figure",
         lambda figure, kind, name: drawn.append((figure, kind, name)) or b"picture",
     )
     write_picture(judged, CONFIGURATION, tmp_path / "run.svg")
     ((figure, kind, name),) = drawn
     assert (kind, name) == ("svg", "run.csv, simulated")
-    places = judged_view.places_s(judged.verdicts, 10.0)
+    places = places_s(judged.verdicts, 10.0)
     signal, envelope, matrix = figure.axes[:3]
     for axes in (signal, envelope, matrix):
         marks = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2]

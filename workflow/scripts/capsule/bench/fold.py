@@ -1,12 +1,18 @@
-"""The fold board of a survey: commands to fold and unfold, and the state of the origami."""
+"""The fold board: set it up, fold and unfold the origami, and tell its state."""
 
+import sys
 from collections.abc import Callable
 
-from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
-from capsule.bench.board_link import BoardLink
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardLostError,
+    LineLostError,
+    SurveyFaultError,
+)
+from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
-from capsule.bench.errands import Errands
-from capsule.bench.frame_log import FrameLog
+from capsule.bench.growing_file import FrameLog
+from capsule.bench.identification import connect, request
 from capsule.bench.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
@@ -31,8 +37,8 @@ class FoldBoard:
 
     Parameters
     ----------
-    link : BoardLink
-        The board's line.
+    board : Board
+        The board, which insists on its commands.
     log : FrameLog
         Log of damaged frames, refusals and faults.
     tell : callable
@@ -44,9 +50,8 @@ class FoldBoard:
         The newest state that the board sent.
     """
 
-    def __init__(self, link: BoardLink, log: FrameLog, tell: Callable[[str], None]) -> None:
-        self._link, self._log, self._tell = link, log, tell
-        self._errands = Errands(link.send, self._note_refusal)
+    def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
+        self._board, self._log, self._tell = board, log, tell
         self._told, self._rests = "", False
         self._heard_s = self._sound_s = self._asked_s = AWAKE.now_s()
         self.last: FoldState | None = None
@@ -61,24 +66,24 @@ class FoldBoard:
         silent = AWAKE.now_s() - self._heard_s > SILENT_AFTER_S
         if self.last is None or silent or self.last.state == _FAULT:
             return UNKNOWN_FOLD
-        waits = self._rests and self._errands.open == (cycles.FOLD,)
+        waits = self._rests and self._board.pending == (cycles.FOLD,)
         return RESTING if waits and self.last.state == UNFOLDED else self.last.state
 
     def command(self, command: str) -> None:
         """Pass on a command of the pilot, and return at once."""
         if command == cycles.HOLD:
             # The pilot repeats it with the next judgement, so it needs no confirmation.
-            if not self._errands.open:
-                self._link.send(command)
+            if not self._board.pending:
+                self._board.send(command)
         else:
-            self._errands.want(command)
+            self._board.want(command)
             if command == cycles.UNFOLD:
                 self._rests = False
 
     def serve(self, timeout_s: float = 0.0) -> None:
         """Read the board's frames, wait for them up to the timeout, and send due commands."""
-        for arrival in self._link.receive(timeout_s):
-            self._errands.note(arrival.event)
+        for arrival in self._board.receive(timeout_s):
+            self._board.note_answer(arrival.event)
             match arrival.event:
                 case FoldState() as state:
                     self._note_state(state)
@@ -88,43 +93,43 @@ class FoldBoard:
                     self._log.note(f"the fold board at {command!r}: {reason}")
                     if command == cycles.FOLD or reason == NOT_SET_UP:
                         self._note_reason(reason)
-        self._errands.serve()
+        self._board.send_pending()
         now_s = AWAKE.now_s()
         if now_s - max(self._heard_s, self._asked_s) > ASK_EVERY_S + 0.2:
             self._asked_s = now_s
-            self._link.send("state")
+            self._board.send("state")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
         now_s = AWAKE.now_s()
         if now_s - self._heard_s > patience_s:
             return BoardLostError(
-                f"the fold board at {self._link.port} has sent nothing for {patience_s:.0f} s "
+                f"the fold board at {self._board.port} has sent nothing for {patience_s:.0f} s "
                 "(--patience); it unfolds the origami by itself when its lease ends"
             )
         faulty = self.last is not None and self.last.state == _FAULT
         if faulty and self._told == NOT_SET_UP:
             return SurveyFaultError(
-                f"the fold board at {self._link.port} is not set up: its memory is new, emptied or "
-                "damaged, so it does not move; see that the origami is unfolded and its thread "
+                f"the fold board at {self._board.port} is not set up: its memory is new, emptied "
+                "or damaged, so it does not move; see that the origami is unfolded and its thread "
                 "slack, then set it up with capsule survey --fold-set-up"
             )
         if faulty and now_s - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
             return SurveyFaultError(
-                f"the fold board at {self._link.port} has reported a fault for "
+                f"the fold board at {self._board.port} has reported a fault for "
                 f"{FAULT_LASTS_S:.0f} s{reason}; check its thread, motor and end switches"
             )
         return None
 
     def leave_unfolded(self) -> str:
         """Unfold the origami and wait; return a warning if the board does not confirm it."""
-        self._errands.want(cycles.UNFOLD)
+        self._board.want(cycles.UNFOLD)
         deadline_s = AWAKE.now_s() + UNFOLDS_WITHIN_S
-        while self._errands.open or self.state != UNFOLDED:
+        while self._board.pending or self.state != UNFOLDED:
             if AWAKE.now_s() > deadline_s:
                 return (
-                    f"warning: the fold board at {self._link.port} does not confirm that the "
+                    f"warning: the fold board at {self._board.port} does not confirm that the "
                     f"origami is unfolded: it is {self.state}; look before you pull the capsule out"
                 )
             self.serve(LOOK_EVERY_S)
@@ -132,7 +137,7 @@ class FoldBoard:
 
     def close(self) -> None:
         """Close the port."""
-        self._link.close()
+        self._board.close()
 
     def _note_state(self, state: FoldState) -> None:
         self._heard_s = AWAKE.now_s()
@@ -150,8 +155,61 @@ class FoldBoard:
             self._tell(f"the fold board does not fold: {reason}")
         self._told, self._rests = reason, rests
 
-    @staticmethod
-    def _note_refusal(command: str, reason: str) -> bool:
-        """Return True: the command is repeated until the pilot gives another one."""
-        del command, reason
-        return True
+
+SET_UP = "setup,unfolded"
+ANSWER = "unfolded"
+_QUESTION = f"""\
+The fold board keeps how far its thread is wound. A board that is new, or has lost this, does not
+move until somebody has looked. Look at the origami now:
+
+  - it is unfolded, so that the switch "unfolded" is closed,
+  - its thread is slack, with at least three spare turns on the spool.
+
+If both is so, type {ANSWER!r}: """
+
+
+def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None:
+    """Ask the user to look at the origami, and tell the fold board that it is unfolded.
+
+    Parameters
+    ----------
+    port : str
+        The fold board's port.
+    baud : int
+        Bits per second.
+    ask : callable
+        Function that asks the user a question.
+
+    Raises
+    ------
+    AcquisitionError
+        There is no terminal to ask at, the user does not confirm, the board is missing or another
+        one, or it refuses, such as with a switch "unfolded" that is not closed.
+    """
+    if not sys.stdin.isatty():
+        raise AcquisitionError(
+            "--fold-set-up asks a person who looks at the origami; run it on a terminal"
+        )
+    line, identity = connect(port, baud, "fold")
+    try:
+        if identity.entries.get("setup") == "yes":
+            print(f"the fold board at {port} is set up; nothing is to be done", flush=True)
+            return
+        try:
+            answer = ask(_QUESTION)
+        except EOFError:
+            answer = ""
+        if answer.strip().strip("'\"").lower() != ANSWER:
+            raise AcquisitionError(
+                f"{answer!r} is not {ANSWER!r}, so the fold board at {port} is not set up; wind or "
+                "unwind the thread by hand, then run the same command again"
+            )
+        try:
+            request(line, SET_UP)
+        except LineLostError as fault:
+            raise AcquisitionError(
+                f"the fold board at {port} was disconnected: {fault}; run the same command again"
+            ) from fault
+    finally:
+        line.close()
+    print(f"the fold board at {port} is set up", flush=True)

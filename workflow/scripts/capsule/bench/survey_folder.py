@@ -1,33 +1,38 @@
-"""The folder of a survey; its files get their final names only when they are complete."""
+"""The folder of a survey: write its files, and read those of a killed survey."""
 
 import contextlib
 import json
 import math
-import time
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from capsule.bench.archive import SYNC_EVERY_S, writing
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.growing_file import REMEDY, GrowingFile
+from capsule.bench.growing_file import RESUME, RepeatedFile, writing
 from capsule.files import read_json, write_csv, write_json, write_whole
 from capsule.kinds import Row, Settings
 from capsule.names import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
-from capsule.survey.odometer import mean_origin
-from capsule.survey.survey_log import Event, Readings
+from capsule.survey.survey_log import (
+    FOLDED,
+    FOLDING,
+    RESTING,
+    UNFOLDED,
+    UNFOLDING,
+    UNKNOWN_FOLD,
+    Event,
+    Readings,
+)
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 # Results of a judgement; only the row of its last sample has them.
 JUDGED = ("head_mm", "score", "threshold")
-# Entries of session.json that become known later: the phase of the wave at the cam shaft's index;
-# the start of the map, as a phase from that index on; and that start in earlier sessions.
-INDEX, ORIGIN, EARLIER_ORIGIN = "index_mm", "origin_mm", "earlier_origin_mm"
+# Entry of session.json that becomes known later: the phase of the wave at the cam shaft's index.
+INDEX = "index_mm"
 PLACE_COLUMNS = (
     "place",
     "status",
@@ -43,6 +48,9 @@ PLACE_COLUMNS = (
     "familiar",
     "unfamiliar_because",
 )
+_FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
+# Events that the pilot gets from outside; no reading shows them.
+_TOLD = {"stopped", "gut_ended", "fault"}
 
 
 class SessionFolder:
@@ -75,9 +83,8 @@ class SessionFolder:
         if not resumed:
             _begin(folder, about)
         self.folder, self._raw, self._about = folder, raw, dict(about)
-        self._stream = GrowingFile(folder / STREAM)
-        self._events = GrowingFile(folder / EVENTS)
-        self._synced_s = time.monotonic()
+        self._stream = RepeatedFile(folder / STREAM)
+        self._events = RepeatedFile(folder / EVENTS)
         self._stream.add(stream_columns(sensors) + "\n")
 
     @property
@@ -85,20 +92,12 @@ class SessionFolder:
         """Return whether a resumed session has reached the point at which it was killed."""
         return self._stream.caught_up
 
-    def note(self, entry: str, value_mm: float | None) -> None:
-        """Store an entry of session.json that becomes known during the session."""
-        if value_mm is not None and self._about.get(entry) is None:
-            self._about[entry] = round(value_mm, 3)
-            self._write_about()
-
-    def leave_out(self, entry: str) -> None:
-        """Store that an entry is not available."""
-        self._about[entry] = None
-        self._write_about()
-
-    def _write_about(self) -> None:
-        with writing(self.folder / ABOUT, REMEDY):
-            write_json(self.folder / ABOUT, self._about)
+    def note_index(self, index_mm: float | None) -> None:
+        """Store the phase of the wave at the index, once it is known."""
+        if index_mm is not None and self._about.get(INDEX) is None:
+            self._about[INDEX] = round(index_mm, 3)
+            with writing(self.folder / ABOUT, RESUME):
+                write_json(self.folder / ABOUT, self._about)
 
     def add_readings(
         self, readings: Readings, head_mm: float, score: float, threshold: float
@@ -144,10 +143,7 @@ class SessionFolder:
         """Write all lines to the files, and once a second to the disk."""
         for file in (self._stream, self._events):
             file.flush()
-        if time.monotonic() - self._synced_s >= SYNC_EVERY_S:
-            for file in (self._stream, self._events):
-                file.sync()
-            self._synced_s = time.monotonic()
+            file.sync()
 
     def add_recording(self, name: str, recording: Recording) -> str:
         """Store a complete pass as a recording, and return its name within the folder."""
@@ -156,13 +152,13 @@ class SessionFolder:
             wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
         for path in wanted:
             if not path.exists():
-                with writing(path, REMEDY), write_whole(path, "wb") as stream:
+                with writing(path, RESUME), write_whole(path, "wb") as stream:
                     stream.write(format_recording(recording))
         return f"{RECORDINGS}/{name}.csv"
 
     def write_places(self, rows: Sequence[Row]) -> None:
         """Write the table of places."""
-        with writing(self.folder / PLACES, REMEDY):
+        with writing(self.folder / PLACES, RESUME):
             write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
 
     def finish(self) -> None:
@@ -209,49 +205,102 @@ def stream_columns(sensors: int) -> str:
     return ",".join([*column_names(sensors), "wave_mm", *JUDGED, "fold"])
 
 
-def read_origin(folders: Sequence[Path], wavelength_mm: float) -> float:
-    """Read the starts of the maps of earlier sessions, and return their mean.
-
-    Raises
-    ------
-    AcquisitionError
-        A folder holds no session, or a session without the start of its map.
-    """
-    origins_mm = []
-    for folder in folders:
-        origin_mm = _read_entries(folder, "--map: ").get(ORIGIN)
-        if origin_mm is None:
-            raise AcquisitionError(
-                f"--map: {folder} does not tell where its map begins: the session ended before its "
-                "position was known, its bench has no index switch, or an earlier version made it; "
-                "leave it out"
-            )
-        origins_mm.append(origin_mm)
-    return mean_origin(origins_mm, wavelength_mm)
-
-
 def read_about(folder: Path) -> dict[str, Any]:
     """Read the settings of a session that was killed.
 
     Raises
     ------
     AcquisitionError
-        The session does not exist, or it is finished.
+        The session does not exist, is finished, or was simulated.
     """
-    about = _read_entries(folder)
-    if (folder / STREAM).exists():
-        raise AcquisitionError(f"the session in {folder} is finished; there is nothing to resume")
-    return about
-
-
-def _read_entries(folder: Path, option: str = "") -> dict[str, Any]:
-    """Read the entries of ``session.json``."""
     if not (folder / ABOUT).exists():
         raise AcquisitionError(
-            f"{option}{folder} holds no session: there is no {ABOUT}; give the folder of a session"
+            f"{folder} holds no session: there is no {ABOUT}; give the folder of a session"
         )
-    return read_json(folder / ABOUT)
+    about = read_json(folder / ABOUT)
+    if (folder / STREAM).exists():
+        raise AcquisitionError(f"the session in {folder} is finished; there is nothing to resume")
+    if "boards" not in about:
+        raise AcquisitionError(
+            f"the session in {folder} is simulated, and only a session on boards can be resumed; "
+            "simulate it again: its options are the same, with another --out"
+        )
+    return about
 
 
 def _cell(value: float, digits: int) -> str:
     return "" if np.isnan(value) else f"{value:.{digits}f}"
+
+
+@dataclass(frozen=True)
+class Told:
+    """An event that the pilot got from outside, with its reason and its number in the log."""
+
+    number: int
+    time_s: float
+    event: str
+    reason: str
+
+
+def read_stored(
+    folder: Path, sensors: int, rate_hz: float, every: int
+) -> tuple[list[tuple[Readings, float]], list[Told]]:
+    """Read a killed survey up to the last complete judgement that can be read.
+
+    Parameters
+    ----------
+    folder : Path
+        The session's folder.
+    sensors : int
+        Number of sensors S.
+    rate_hz : float
+        Sampling rate in Hz.
+    every : int
+        Number of samples from one judgement to the next.
+
+    Returns
+    -------
+    judged : list of (Readings, float)
+        Readings of each judgement, whose times do not count interruptions, and the total time of
+        interruptions before it, in seconds.
+    told : list of Told
+        Events that may have come from outside.
+    """
+    rows = list(_rows(folder / (STREAM + PART), sensors))
+    judged = []
+    for start in range(0, len(rows) - every + 1, every):
+        some = rows[start : start + every]
+        # Between two samples there is one period, or an interruption.
+        passed_s = np.round((start + np.arange(every)) / rate_hz, 3)
+        away_s = round(some[0][0] - float(passed_s[0]), 3)
+        # The same order in memory as at first: another order of sums changes the last digits.
+        numbers = np.array([row[1] for row in some]).T.copy()
+        judged.append((Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]), away_s))
+    return judged, list(_told(folder / (EVENTS + PART)))
+
+
+def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
+    """Read time, numbers and fold state of each row, up to the first unreadable one."""
+    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+    if lines[:1] != [stream_columns(sensors).encode()]:
+        return
+    for line in lines[1:]:
+        cells = line.decode("ascii", errors="replace").split(",")
+        if len(cells) != sensors + 3 + len(JUDGED) or cells[-1] not in _FOLDS:
+            return
+        try:
+            numbers = [float(cell or "nan") for cell in cells[1 : sensors + 2]]
+            yield float(cells[0]), numbers, cells[-1]
+        except ValueError:
+            return
+
+
+def _told(path: Path) -> Iterator[Told]:
+    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+    for number, line in enumerate(lines):
+        try:
+            event = json.loads(line)
+        except ValueError:
+            return
+        if event["event"] in _TOLD:
+            yield Told(number, event["time_s"], event["event"], event["reason"])

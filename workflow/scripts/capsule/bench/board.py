@@ -1,0 +1,212 @@
+"""The line to one board, which is kept up: it reconnects a board that was unplugged."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoAnswerError,
+)
+from capsule.bench.clock import elapsed_s
+from capsule.bench.identification import CONFIRM_S, Identification, differences
+from capsule.bench.line import AnyLine, Arrival, Line, UsbPort
+from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
+
+# Wait after a refusal before a command is sent again.
+AGAIN_S = 1.0
+KNOCK_EVERY_S = 0.2
+# Opening a port resets its board, and a fold board moves then. So a port whose board has not
+# identified itself is not opened again sooner.
+REOPEN_AFTER_S = 10.0
+
+
+class Board:
+    """One board: its line, its return when it was unplugged, and commands that it must confirm.
+
+    Parameters
+    ----------
+    line : AnyLine
+        The open line.
+    identity : Identity
+        The board's description of itself.
+    tell : callable
+        Function that shows a message to the user.
+    insists : bool
+        Whether a refused command is sent again; else the next one follows.
+
+    Attributes
+    ----------
+    identity : Identity
+        The board's description at its last connection.
+    connections : int
+        Number of connections; opening a port resets an Arduino.
+    """
+
+    def __init__(
+        self,
+        line: AnyLine,
+        identity: Identity,
+        tell: Callable[[str], None],
+        *,
+        insists: bool = False,
+    ) -> None:
+        self._line: AnyLine | None = line
+        self._usb_port, self._baud = UsbPort(line.port), line.baud
+        # The line to a board that was plugged in again, until it has said what it is.
+        self._opened: tuple[Line, Identification] | None = None
+        self._open_s = 0.0
+        self._first, self._tell, self._insists = identity, tell, insists
+        self._told = ""
+        self._pending: deque[str] = deque()
+        self._due_s = 0.0
+        self.port = line.port
+        self.identity = identity
+        self.connections = 1
+
+    @property
+    def connected(self) -> bool:
+        """Return whether the board is connected and identified."""
+        return self._line is not None
+
+    @property
+    def line(self) -> AnyLine:
+        """The open line; raises `LineLostError` if the board is not connected."""
+        if self._line is None:
+            raise LineLostError(f"{self.port} is not connected")
+        return self._line
+
+    def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
+        """Read the events that have arrived; wait up to the timeout for the first.
+
+        If the board is not connected, try to connect it. Another board is not accepted.
+        """
+        try:
+            if self._line is not None:
+                return self._line.receive(timeout_s)
+            if found := self.come_back(timeout_s):
+                self._welcome(*found)
+        except LineLostError:
+            return self._lose()
+        except AcquisitionError as reason:
+            if not isinstance(reason, BoardNotFoundError):
+                self._tell_once(f"still waiting: {reason}")
+        return []
+
+    def send(self, payload: str) -> None:
+        """Send a command, if the board is connected."""
+        if self._line is not None:
+            try:
+                self._line.send(payload)
+            except LineLostError:
+                self._lose()
+
+    def close(self) -> list[Damaged]:
+        """Close the port; return the rest of an unfinished frame."""
+        rest = [] if self._line is None else self._line.close()
+        self._line = None
+        if self._opened:
+            self._opened[0].close()
+            self._opened = None
+        return rest
+
+    def come_back(self, timeout_s: float) -> tuple[Line, Identity] | None:
+        """Try to open the port again, or listen to it; return the line once its board is known.
+
+        Raises
+        ------
+        AcquisitionError
+            The port cannot be opened, or the wrong board or none answers. It is opened again when
+            its time has come.
+        """
+        if self._opened is None:
+            if time.monotonic() < self._open_s:
+                time.sleep(timeout_s)
+                return None
+            self._open_s = time.monotonic() + KNOCK_EVERY_S
+            line = Line(self._usb_port.current_name(), self._baud)
+            self._opened = line, Identification(line, self.identity.device)
+        line, identification = self._opened
+        try:
+            identity = identification.step(line.receive(timeout_s))
+        except LineLostError as fault:
+            self._reject(line)
+            raise NoAnswerError(
+                f"the board at {line.port} was disconnected before it identified itself: {fault}"
+            ) from fault
+        except AcquisitionError:
+            self._reject(line)
+            raise
+        if identity is None:
+            return None
+        self._opened = None
+        return line, identity
+
+    def _reject(self, line: AnyLine) -> None:
+        """Close a port whose board is the wrong one or silent, and do not open it again at once."""
+        line.close()
+        self._opened = None
+        self._open_s = time.monotonic() + REOPEN_AFTER_S
+
+    @property
+    def pending(self) -> tuple[str, ...]:
+        """Commands that the board has not confirmed."""
+        return tuple(self._pending)
+
+    def want(self, *commands: str) -> None:
+        """Send these commands instead of all unconfirmed ones; each until the board confirms it."""
+        if self.pending != commands:
+            self._pending = deque(commands)
+            self._due_s = 0.0
+        self.send_pending()
+
+    def send_pending(self) -> None:
+        """Send the first unconfirmed command, if it is due."""
+        now_s = time.monotonic()
+        if self._pending and now_s >= self._due_s:
+            self._due_s = now_s + CONFIRM_S
+            self.send(self._pending[0])
+
+    def note_answer(self, event: Event) -> None:
+        """Go on with the next command if this event answers the present one."""
+        name = self._pending[0].partition(",")[0] if self._pending else None
+        match event:
+            case Refusal(command=answered) if answered == name and self._insists:
+                self._due_s = time.monotonic() + AGAIN_S
+            case Acknowledgement(command=answered) | Refusal(command=answered) if answered == name:
+                self._pending.popleft()
+                self._due_s = 0.0
+                self.send_pending()
+
+    def _lose(self) -> list[Arrival]:
+        self._tell(
+            f"the {self.identity.device} board at {self.port} was unplugged; plug it back in "
+            "before --patience ends, or end with Ctrl-C"
+        )
+        self._told = ""
+        return [Arrival(piece, elapsed_s()) for piece in self.close()]
+
+    def _welcome(self, line: Line, identity: Identity) -> None:
+        if differing := differences(self._first, identity):
+            self._reject(line)
+            self._tell_once(another_board(line.port, differing))
+            return
+        self._line = line
+        self.identity, self.port = identity, line.port
+        self.connections += 1
+        self._tell(f"the {identity.device} board is back")
+
+    def _tell_once(self, text: str) -> None:
+        if text != self._told:
+            self._told = text
+            self._tell(text)
+
+
+def another_board(port: str, differing: str) -> str:
+    """Return the message that another board answers at a port."""
+    return (
+        f"the board at {port} is another one ({differing}), so its samples are ignored; plug the "
+        "first board back in, or end with Ctrl-C"
+    )

@@ -1,0 +1,312 @@
+"""Judge any file as a recording: the workflow's check, every detector, and what the user sees."""
+
+import argparse
+import json
+import math
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capsule import files, words
+from capsule.acceptance import check_recording
+from capsule.bench.terminal import BARS, PLAIN_BARS, trace
+from capsule.bench.verdict import FinalVerdict, note_of_change, verdict_table
+from capsule.configuration import read_settings
+from capsule.detectors.familiar import Familiarity
+from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.errors import WrongOptionError
+from capsule.files import read_csv, read_limited
+from capsule.kinds import Settings
+from capsule.page.provenance import is_simulated
+from capsule.preprocessing import preprocess_run
+from capsule.project import config_file
+from capsule.recording import source_of
+from capsule.results import read_or_explain
+
+# The check needs a recording's name; an unlabelled one fits a file of any location.
+_NAME = "unlabelled/judged"
+
+
+@dataclass(frozen=True)
+class JudgedFile:
+    """The result of judging one file.
+
+    Attributes
+    ----------
+    file : str
+        Name of the file, as given.
+    check : dict
+        Result of the workflow's check: ``status``, ``reason``, ``header`` and more.
+    values : (S, K) array
+        The readings; NaN for a rejected file.
+    verdicts : dict of str to Verdict
+        Verdicts by the detector's name; empty if no detector can judge the file.
+    familiarity : Familiarity
+        Whether the file is of the kind that taught the detectors.
+    taught_as : str
+        Labelled recording with the same readings, such as ``3mm/r07``, from which the detectors
+        have learned; empty if there is none.
+    """
+
+    file: str
+    check: dict[str, Any]
+    values: np.ndarray
+    verdicts: dict[str, Verdict]
+    familiarity: Familiarity
+    taught_as: str
+
+    @property
+    def is_accepted(self) -> bool:
+        """Return whether the workflow would accept the file."""
+        return bool(self.check["status"] == "accepted")
+
+
+def taught_recordings(index: Path) -> dict[str, str]:
+    """Return the names of the labelled recordings by the checksums of their readings.
+
+    The index is ``results/recordings.csv``; without it the result is empty.
+    """
+    return read_or_explain(index, _taught_in) if index.exists() else {}
+
+
+def _taught_in(index: Path) -> dict[str, str]:
+    rows = read_csv(index)
+    return {row["readings_sha256"]: row["recording"] for row in rows if row["size_mm"]}
+
+
+def judge_file(
+    path: Path, final: FinalVerdict, settings: Settings, taught: Mapping[str, str]
+) -> JudgedFile:
+    """Judge one file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    final : FinalVerdict
+        The detectors.
+    settings : mapping
+        The configuration.
+    taught : mapping of str to str
+        Result of `taught_recordings`.
+    """
+    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+    try:
+        content = read_limited(path, max_bytes)
+    except OSError as error:
+        check = {"status": "rejected", "reason": f"it cannot be read: {error.strerror}"}
+        return JudgedFile(str(path), check, np.empty((0, 0)), {}, Familiarity(None), "")
+    check, values, _ = check_recording(_NAME, content, max_bytes, settings, str(path))
+    judged = check["status"] == "accepted" and not check["no_verdict"]
+    verdicts = final.verdicts(values) if judged else {}
+    familiarity = final.familiarity(values) if judged else Familiarity(None)
+    taught_as = taught.get(check["readings_sha256"], "")
+    return JudgedFile(str(path), check, values, verdicts, familiarity, taught_as)
+
+
+def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
+    """Return the result for a file as values that JSON can hold; an unknown value is None."""
+    check = judged.check
+    return {
+        "file": judged.file,
+        "status": check["status"],
+        "reason": check["reason"],
+        "no_verdict": check.get("no_verdict", ""),
+        "samples": check.get("samples"),
+        "duration_s": check.get("duration_s"),
+        "sha256": check.get("sha256"),
+        "source": source_of(check.get("header", {})),
+        "taught_as": judged.taught_as,
+        "familiar": judged.familiarity.familiar,
+        "unfamiliar_because": judged.familiarity.because,
+        "verdicts": {
+            name: _verdict_values(verdict, rate_hz, judged.familiarity)
+            for name, verdict in judged.verdicts.items()
+        },
+    }
+
+
+def _verdict_values(verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> dict[str, Any]:
+    values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
+    values["probability"] = familiarity.stated(verdict.probability)
+    # The same unit as in results/detections.csv.
+    values["location_s"] = values.pop("location_samples") / rate_hz
+    values["distances"] = [_known(each) for each in verdict.distances or ()]
+    return {name: _known(value) for name, value in values.items()}
+
+
+def _known(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+_MARKS = "abcdefghij"
+
+
+def judged_lines(
+    judged: JudgedFile, settings: Settings, width: int, *, plain: bool = False
+) -> list[str]:
+    """Return the lines that show a judged file.
+
+    Parameters
+    ----------
+    judged : JudgedFile
+        The file's result.
+    settings : mapping
+        Sections ``recording`` and ``evaluation`` of the configuration.
+    width : int
+        Largest number of characters in a line of the plot.
+    plain : bool
+        Whether the terminal shows ASCII only.
+    """
+    check = judged.check
+    if not judged.is_accepted:
+        return [f"{judged.file}: rejected: {check['reason']}"]
+    rate_hz = settings["recording"]["rate_hz"]
+    source = source_of(check["header"]) or "source not given"
+    duration = words.duration(check["duration_s"])
+    title = f"{judged.file}: {check['samples']} samples, {duration}, {source}"
+    places = places_s(judged.verdicts, rate_hz)
+    lines = [title, *_plot(judged.values, places, rate_hz, width, plain=plain)]
+    if check["no_verdict"]:
+        return [*lines, f"no detector can judge it: {check['no_verdict']}"]
+    lines += verdict_table(judged.verdicts, settings, judged.familiarity)
+    prevalence = words.percent(settings["evaluation"]["prevalence"])
+    lines.append(
+        "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "
+        f"if {prevalence} of all recordings have one"
+    )
+    if judged.taught_as:
+        lines.append(
+            f"note: the detectors have learned from this very recording ({judged.taught_as}), so "
+            "they already know its size"
+        )
+    return lines
+
+
+def places_s(verdicts: Mapping[str, Verdict], rate_hz: float) -> dict[float, list[str]]:
+    """Return the times in s at which sensor 1 passes a nodule, each with its detectors' names."""
+    places: dict[float, list[str]] = {}
+    for name, verdict in verdicts.items():
+        if words.is_known(verdict.location_samples):
+            places.setdefault(verdict.location_samples / rate_hz, []).append(name)
+    return dict(sorted(places.items()))
+
+
+def _plot(
+    values: np.ndarray,
+    places: Mapping[float, Sequence[str]],
+    rate_hz: float,
+    width: int,
+    *,
+    plain: bool,
+) -> list[str]:
+    """Return one line of bars per sensor, and below them a mark at each place."""
+    label = "sensor 1 "
+    cells = max(min(width - len(label), values.shape[1]), 1)
+    edges = np.linspace(0, values.shape[1], cells + 1).astype(int)
+    bars = PLAIN_BARS if plain else BARS
+    lines = []
+    for sensor, readings in enumerate(values, start=1):
+        means = [_mean(readings[a:b]) for a, b in pairwise(edges)]
+        lines.append(f"{f'sensor {sensor}':<{len(label)}}{trace(means, bars)}".rstrip())
+    inside = {place: names for place, names in places.items() if place >= 0}
+    if inside:
+        row = [" "] * cells
+        for mark, place in zip(_MARKS, inside, strict=False):
+            row[min(int(place * rate_hz * cells / values.shape[1]), cells - 1)] = mark
+        lines.append(f"{'place':<{len(label)}}{''.join(row)}".rstrip())
+        named = [
+            f"{mark}: {words.enumerate_words(names)}"
+            for mark, names in zip(_MARKS, inside.values(), strict=False)
+        ]
+        lines.append(f"{'':<{len(label)}}{', '.join(named)}")
+    return lines
+
+
+def _mean(readings: np.ndarray) -> float | None:
+    known = readings[~np.isnan(readings)]
+    return float(known.mean()) if known.size else None
+
+
+def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
+    """Draw an accepted recording and the places of its verdicts to a .png or .svg file."""
+    from capsule.figures.draw_signals import draw_judged  # matplotlib only if it is used
+    from capsule.figures.style import render_figure
+
+    shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
+    simulated = is_simulated(judged.check["header"].get("source", ""))
+    name = f"{Path(judged.file).name}{', simulated' if simulated else ''}"
+    unlike = [words.UNLIKE] if judged.familiarity.familiar is False else []
+    said = [f"{detector}: {_in_short(each)}" for detector, each in judged.verdicts.items()]
+    run = preprocess_run(
+        judged.file,
+        "\n".join([name, *unlike, "; ".join(said)]),
+        judged.values,
+        rate_hz=rate_hz,
+        window=shape["window"],
+        threshold=shape["threshold"],
+    )
+    figure = draw_judged(run, shape["threshold"], places_s(judged.verdicts, rate_hz))
+    with files.write_whole(path, "wb") as stream:
+        stream.write(render_figure(figure, path.suffix.lstrip("."), name))
+
+
+def _in_short(verdict: Verdict) -> str:
+    if not words.is_known(verdict.predicted_mm):
+        return "no verdict"
+    return words.estimated_size(vars(verdict)) if verdict.predicted_mm else "no nodule"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = "exit status: 0 judged, 1 a file was rejected, or other fault"
+    add = parser.add_argument
+    add("files", type=Path, nargs="+", metavar="FILE", help="a recording, in any folder")
+    results = "the workflow's results: detectors.json and templates.npz (default: results/)"
+    add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
+    config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
+    add("--config", type=Path, default=config_file(), metavar="FILE", help=config)
+    picture = "draw the recording, and the place of the nodule, to a .png or .svg file"
+    add("--picture", type=Path, metavar="FILE", help=picture)
+    add("--json", action="store_true", help="print the verdicts as JSON, for other programs")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Judge each file, and print the verdicts; return 0 only if all files were accepted.
+
+    Raises
+    ------
+    CapsuleError
+        The results or the configuration cannot be used.
+    WrongOptionError
+        Options contradict each other.
+    """
+    if arguments.picture and len(arguments.files) > 1:
+        raise WrongOptionError("--picture draws one recording: give one FILE")
+    if arguments.picture and arguments.picture.suffix not in (".png", ".svg"):
+        raise WrongOptionError(f"--picture {arguments.picture}: the name must end in .png or .svg")
+    settings, results = read_settings(arguments.config), arguments.results
+    learned = results / "detectors.json"
+    final = FinalVerdict(results / "templates.npz", learned, settings, "a verdict")
+    if note := note_of_change(results, settings):
+        print(note, file=sys.stderr)
+    taught = taught_recordings(results / "recordings.csv")
+    judged = [judge_file(path, final, settings, taught) for path in arguments.files]
+    if arguments.json:
+        rate_hz = settings["recording"]["rate_hz"]
+        values = [as_plain_values(each, rate_hz) for each in judged]
+        print(json.dumps(values, indent=1, allow_nan=False))
+    else:
+        width = shutil.get_terminal_size().columns - 1
+        plain = not (sys.stdout.encoding or "ascii").lower().startswith("utf")
+        for each in judged:
+            print("\n".join(judged_lines(each, settings, width, plain=plain)))
+    if arguments.picture and judged[0].is_accepted:
+        write_picture(judged[0], settings, arguments.picture)
+    return int(not all(each.is_accepted for each in judged))

@@ -1,0 +1,364 @@
+"""The peristalsis board: start the wave, renew its lease, watch it, and stop it."""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardLostError,
+    LineLostError,
+    RefusedError,
+)
+from capsule.bench.board import Board
+from capsule.bench.clock import AWAKE
+from capsule.bench.growing_file import FrameLog
+from capsule.bench.identification import request
+from capsule.bench.line import Arrival
+from capsule.bench.protocol import Damaged, Position, Refusal
+from capsule.bench.wave_phase import RUNNING, WavePhase
+
+# Without a command for so long, the board stops the wave.
+LEASE_S = 5
+# The board is asked so often even if the program does something else, such as a slow write.
+RENEW_AFTER_S = 1.5
+LOOK_EVERY_S = 0.25
+ASK_EVERY_S = 0.2
+SILENT_AFTER_S = 5.0
+# The wave runs on meanwhile.
+LAST_LOOK_S = 0.2
+# A steep stop leaves the capsule where it is; docs/protocol.md states the limit.
+STEEPEST_MM_S2 = 100
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Speed, ramp and direction of the wave."""
+
+    speed_mm_s: float
+    ramp_mm_s2: float
+    direction: str
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that set up the peristalsis board."""
+        return (
+            f"direction,{self.direction}",
+            f"ramp,{self.ramp_mm_s2:g}",
+            f"speed,{self.speed_mm_s:g}",
+        )
+
+    @property
+    def entries(self) -> dict[str, str]:
+        """A header's lines on the wave that this program drives."""
+        return {"wave_speed_mm_s": f"{self.speed_mm_s:g}", "wave_direction": self.direction}
+
+
+class Drive:
+    """The wave, which a peristalsis board drives.
+
+    The board has a lease: it stops the wave by itself if this program dies or is stopped. A thread
+    renews the lease while the main thread is busy. It asks for the position only if nothing was
+    sent for `RENEW_AFTER_S`, and never starts a wave: a wave whose lease has ended stays stopped.
+    If the program is killed or stopped, the thread is too.
+
+    Parameters
+    ----------
+    board : Board
+        The board.
+    wave : Wave
+        Speed, ramp and direction.
+    tell : callable
+        Function that shows a message to the user.
+    """
+
+    def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
+        self._board, self._wave, self._tell = board, wave, tell
+        self._unleased = threading.Event()
+        self._asked_s = 0.0
+        self._heard_s = AWAKE.now_s()
+        self._left = False
+
+    def set_up(self) -> None:
+        """Send the board its settings and its lease.
+
+        Raises
+        ------
+        AcquisitionError
+            The board refuses, with its reason, or was disconnected.
+        """
+        for setting in self._wave.commands:
+            self._request(setting)
+        try:
+            self._request(f"lease,{LEASE_S}")
+        except RefusedError as reason:  # of a firmware that is too old to know leases
+            self._tell(f"warning: the wave will not stop if this computer fails: {reason}")
+
+    def start(self) -> None:
+        """Start the wave; errors as in `set_up`."""
+        self._request("start")
+        self.keep_lease()
+        self._heard_s = AWAKE.now_s()
+
+    def keep_lease(self) -> None:
+        """Begin to renew the lease."""
+        # A daemon: the lease must end with the program.
+        threading.Thread(target=self._renew, name="lease", daemon=True).start()
+
+    def drop_lease(self) -> None:
+        """Renew the lease no longer; it can be called more than once."""
+        self._unleased.set()
+
+    def _renew(self) -> None:
+        while not self._unleased.wait(LOOK_EVERY_S):
+            try:
+                line = self._board.line
+                if time.monotonic() - line.sent_s > RENEW_AFTER_S:
+                    line.send("position")
+            except LineLostError:
+                continue  # the main thread notices it, and says so
+
+    def leave(self) -> str:
+        """Stop the wave, wait, and close the port; return a warning if the board does not obey.
+
+        It can be called more than once.
+        """
+        if self._left:
+            return ""
+        self._left = True
+        self.drop_lease()
+        try:
+            self._look_once_more()
+            request(self._board.line, "stop")
+        except (LineLostError, AcquisitionError) as fault:
+            return (
+                f"warning: the wave could not be stopped: {fault}; it stops when its lease ends. "
+                "If it does not, cut the motor's power"
+            )
+        finally:
+            self._board.close()
+        return ""
+
+    def _look_once_more(self) -> None:
+        """Learn what the user should know of the wave before it stops."""
+
+    def _request(self, command: str) -> None:
+        try:
+            request(self._board.line, command)
+        except LineLostError as fault:
+            raise AcquisitionError(
+                f"the peristalsis board at {self._board.port} was disconnected: {fault}"
+            ) from fault
+
+    def _serve(self) -> list[Arrival]:
+        """Ask for the position of the wave, which renews the lease, and read the board's frames."""
+        now_s = AWAKE.now_s()
+        if now_s - self._asked_s >= ASK_EVERY_S:
+            self._asked_s = now_s
+            self._board.send("position")
+        return self._board.receive()
+
+
+class WatchedDrive(Drive):
+    """The wave during one recording.
+
+    A wave that has stopped by itself is not started again, but it is watched on. A board that was
+    unplugged is not connected again.
+    """
+
+    def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
+        super().__init__(board, wave, tell)
+        self._position: Position | None = None
+        self._told = ""
+
+    def watch(self) -> str:
+        """Renew the lease by asking for the position; return a warning if the wave has stopped."""
+        if self._board.connected:
+            for arrival in self._serve():
+                self._note(arrival)
+        fault = self._fault()
+        before, self._told = self._told, fault
+        return "" if fault == before else fault
+
+    def summary(self) -> str:
+        """Return position and speed of the wave in words."""
+        if self._told:
+            return "no wave"
+        if self._position is None:
+            return ""
+        return f"wave {self._position.position_mm:.0f} mm at {self._position.speed_mm_s:.1f} mm/s"
+
+    def _note(self, arrival: Arrival) -> None:
+        self._heard_s = AWAKE.now_s()
+        if isinstance(arrival.event, Position):
+            self._position = arrival.event
+
+    def _fault(self) -> str:
+        """Return why no wave runs, or that the board says nothing; empty if the wave runs.
+
+        The clock does not count the time in which this program was stopped (Ctrl-Z).
+        """
+        board = f"the peristalsis board at {self._board.port}"
+        if not self._board.connected:
+            self.drop_lease()
+            return f"warning: {board} was unplugged, so no wave runs"
+        if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
+            return f"warning: {board} does not answer; check whether the wave still runs"
+        if self._position is not None and self._position.state != RUNNING:
+            return (
+                "warning: no wave runs: the peristalsis board was reset, or this program was "
+                "stopped for longer than the wave's lease. The recorder does not start it again; "
+                "end the recording with Ctrl-C, and record anew"
+            )
+        return ""
+
+    def _look_once_more(self) -> None:
+        """Ask for the last position of the wave."""
+        self._position = None
+        self._board.line.send("position")
+        deadline = time.monotonic() + LAST_LOOK_S
+        while self._position is None and time.monotonic() < deadline:
+            for arrival in self._board.line.receive():
+                self._note(arrival)
+
+
+class SurveyDrive(Drive):
+    """The wave of a survey, which is kept running.
+
+    Parameters
+    ----------
+    board, wave, tell
+        As in `Drive`.
+    log : FrameLog
+        Log of damaged frames.
+    index_mm : float or None
+        Phase at the index, from the killed session that is resumed.
+    resumed : bool
+        Whether a killed session is resumed.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        wave: Wave,
+        log: FrameLog,
+        tell: Callable[[str], None],
+        *,
+        index_mm: float | None = None,
+        resumed: bool = False,
+    ) -> None:
+        super().__init__(board, wave, tell)
+        self._log = log
+        self._connections = board.connections
+        self._wanted = True
+        # Whether the program was stopped, and has not seen the wave since.
+        self._unseen = False
+        self._known_s = self._heard_s
+        self._phase = WavePhase(
+            float(board.identity.entries["wavelength_mm"]),
+            forward=wave.direction == "forward",
+            index_mm=index_mm,
+        )
+        if resumed:
+            self._phase.begin_anew()
+
+    @property
+    def index_mm(self) -> float | None:
+        """Phase at the cam shaft's index; None before the shaft has passed the index."""
+        return self._phase.index_mm
+
+    def start(self) -> None:
+        """Start the wave; errors as in `set_up`."""
+        super().start()
+        self._known_s = self._heard_s
+
+    def note_pause(self) -> None:
+        """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
+        self._unseen = True
+
+    def serve(self) -> None:
+        """Read the board's frames, and ask for the position of the wave.
+
+        Raises
+        ------
+        AcquisitionError
+            The program was stopped for a moment, and no wave runs any more.
+        """
+        for arrival in self._serve():
+            self._board.note_answer(arrival.event)
+            match arrival.event:
+                case Position() as position:
+                    self._note_position(position, arrival.moment_s)
+                case Damaged() as piece:
+                    self._log.damaged(piece)
+                case Refusal(command=command, reason=reason):
+                    self._log.note(f"the peristalsis board refuses {command!r}: {reason}")
+        if self._board.connections > self._connections:
+            self._connections = self._board.connections
+            self._phase.begin_anew()
+            self._check_seen()
+            self._run_again()
+        self._board.send_pending()
+
+    def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
+        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
+        return self._phase.at(moments_s)
+
+    def stop(self) -> None:
+        """Command the board to stop the wave, and return at once."""
+        if self._wanted:
+            self._wanted = False
+            self.drop_lease()
+            self._board.want(f"ramp,{STEEPEST_MM_S2}", "stop")
+
+    def trouble(self, patience_s: float) -> AcquisitionError | None:
+        """Return the error that ends the survey; None if it can continue."""
+        now_s = AWAKE.now_s()
+        if self._wanted and now_s - self._heard_s > patience_s:
+            return BoardLostError(
+                f"the peristalsis board at {self._board.port} has sent nothing for "
+                f"{patience_s:.0f} s (--patience)"
+            )
+        if self._wanted and now_s - self._known_s > patience_s:
+            return BoardLostError(
+                f"the phase of the wave has not been known for {patience_s:.0f} s (--patience): "
+                "the peristalsis board was reset and has no index switch, or its motor is blocked"
+            )
+        return None
+
+    def leave(self) -> str:
+        """Stop the wave, as in `Drive`, and never start it again."""
+        self._wanted = False
+        return super().leave()
+
+    def _note_position(self, position: Position, arrived_s: float) -> None:
+        self._heard_s = AWAKE.now_s()
+        continues = self._phase.note(position, arrived_s)
+        if self._phase.known:
+            self._known_s = self._heard_s
+        runs = position.state == RUNNING
+        if not runs:
+            self._check_seen()
+        self._unseen = False
+        if self._wanted and not self._board.pending and not runs:
+            self._tell(
+                "the peristalsis board "
+                + ("had stopped the wave" if continues else "was reset")
+                + ", so the survey starts it again"
+            )
+            self._run_again()
+
+    def _check_seen(self) -> None:
+        """Raise an error if the wave has stopped while nobody watched: a person must start it."""
+        if self._wanted and self._unseen:
+            raise AcquisitionError(
+                "this program was stopped for a moment, and no wave runs any more; look at the "
+                "bench, then continue the session: capsule survey --resume"
+            )
+
+    def _run_again(self) -> None:
+        if self._wanted:
+            self._board.want(*self._wave.commands, f"lease,{LEASE_S}", "start")
