@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from capsule.figures.draw_survey import frames, spread_out, survey_drawing, unreadable_drawing
+from capsule.figures.draw_survey import frame_of, spread_out, survey_drawing, unreadable_drawing
 from capsule.figures.style import BLUE, COLUMN_WIDTH_IN, INK, ORANGE, PAGE_WIDTH_IN, render_figure
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
@@ -99,7 +99,7 @@ def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
 def test_the_frame_tells_where_a_place_and_a_time_are(drawing):
     figure = drawing[1](PAGE_WIDTH_IN)
     assert render_figure(figure, "svg", "demo", outlines=False)
-    told = frames(figure)
+    told = frame_of(figure)
     left, top, width, height = told["map"]["box"]
     low, high = told["map"]["x"]
     end, start = told["map"]["y"]
@@ -117,7 +117,7 @@ def test_a_survey_that_cannot_be_read_says_why(drawing):
     assert "no column time_s" in " ".join(
         " ".join(map(Text.get_text, figure.findobj(Text))).split()
     )
-    assert list(frames(figure)) == ["size"]
+    assert list(frame_of(figure)) == ["size"]
     assert table == [{"problem": "stream.csv: there is no column time_s"}]
 
 

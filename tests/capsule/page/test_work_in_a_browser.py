@@ -1,4 +1,4 @@
-"""The page as a place to work in: switches, columns, files to keep, links and notes."""
+"""The page as a place to work in: switches, columns, files to keep and links."""
 
 import csv
 import io
@@ -292,49 +292,6 @@ def test_every_name_of_a_recording_leads_to_its_drawing(browser, page):
     wait_for_title(browser, "unlabelled/u1: ")
     browser.find("#checksums a[href='#recording=2.5mm/r02']").click()
     wait_for_title(browser, "2.5mm/r02: ")
-
-
-NOTE = '=cmd; "loose" <b>sensor</b> 3'
-
-
-def test_notes_are_kept_and_saved(browser, page, tmp_path):
-    browser.open(page, "#recording=2.5mm/r02")
-    browser.find("#note").send_keys(NOTE)
-    assert "Kept in this browser only." in browser.find(".notes output").text
-    assert browser.texts("#recordings-table .noted") == ["note"]
-    browser.find("#next").click()
-    wait_for_title(browser, "2.5mm/r03")
-    assert browser.find("#note").get_property("value") == ""
-    browser.open(page, "#recording=2.5mm/r02")
-    assert browser.find("#note").get_property("value") == NOTE
-    with saved(browser, tmp_path) as file:
-        browser.find(".notes button").click()
-        rows = read_csv(file())
-    assert rows[0] == ["recording", "note", "written"]
-    assert [row[:2] for row in rows[1:]] == [["2.5mm/r02", without_formula(NOTE)]]
-    browser.find("#note").clear()
-    browser.open(page, "#recording=2.5mm/r02")
-    assert browser.find("#note").get_property("value") == ""
-    assert browser.find(".notes button").get_attribute("disabled")
-    assert browser.messages() == []
-
-
-def test_where_the_browser_keeps_nothing_the_page_says_so_and_notes_still_work(browser, page):
-    refuse = "Object.defineProperty(window, 'localStorage', {get() { throw new Error('no'); }})"
-    script = browser._command("Page.addScriptToEvaluateOnNewDocument", source=refuse)
-    try:
-        browser.open(page, "#recording=1mm/r01")
-        assert "keeps no notes" in browser.find(".notes output").text
-        browser.find("#note").send_keys("gap at 12 s")
-        browser.find("#next").click()
-        wait_for_title(browser, "1mm/r02")
-        browser.find("#previous").click()
-        wait_for_title(browser, "1mm/r01")
-        assert browser.find("#note").get_property("value") == "gap at 12 s"
-        assert browser.find(".notes button").text == "Save notes as CSV (1)"
-        assert browser.messages() == []
-    finally:
-        browser._command("Page.removeScriptToEvaluateOnNewDocument", **script)
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

@@ -4,22 +4,22 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
   "use strict";
 
   const { element } = Elements;
+  const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
 
-  /** Let a reader choose from the rows of the table. `onChosen` is called with the choice. Return a function to call when the rows change. */
-  function setUp(list, shown, data, onChosen) {
+  /** Let a reader choose from the rows of the table. Return a function to call when the rows change. */
+  function setUp(list, shown, data) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
     const previous = document.getElementById("previous");
     const next = document.getElementById("next");
-    const store = EvidenceStore.setUp(data);
     let chosen = null;
     let asked = 0;
     let marked = null;
     let redraw = () => {};
 
     const neighbours = () => {
-      const visible = list.fitting().filter((row) => store.has(row.dataset.recording));
+      const visible = list.fitting().filter((row) => EvidenceStore.has(row.dataset.recording));
       const current = visible.findIndex((row) => row.dataset.recording === chosen);
       return [visible[current - 1], current < 0 ? visible[0] : visible[current + 1]];
     };
@@ -36,8 +36,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     const draw = () => {
       const current = shown.current();
       const wanted = current.recording ?? viewer.dataset.first;
-      if (!store.has(wanted)) return;
-      if (wanted !== chosen) onChosen(wanted);
+      if (!EvidenceStore.has(wanted)) return;
       chosen = wanted;
       update();
       asked += 1;
@@ -52,13 +51,13 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
         title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current, data)}`;
         redraw = Viewer.show(viewer, evidence, { ...current, recording: wanted }, data);
       };
-      const explain = (why) => {
+      const explain = () => {
         title.textContent = `${wanted}: no signals`;
-        viewer.replaceChildren(element("p", "note", why));
+        viewer.replaceChildren(element("p", "note", TOO_OLD));
         redraw = () => {};
       };
       viewer.setAttribute("aria-busy", "true");
-      store.read(wanted, drawn(show), drawn(explain));
+      EvidenceStore.read(wanted).then(drawn(show), drawn(explain));
     };
 
     const bringIntoView = () => {
@@ -78,14 +77,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     });
     previous.addEventListener("click", () => step(0));
     next.addEventListener("click", () => step(1));
-    Palette.onThemeChange(() => redraw());
-    let width = viewer.clientWidth;
-    new ResizeObserver(() => {
-      if (viewer.clientWidth !== width) {
-        width = viewer.clientWidth;
-        redraw();
-      }
-    }).observe(viewer);
+    Palette.onChange(viewer, () => redraw());
     draw();
     if (shown.named) bringIntoView();
     return update;

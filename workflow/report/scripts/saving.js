@@ -93,31 +93,22 @@ const Saving = ((Grid, Palette) => {
     picture.toBlob((blob) => save(blob, name), "image/png");
   }
 
-  /** Return the original SVG file of a figure, without the page's style for dark mode. */
-  function svgFile(image) {
-    return atob(image.src.split(",")[1]).replace(/<style id="dark">.*?<\/style>/, "");
-  }
-
-  /** Save a figure as its original SVG file. */
+  /** Save a figure as the SVG file that it is. */
   function saveSvg(image, name) {
-    const bytes = Uint8Array.from(svgFile(image), (character) => character.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(image.src.split(",")[1]), (character) => character.charCodeAt(0));
     save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
   }
 
   /** Save a figure as PNG at twice its size, on white. */
   function saveFigure(image, name) {
-    const drawn = new Image();
-    drawn.addEventListener("load", () => {
-      const picture = document.createElement("canvas");
-      picture.width = 2 * drawn.naturalWidth;
-      picture.height = 2 * drawn.naturalHeight;
-      const context = picture.getContext("2d");
-      context.fillStyle = "#ffffff";
-      context.fillRect(0, 0, picture.width, picture.height);
-      context.drawImage(drawn, 0, 0, picture.width, picture.height);
-      picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
-    });
-    drawn.src = `data:image/svg+xml;base64,${btoa(svgFile(image))}`;
+    const picture = document.createElement("canvas");
+    picture.width = 2 * image.naturalWidth;
+    picture.height = 2 * image.naturalHeight;
+    const context = picture.getContext("2d");
+    context.fillStyle = "#ffffff";
+    context.fillRect(0, 0, picture.width, picture.height);
+    context.drawImage(image, 0, 0, picture.width, picture.height);
+    picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
   }
 
   return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };

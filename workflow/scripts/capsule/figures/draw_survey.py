@@ -132,7 +132,7 @@ def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
     return [{"problem": problem}], draw
 
 
-def frames(figure: Figure) -> dict[str, Any]:
+def frame_of(figure: Figure) -> dict[str, Any]:
     """Return the positions of map and evidence in a rendered figure.
 
     Returns
