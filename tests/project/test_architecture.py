@@ -34,6 +34,7 @@ FLOORS = (
     "capsule.figures",
     "capsule.interface",
     "capsule.page",
+    "capsule.parts.draw_design",
     "capsule.parts.sheets",
     "capsule.parts.command",
     "capsule.run",

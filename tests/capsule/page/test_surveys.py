@@ -135,7 +135,7 @@ def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
     content = survey_values(session, track, pins)
     content["player"] = player(session, track)
     _, draw = survey_drawing(session, "two", track, pins, (80.0, crest_mm))
-    picture = render_figure(draw(PAGE_WIDTH_IN), "svg", "two", outlines=False)
+    picture = render_figure(draw(PAGE_WIDTH_IN), "svg", "two")
     (shown,) = page_values([content | {"frame": {}, "picture": ""}], {})["shown"]
     assert len(session.places) == len(PLACES)
     assert len(shown["data"]) + 4 * len(picture) / 3 < 300_000

@@ -35,15 +35,13 @@ _COLUMNS_DRAWN = 250
 _HEADROOM = 0.3
 
 
-def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> FloatArray:
-    """Return round heights from 0 to at least the highest value.
+def contour_levels(highest: float, *, with_faint: bool = False) -> FloatArray:
+    """Return some eight round heights from 0 to at least the highest value.
 
     Parameters
     ----------
     highest : float
         Largest value of the drawing; 0 is treated as 1.
-    count : int
-        Approximate number of bands.
     with_faint : bool
         Whether to add a height at a fifth of the first step, which shows low patterns.
 
@@ -52,7 +50,7 @@ def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) 
     (N,) array
         Ascending from 0, two or more.
     """
-    ticks = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
+    ticks = MaxNLocator(8).tick_values(0.0, highest if highest > 0 else 1.0)
     levels: FloatArray = np.asarray(ticks)
     levels = levels[levels >= 0]
     return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
@@ -98,42 +96,28 @@ def draw_matrix(
     return filled
 
 
-def typical_recording(energy: Mapping[str, float]) -> str | None:
-    """Return the median recording, so that the figure does not show an unusually good one.
-
-    Parameters
-    ----------
-    energy : mapping of str to float
-        Each recording's distance to the zero template, by name.
-
-    Returns
-    -------
-    str or None
-        The lower median; of equal recordings the first by name; None if there is no recording.
-    """
-    ordered = sorted(energy, key=lambda name: (energy[name], name))
-    return ordered[(len(ordered) - 1) // 2] if ordered else None
-
-
 def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
     """Return a typical run without a nodule, and a typical run over a nodule of the middle size.
 
     Returns
     -------
     list of (str, str or None)
-        The panel's title, and the recording's name; None if there is no such recording.
+        The panel's title, and the recording's name; None if there is no such recording. A typical
+        recording is the median one by its distance to the zero template (of two the lower, of equal
+        ones the first by name), so that the figure does not show an unusually good one.
     """
     nodules_mm = evaluation.sizes_mm()[1:]
     wanted = {"no nodule": 0.0, "nodule": None}
     if nodules_mm:
         middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2]
         wanted = {"no nodule": 0.0, f"{middle_mm:g} mm nodule": middle_mm}
-    rows = evaluation.predictions.drop_duplicates("recording").set_index("recording")
-    distances = rows["rmse_0mm"]
-    return [
-        (title, typical_recording(distances[rows["size_mm"] == size_mm].to_dict()))
-        for title, size_mm in wanted.items()
-    ]
+    rows = evaluation.predictions.drop_duplicates("recording")
+    ordered = rows.sort_values(["rmse_0mm", "recording"])
+    typical = []
+    for title, size_mm in wanted.items():
+        names = ordered.loc[ordered["size_mm"] == size_mm, "recording"].tolist()
+        typical.append((title, names[(len(names) - 1) // 2] if names else None))
+    return typical
 
 
 def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:

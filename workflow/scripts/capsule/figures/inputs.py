@@ -17,8 +17,6 @@ from capsule.evaluation.files import (
 )
 from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
-from capsule.parts.design import Design
-from capsule.parts.files import shipped_design
 from capsule.preprocessing import PreprocessedRun, preprocess_run
 from capsule.project import PROJECT
 from capsule.results import Results
@@ -68,11 +66,6 @@ class FigureInputs:
         """The number of recordings behind each template."""
         entries = files.read_json(self._results.folder / "templates.json")["templates"]
         return [entry["recordings"] for entry in entries]
-
-    @property
-    def design(self) -> Design:
-        """The design of the capsule and the bench, with the shipped values."""
-        return shipped_design()
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Return an accepted recording after each stage of pre-processing."""
