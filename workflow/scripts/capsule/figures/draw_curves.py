@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.learning import main_ranges
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     MUTED,
     PAGE_WIDTH_IN,
+    Drawing,
     add_legend,
     detector_looks,
     figure_style,

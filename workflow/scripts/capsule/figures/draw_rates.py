@@ -13,12 +13,13 @@ from capsule.detectors.registry import PAPER
 from capsule.evaluation import paper
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.lead import leading
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     INK,
     PAGE_WIDTH_IN,
     PAPER_LOOK,
+    Drawing,
     add_legend,
     detector_looks,
     figure_style,

@@ -13,13 +13,14 @@ from matplotlib.ticker import MaxNLocator
 from capsule import words
 from capsule.arrays import FloatArray, NumberArray
 from capsule.evaluation.paper import Evaluation
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLOURS_OF_HEIGHT,
     COLUMN_WIDTH_IN,
     DETECTOR_LOOKS,
     INK,
     PAGE_WIDTH_IN,
+    Drawing,
     add_legend,
     figure_style,
     panels_in_rows,

@@ -19,7 +19,6 @@ from matplotlib.ticker import MaxNLocator
 
 from capsule import words
 from capsule.arrays import FloatArray, IntArray
-from capsule.figures.inputs import Drawing
 from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
@@ -27,6 +26,7 @@ from capsule.figures.style import (
     INK,
     MUTED,
     ORANGE,
+    Drawing,
     figure_style,
     say_nothing_to_show,
 )

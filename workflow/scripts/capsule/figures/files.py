@@ -5,9 +5,9 @@ from importlib import import_module
 from pathlib import Path
 
 from capsule import files
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
-from capsule.figures.style import WIDTHS_IN, render_figure
+from capsule.figures.style import WIDTHS_IN, Drawing, render_figure
 
 
 def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> str:

@@ -1,10 +1,9 @@
 """Define what figures show: each result is read when a figure needs it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from capsule import files
 from capsule.arrays import FloatArray
@@ -20,9 +19,6 @@ from capsule.kinds import Settings
 from capsule.preprocessing import PreprocessedRun, preprocess_run
 from capsule.project import PROJECT
 from capsule.results import Results
-
-# A figure's data, and a function that draws the figure at a width in inches.
-Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
 class FigureInputs:

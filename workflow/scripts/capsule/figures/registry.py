@@ -17,7 +17,7 @@ class Row:
         The figure's name, which is also the name of its files.
     module, made_by : str
         The module and its function, which takes a `capsule.figures.inputs.FigureInputs` and
-        returns a `capsule.figures.inputs.Drawing`.
+        returns a `capsule.figures.style.Drawing`.
     """
 
     name: str

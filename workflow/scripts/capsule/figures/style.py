@@ -8,11 +8,12 @@ the same bytes.
 import contextlib
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -20,6 +21,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from capsule.kinds import Look
+
+# A figure's data, and a function that draws the figure at a width in inches.
+Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 # Widths of one and of two columns of an IEEE journal, in inches.
 COLUMN_WIDTH_IN = 3.5

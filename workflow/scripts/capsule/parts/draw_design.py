@@ -12,12 +12,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     INK,
     ORANGE,
     PAGE_WIDTH_IN,
+    Drawing,
     figure_style,
 )
 from capsule.geometry.substructure import Choices, outline, shape_of, spacing
