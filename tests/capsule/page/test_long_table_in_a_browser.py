@@ -82,7 +82,7 @@ def test_a_switch_reaches_rows_that_are_listed_later(browser, large, page):
     verdicts = LISTED + "[row.dataset.recording, row.cells[2].textContent])"
     switch = (
         "const box = document.querySelector('.switches select'); box.value = 'diagonal';"
-        "box.dispatchEvent(new Event('change'));"
+        "box.dispatchEvent(new Event('change', { bubbles: true }));"
     )
     browser.open(page)
     browser.run(switch)

@@ -10,7 +10,7 @@ pytestmark = [
     pytest.mark.browser,
     needed,
 ]
-EVIDENCE = "return EvidenceStore.read(arguments[0]).then((e) => "
+EVIDENCE = "return Chooser.read(arguments[0]).then((e) => "
 DETECTORS = {
     "template": ["Score", "Nearest template"],
     "template_threshold": ["Score", "Nearest template"],

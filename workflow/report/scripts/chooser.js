@@ -1,9 +1,20 @@
-// Choose the recording to show: by a link, by the address, or with the buttons Previous and Next.
+// Choose the recording to show, by a link, by the address, or with the buttons Previous and Next, and read its data.
 
-const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
+const Chooser = ((Elements, Palette, Viewer) => {
   "use strict";
 
   const { element } = Elements;
+  const nodes = [...document.querySelectorAll("script[data-evidence]")];
+  const carried = new Map(nodes.map((node) => [node.dataset.evidence, node]));
+
+  /** Return the data of a recording; its signals are deflated in the page. */
+  async function read(name) {
+    const { drawn, ...others } = Elements.readData(carried.get(name));
+    const bytes = Uint8Array.from(atob(drawn), (character) => character.charCodeAt(0));
+    const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return { ...(await new Response(inflated).json()), ...others };
+  }
+
   const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
 
   /** Let a reader choose from the rows of the table. Return a function to call when the rows change. */
@@ -19,7 +30,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     let redraw = () => {};
 
     const neighbours = () => {
-      const visible = list.fitting().filter((row) => EvidenceStore.has(row.dataset.recording));
+      const visible = list.fitting().filter((row) => carried.has(row.dataset.recording));
       const current = visible.findIndex((row) => row.dataset.recording === chosen);
       return [visible[current - 1], current < 0 ? visible[0] : visible[current + 1]];
     };
@@ -36,7 +47,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     const draw = () => {
       const current = shown.current();
       const wanted = current.recording ?? viewer.dataset.first;
-      if (!EvidenceStore.has(wanted)) return;
+      if (!carried.has(wanted)) return;
       chosen = wanted;
       update();
       asked += 1;
@@ -57,7 +68,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
         redraw = () => {};
       };
       viewer.setAttribute("aria-busy", "true");
-      EvidenceStore.read(wanted).then(drawn(show), drawn(explain));
+      read(wanted).then(drawn(show), drawn(explain));
     };
 
     const bringIntoView = () => {
@@ -83,5 +94,5 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     return update;
   }
 
-  return { setUp };
-})(EvidenceStore, Palette, Viewer, Elements);
+  return { setUp, read };
+})(Elements, Palette, Viewer);

@@ -1,10 +1,41 @@
-// Save tables as CSV, and charts and figures as pictures.
+// Save tables as CSV, also with cells that span rows and columns, and charts and figures as pictures.
 
-const Saving = ((Grid, Palette) => {
+const Saving = ((Palette) => {
   "use strict";
 
-  const { columnTitles, lay, textOf } = Grid;
   const { sensorLine, themeColour } = Palette;
+
+  function textOf(cell) {
+    return cell.textContent.replace(/\s+/g, " ").trim();
+  }
+
+  /** Return, for each row, the cell that covers each column. */
+  function lay(rows) {
+    const laid = rows.map(() => []);
+    rows.forEach((row, at) => {
+      let column = 0;
+      for (const cell of row.cells) {
+        while (laid[at][column]) column += 1;
+        const wide = Number(cell.dataset.span ?? cell.colSpan);
+        for (let down = 0; down < cell.rowSpan && at + down < rows.length; down += 1) {
+          for (let across = 0; across < wide; across += 1) laid[at + down][column + across] = cell;
+        }
+        column += wide;
+      }
+    });
+    return laid;
+  }
+
+  /** Return the titles of the columns, joined from their head cells, upper cells first. */
+  function columnTitles(table) {
+    const heads = lay([...(table.tHead?.rows ?? [])]);
+    const count = Math.max(0, ...heads.map((row) => row.length));
+    return Array.from({ length: count }, (_, column) => {
+      const cells = [...new Set(heads.map((row) => row[column]).filter(Boolean))];
+      return cells.map(textOf).join(", ");
+    });
+  }
+
   // The same rules as for the files of results: no cell is a formula for a spreadsheet, and numbers stay as they are.
   const FORMULA = /(^|[;,|\t])(?=["']*[=+\-@\uff1d\uff0b\uff0d\uff20])/g;
   const NUMBER = /^([+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf)$/;
@@ -32,7 +63,7 @@ const Saving = ((Grid, Palette) => {
     const body = bodies.flat();
     const isRate = (column) => body.some((row) => row[column]?.querySelector(".value"));
     const heads = visible.flatMap((column) => {
-      const { title } = titles[column];
+      const title = titles[column];
       return isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title];
     });
     const part = (cell, name) => textOf(cell.querySelector(name) ?? document.createElement("i"));
@@ -112,4 +143,4 @@ const Saving = ((Grid, Palette) => {
   }
 
   return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };
-})(Grid, Palette);
+})(Palette);

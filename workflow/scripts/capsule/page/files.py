@@ -33,18 +33,9 @@ UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 # Each script uses only scripts above it.
 _NAMES = (
-    *("signals", "palette", "elements", "grid", "saving", "tools", "matrix", "address"),
-    *("chart_frame", "charts", "score_chart", "evidence_charts", "evidence_list", "tables"),
-    *("viewer", "shown", "switches", "folds", "glossary", "links", "recording_rows"),
-    *(
-        "evidence_store",
-        "chooser",
-        "recordings_table",
-        "copy",
-        "survey_signals",
-        "surveys",
-        "start",
-    ),
+    *("signals", "palette", "elements", "saving", "tools", "shown", "chart_frame", "charts"),
+    *("evidence_list", "viewer", "switches", "folds", "glossary", "chooser", "recordings_table"),
+    *("surveys", "start"),
 )
 SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")

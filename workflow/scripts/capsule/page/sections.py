@@ -114,6 +114,8 @@ def page_values(
         "templates": tables.templates,
         "detections": cells.detection_rows(tables.detections),
         "largest_mm": largest_mm,
+        "detectors": detectors,
+        "schemes": schemes,
         **listed,
         "data": to_json(listed["data"]),
         "evidence": list(evidence.archive_evidence(accepted, said, largest_mm, stored, settings)),
