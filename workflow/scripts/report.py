@@ -11,11 +11,11 @@ from capsule.configuration import read_schema
 from capsule.evaluation.files import read_printed
 from capsule.page import files as page_files
 from capsule.page.evidence import StoredRecordings
-from capsule.page.project_state import read_project_state
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from capsule.project import PROJECT, SCHEMAS
+from capsule.project_state import read_project_state
 from capsule.results import Results
 
 

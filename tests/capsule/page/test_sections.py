@@ -13,6 +13,7 @@ from capsule.evaluation import columns, learning, sites
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
+from capsule.project_state import ProjectState
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 from support.stored import StoredResults
@@ -45,7 +46,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
 def filled(page):
     """Fill in the template that the report has; figures are left blank."""
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
-    state, versions = provenance.ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
+    state, versions = ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
     made |= {"key": KEY}
     frame = page_files.read_frame(ROOT / "workflow" / "report")

@@ -185,32 +185,26 @@ def _error_cell(value: float | None, scheme: str) -> Cells:
     return plain_cell(float(value), f"{words.number(value)} mm", scheme=scheme)
 
 
-def methods_values(rates: Rates, lead: Lead, ours: Answers) -> Cells:
-    """Return what workflow/report/sections/methods.html.j2 says beside the configuration.
+def methods_values(rates: Rates, ours: Answers) -> Cells:
+    """Return what workflow/report/sections/methods.html.j2 says in lists of words.
 
     Parameters
     ----------
     rates : Rates
         The rates.
-    lead : Lead
-        The leading detector.
     ours : Answers
-        Its answers.
+        The leading detector's answers.
     """
-    index, scheme, names = rates.index, rates.schemes[0], rates.settings["detectors"]
-    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
-    sizes = labelled.groupby("size_mm").size().items()
-    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
+    scheme, names = rates.schemes[0], rates.settings["detectors"]
     rows = rates.evaluation.predictions
     of_scheme = rows[rows["scheme"] == scheme]
-    level = rates.settings["evaluation"]["confidence"]
+    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
+    labelled = rates.index[(rates.index["status"] == "accepted") & rates.index["size_mm"].notna()]
     return {
-        "labelled": len(labelled),
         "of_each": [
             f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(size_mm)}"
-            for size_mm, count in sizes
+            for size_mm, count in labelled.groupby("size_mm").size().items()
         ],
-        "simulated": sum(map(provenance.is_simulated, labelled["source"].fillna(""))),
         "detectors": [
             f"{name} ({detector_row(name).sentence}"
             f"{'' if fixed[name] else _threshold(of_scheme[of_scheme['detector'] == name])})"
@@ -218,14 +212,10 @@ def methods_values(rates: Rates, lead: Lead, ours: Answers) -> Cells:
         ],
         "learned": not all(fixed.values()),
         "judged": _SCHEMES.get(scheme, f"by {words.scheme(scheme)}"),
-        "lead": lead,
-        "chosen": lead.compared > 1 and not lead.named,
-        "chosen_by": " by leave-one-out" if scheme == HELD_OUT else "",
         "found": [
             f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
             for size_mm, each in ours.found.items()
         ],
-        "corrected": headline_confidence(lead, scheme, level) != level,
         "bounded": "estimate_low_mm" in rows and rows["estimate_low_mm"].notna().any(),
     }
 

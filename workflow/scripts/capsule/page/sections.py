@@ -104,7 +104,7 @@ def page_values(
         **comparison.page_values(tables.judgements, schemes, settings, lead.detector),
         **comparison.bench_values(tables.benches, detectors),
         **more_recordings.page_values(tables, tables.learning),
-        "methods": detector_sections.methods_values(tables, lead, of_detectors["ours"]),
+        "methods": detector_sections.methods_values(tables, of_detectors["ours"]),
         "settings": settings,
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
