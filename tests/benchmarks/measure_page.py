@@ -30,7 +30,6 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.configuration import read_config_file
 from capsule.files import read_csv, read_json, write_json
-from capsule.names import size_mm
 from capsule.page.packing import deflated, to_json
 from capsule.results import FITS, MATRICES, PLOT_DATA, Results, described_together
 from support.browser import MISSING, Browser
@@ -101,7 +100,7 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     _rewrite(predictions, read_csv(predictions), originals)
     before, after = Results.on_disk(results, 1), Results(target, originals, 1)
     names = sorted(set(originals.values()))
-    fits = before.fits(name for name in names if size_mm(name))
+    fits = before.fits(name for name in names if before.file(FITS, name).exists())
     drawn = before.described(PLOT_DATA, names, read_json)
     for name, original in originals.items():
         link = after.file(MATRICES, name)

@@ -165,11 +165,10 @@ def page_values(
     Returns
     -------
     dict
-        ``compared``, for each scheme that has a verdict ``scheme``, ``title``, ``recordings``,
-        ``detectors``, and the rows in ``groups`` and ``folded_groups``. ``calibration``, stated and
-        observed frequencies of nodules, with ``detector``, ``stated`` (the range), ``recordings``,
-        ``mean`` and the ``observed`` cell. ``silent``, which detectors gave no verdict, and
-        ``needs``, what some of them need. ``prevalence``.
+        ``compared`` (from `_compared`). ``calibration``, stated and observed frequencies of
+        nodules: ``detector``, ``stated`` (the range), ``recordings``, ``mean`` and the
+        ``observed`` cell. ``silent``, which detectors gave no verdict, and ``needs``, what some
+        of them need. ``prevalence``.
     """
     judged, calibration = settings["evaluation"], judgements["calibration"]
     verdicts = judgements["summary"].query("scheme == @schemes[0]")

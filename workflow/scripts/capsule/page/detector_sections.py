@@ -46,17 +46,13 @@ def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
     Returns
     -------
     dict
-        ``ours`` are the leading detector's answers, ``others`` pairs of a title and the answers
-        beside these, and ``paper_answers`` the paper's. ``results`` are from `_result_of`, the
-        leading detector first, as ``lead`` says. ``headline_confidence`` is the
-        level of its first intervals, corrected for the choice. ``rates_hold`` says for which
-        recordings the rates of each scheme hold. ``figure_series`` are the detectors whose rates
-        the figures show. The others are ``held_out`` (whether held-out sessions judge),
-        ``one_sided`` (a level), ``needed_of_a_size`` (how many recordings, all found, can show that
-        a size is reliably found), ``judged_origin``, ``subject`` (of the
-        summary), ``sizes``,
-        ``scheme_note`` and ``threshold``, what
-        a learned one promises.
+        ``ours``, the leading detector's answers; ``others``, pairs of a title and the answers
+        beside these; ``paper_answers``. ``results`` from `_result_of`, the leading detector first,
+        as ``lead`` says; ``headline_confidence``, the level of its first intervals. ``held_out``,
+        whether held-out sessions judge. ``needed_of_a_size``, how many recordings, all found, show
+        that a size is reliably found by its ``one_sided`` bound. ``threshold``, what a learned one
+        promises. ``rates_hold`` and ``scheme_note``, sentences on the recordings and the scheme;
+        ``figure_series``, ``subject`` and ``sizes`` in words; ``judged_origin``.
     """
     evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
     judged, _ = rates.recordings(scheme)
@@ -159,24 +155,18 @@ def _rates_by_size(
 ) -> Cells:
     """Return the table of rates of detection and sizing by size, ours and the paper's."""
     sizing, tolerance = tables["sizing"], settings["tolerance_mm"]
-    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
-    sized = rate_table(paper.sizing_points(sizing), measures, sizes_mm[1:])
+    points = [paper.detection_points(tables["detection"]), paper.sizing_points(sizing)]
     measures = {"precision": "Precision", "recall": "Recall"}
-    detected = rate_table(paper.detection_points(tables["detection"]), measures, sizes_mm[1:])
+    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    table = rate_table(pd.concat(points), measures, sizes_mm[1:])
     ours = sizing[sizing["scheme"] != paper.NAME]
     schemes = list(dict.fromkeys(ours["scheme"]))
     errors = ours.set_index(["scheme", "size_mm"])["mean_absolute_error_mm"].to_dict()
-    error_titles = {"title": "Mean absolute error", "schemes": list(map(words.scheme, schemes))}
-    rows = [
-        row
-        | {
-            "cells": of_detection["cells"]
-            + row["cells"]
-            + [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
-        }
-        for of_detection, row in zip(detected["rows"], sized["rows"], strict=True)
-    ]
-    return {"groups": [*detected["groups"], *sized["groups"], error_titles], "rows": rows}
+    titles = list(map(words.scheme, schemes))
+    table["groups"].append({"title": "Mean absolute error", "schemes": titles})
+    for row in table["rows"]:
+        row["cells"] += [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
+    return table
 
 
 def _error_cell(value: float | None, scheme: str) -> Cells:

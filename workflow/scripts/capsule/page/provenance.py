@@ -111,8 +111,8 @@ def how_made(
     Returns
     -------
     dict
-        ``project``, ``software``, a sentence that names the programs, each with its version and its
-        reference, ``code_checksum``, ``versions`` and ``made``.
+        ``project``, ``software`` (a sentence that names the programs, each with its version and
+        its reference), ``code_checksum``, ``versions`` and ``made``.
     """
     programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {

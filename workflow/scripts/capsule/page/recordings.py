@@ -53,9 +53,9 @@ def page_values(
     Returns
     -------
     dict
-        ``recordings`` (from `recording_rows`), ``rows_listed`` (how many of them the table holds
-        before the page's script runs), ``recording_sizes`` and ``outcomes`` for the filters,
-        ``first_shown`` and ``tolerance``. ``data`` for the page's scripts, from `page_data`.
+        ``recordings`` (from `recording_rows`), of which the table holds ``rows_listed`` before the
+        page's script runs; ``recording_sizes`` and ``outcomes`` for the filters; ``first_shown``;
+        ``tolerance``; ``data`` for the page's scripts, from `page_data`.
     """
     rows = recording_rows(index, verdicts, detectors[0], schemes, tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
