@@ -83,10 +83,6 @@ def draw_roc(
         In the order of the configuration.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     sizes_mm = [float("nan"), *sorted(table["size_mm"].dropna().unique())]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
@@ -169,10 +165,6 @@ def draw_learning(
         In the order of the configuration; a detector without a row has no curve.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     looks = detector_looks(detectors)
     # Without recordings, one empty panel remains, with a note.

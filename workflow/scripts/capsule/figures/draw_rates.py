@@ -115,10 +115,6 @@ def draw_rates(
         In the order of the configuration, which gives each its look.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     stacked = narrow and len(panels) > 1

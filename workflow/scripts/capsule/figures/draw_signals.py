@@ -156,10 +156,6 @@ def draw_preprocessing(
         c, drawn over the envelopes, in standard deviations.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     known = [example for example in examples if example is not None]
     highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
@@ -239,10 +235,6 @@ def draw_judged(
         c, drawn over the envelopes, in standard deviations.
     places_s : mapping of float to sequence of str
         The detectors that find a nodule, by the time in s at which sensor 1 passes it.
-
-    Returns
-    -------
-    Figure
     """
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
@@ -298,10 +290,6 @@ def draw_templates(
         Q, the number of recordings that each template averages.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)

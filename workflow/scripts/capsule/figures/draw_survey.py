@@ -34,8 +34,6 @@ from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
-# Panels of places in one row.
-_PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
     AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
@@ -161,7 +159,7 @@ def frame_of(figure: Figure) -> dict[str, Any]:
 def _draw(picture: _Picture, width_in: float) -> Figure:
     """Draw the picture; its first axes are the map, and its second axes the evidence."""
     narrow = width_in <= COLUMN_WIDTH_IN
-    across = _PLACES_ACROSS_NARROW if narrow else _PLACES_ACROSS
+    across = 2 if narrow else 4
     shown = _places_shown(picture, across * (2 if narrow else 1))
     rows = -(-len(shown) // across)
     map_in, row_in = (3.6 if narrow else 4.0), (1.9 if narrow else 2.15)
@@ -201,9 +199,10 @@ def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]
 
 def _add_legend(figure: Figure, picture: _Picture, *, narrow: bool) -> None:
     handles = [Line2D([], [], **look) for look in _LOOKS.values()]
-    unmeasured: Look = {"color": MUTED, "linestyle": _UNMEASURED}
-    handles.append(Line2D([], [], label="position not measured", **unmeasured))
-    handles.append(Line2D([], [], label="threshold of suspicion", **_THRESHOLD))
+    handles += [
+        Line2D([], [], label="position not measured", color=MUTED, linestyle=_UNMEASURED),
+        Line2D([], [], label="threshold of suspicion", **_THRESHOLD),
+    ]
     handles += [
         line for line in figure.axes[0].get_lines() if str(line.get_label()).startswith("crest")
     ]

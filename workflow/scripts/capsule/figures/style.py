@@ -112,10 +112,6 @@ def render_figure(figure: Figure, kind: str, name: str) -> bytes:
         The format.
     name : str
         Title in an SVG or a PDF; the identifiers inside an SVG are derived from it.
-
-    Returns
-    -------
-    bytes
     """
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
