@@ -198,13 +198,8 @@ def _draw_learning_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Lo
         axes.fill_between(rows["taught"], low, high, color=look["color"], alpha=0.15, linewidth=0)
         axes.plot(rows["taught"], rows["rate"], markersize=4, label=name, **look)
     ticks = table.drop_duplicates("share").sort_values("taught")
-    axes.set_xticks(ticks["taught"])
-    axes.set_xticklabels(
-        [
-            f"{taught:.0f}\n({healthy:.0f})"
-            for taught, healthy in zip(ticks["taught"], ticks["taught_healthy"], strict=True)
-        ]
-    )
+    counts = ticks[["taught", "taught_healthy"]].to_numpy()
+    axes.set_xticks(ticks["taught"], [f"{each:.0f}\n({healthy:.0f})" for each, healthy in counts])
     axes.set(xlim=(0, 1.08 * float(ticks["taught"].max())), ylim=(-0.03, 1.05))
     show_percent(axes.yaxis, 6)
     axes.grid()
