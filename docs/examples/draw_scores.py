@@ -2,8 +2,8 @@
 
 from matplotlib.figure import Figure
 
-from capsule.figures.inputs import Drawing, FigureInputs
-from capsule.figures.style import figure_style
+from capsule.figures.inputs import FigureInputs
+from capsule.figures.style import Drawing, figure_style
 
 
 def scores_drawing(inputs: FigureInputs) -> Drawing:

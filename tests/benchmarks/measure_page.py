@@ -30,11 +30,10 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.configuration import read_config_file
 from capsule.files import read_csv, read_json, write_json
-from capsule.names import size_mm
-from capsule.page.beside import stands_beside
-from capsule.page.packing import deflated, inflated, to_json
+from capsule.page.packing import deflated, to_json
 from capsule.results import FITS, MATRICES, PLOT_DATA, Results, described_together
 from support.browser import MISSING, Browser
+from support.packed import inflated
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
 WATCH = """
@@ -65,7 +64,7 @@ requestAnimationFrame(wait);
 
 @dataclass(frozen=True)
 class Made:
-    """Time and memory of the job that makes the page and the files beside it.
+    """Time and memory of the job that makes the page.
 
     Attributes
     ----------
@@ -101,7 +100,7 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     _rewrite(predictions, read_csv(predictions), originals)
     before, after = Results.on_disk(results, 1), Results(target, originals, 1)
     names = sorted(set(originals.values()))
-    fits = before.fits(name for name in names if size_mm(name))
+    fits = before.fits(name for name in names if before.file(FITS, name).exists())
     drawn = before.described(PLOT_DATA, names, read_json)
     for name, original in originals.items():
         link = after.file(MATRICES, name)
@@ -141,7 +140,7 @@ def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) 
 
 
 def make_page(results: Path) -> Made:
-    """Run the report's job, which for a large archive writes the files beside the page, too."""
+    """Run the report's job."""
     settings = read_config_file(ROOT / "config" / "config.yaml")
     told = settings | {"surveys": {"names": [], "passed_over": {}}}
     job = [
@@ -149,8 +148,6 @@ def make_page(results: Path) -> Made:
         "--results", str(results), "--batch-size", "1", "--settings", json.dumps(told),
         "--key", "0" * 20, "--output", str(results / "report.html"),
     ]  # fmt: skip
-    if stands_beside(len(read_csv(results / "recordings.csv")), settings):
-        job += ["--beside", str(results / "report"), "--processes", "2"]
     return cost_of(job)
 
 
@@ -199,11 +196,6 @@ def show_another(browser: Browser, names: list[str]) -> float:
     return statistics.median(took)
 
 
-def size_mb(paths: list[Path]) -> float:
-    """Add up the sizes of files."""
-    return sum(path.stat().st_size for path in paths) / 1e6
-
-
 def main() -> None:
     """Measure and print one row an archive."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -214,7 +206,7 @@ def main() -> None:
     if MISSING:
         raise SystemExit(MISSING)
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}\n")
-    heads = ["recordings", "page", "beside it", "files", "job", "its CPU", "its memory"]
+    heads = ["recordings", "page", "job", "its CPU", "its memory"]
     heads += ["loaded", "drawn", "CPU of opening", "another"]
     print("| " + " | ".join(heads) + " |\n" + "|---:" * len(heads) + "|")
     for recordings in arguments.recordings:
@@ -222,7 +214,6 @@ def main() -> None:
             results = Path(temporary) / "results"
             replicate(arguments.results, results, recordings)
             made, page = make_page(results), results / "report.html"
-            beside = [path for path in (results / "report").glob("*") if path.is_file()]
             names = [row["recording"] for row in read_csv(results / "recordings.csv")]
             chosen = [names[place] for place in np.linspace(1, len(names) - 1, 7).astype(int)]
             browser = open_browser(Path(temporary) / "browser")
@@ -232,8 +223,8 @@ def main() -> None:
                 another = show_another(browser, chosen)
             finally:
                 browser.close()
-            cells = [f"{recordings:,}", f"{size_mb([page]):.1f} MB", f"{size_mb(beside):.1f} MB"]
-            cells += [f"{len(beside)}", f"{made.seconds:.1f} s", f"{made.cpu_seconds:.1f} s"]
+            cells = [f"{recordings:,}", f"{page.stat().st_size / 1e6:.1f} MB"]
+            cells += [f"{made.seconds:.1f} s", f"{made.cpu_seconds:.1f} s"]
             cells += [f"{made.memory_mb:.0f} MB", f"{loaded:.2f} s", f"{drawn:.2f} s"]
             cells += [f"{cpu:.2f} s", f"{another:.2f} s"]
             print("| " + " | ".join(cells) + " |", flush=True)

@@ -34,6 +34,7 @@ FLOORS = (
     "capsule.figures",
     "capsule.interface",
     "capsule.page",
+    "capsule.parts.draw_design",
     "capsule.parts.sheets",
     "capsule.parts.command",
     "capsule.run",
@@ -47,7 +48,7 @@ FLOORS = (
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "beside", "listed"}
+ON_FILES |= {"archive", "described", "listed"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "completion", "new"}
 # These call git, Slurm or Snakemake, and look after its runs.

@@ -58,6 +58,14 @@ class Browser:
         self.driver.get("about:blank")
         self.driver.get_log("browser")
         self.driver.get(page.as_uri() + fragment)
+        self.wait_for_drawing()
+
+    def wait_for_drawing(self) -> None:
+        """Wait until the page has unpacked and drawn the chosen recording."""
+        self.run(
+            "return new Promise((done) => { const wait = () =>"
+            " document.querySelector('[aria-busy]') ? setTimeout(wait, 5) : done(); wait(); })"
+        )
 
     def prefer(self, *, dark: bool, on_paper: bool = False) -> None:
         """Set the theme, as in the settings of the system, and the medium: screen or paper."""

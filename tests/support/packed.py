@@ -1,8 +1,14 @@
-"""Unpack the numbers of `capsule.page.packing`, as the page does."""
+"""Unpack the numbers and texts of `capsule.page.packing`, as the page does."""
 
 import base64
+import zlib
 
 import numpy as np
+
+
+def inflated(packed):
+    """Return the text that was deflated."""
+    return zlib.decompress(base64.b64decode(packed)).decode("utf-8")
 
 
 def unpack(packed):

@@ -2,6 +2,7 @@
 
 import html
 import re
+from types import SimpleNamespace
 
 from capsule.evaluation.lead import Lead
 from capsule.page import detector_sections
@@ -51,5 +52,6 @@ def summary(origin, ours, detector="diagonal"):
 def trust(ours, single=True, together=(), origin="recorded"):
     """Return the sentences on how far to trust a verdict."""
     page = {"ours": ours, "held_out": ours.scheme == "held_out", "settings": SETTINGS}
-    page |= {"single_passes": single, "together": together, "labelled_origin": origin}
+    page |= {"single_passes": single, "together": together}
+    page |= {"labelled_origin": SimpleNamespace(kind=origin)}
     return section("trust", **page).strip()

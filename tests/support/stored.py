@@ -2,6 +2,8 @@
 
 from collections import defaultdict
 
+import numpy as np
+
 from capsule.page.packing import deflated, to_json
 
 
@@ -18,14 +20,15 @@ class Named(dict):
 class StoredResults:
     """Results for `capsule.page.evidence`, with the given templates for every recording."""
 
-    def __init__(self, **templates):
+    def __init__(self, matrix=None, **templates):
+        self._matrix = np.zeros((4, 1000)) if matrix is None else matrix
         self.templates = defaultdict(lambda: templates)
         self.drawn = Named(lambda name: deflated(to_json({"recording": name, "peaks": []})))
         self.qualities = Named(lambda name: f"{name}: no gap, no loose sensor")
 
     def matrix(self, name):
-        """Fail, because no test here leaves a lag open."""
-        raise AssertionError(f"{name}: the verdict tells the lag")
+        """Return the same matrix for every recording."""
+        return self._matrix
 
     def fit(self, name):
         """Return no fit."""

@@ -18,8 +18,8 @@ import yaml
 from capsule import files
 from capsule.detectors.described import read_features
 from capsule.names import as_cell
-from capsule.page.packing import inflated
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
+from support.packed import inflated
 from support.project import ROOT, Project
 
 pytestmark = [

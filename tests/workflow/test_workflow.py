@@ -7,7 +7,6 @@ import subprocess
 import sys
 import zipfile
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -200,22 +199,6 @@ def test_touch_runs_nothing_again(project):
 
 def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
     assert finished.copy(tmp_path / "checkout", keep_times=False).snakemake().did_nothing
-
-
-def test_the_files_beside_a_page_are_its_own_and_are_made_again_if_they_are_gone(project):
-    project.configure(report={"max_megabytes": 0})
-    run = project.snakemake()
-    assert run.status == 0, run.output
-    assert run.jobs == {"report": 1}
-    folder = project.results / "report"
-    page = (project.results / "report.html").read_text(encoding="utf-8")
-    made = {path.name: path.read_bytes() for path in folder.glob("*.js")}
-    assert made and all(Path(name).stem in page for name in made)
-    assert b"".join(made.values()).count(b'["') == len(RECORDINGS)
-    assert project.snakemake().did_nothing
-    shutil.rmtree(folder)
-    assert project.snakemake().jobs == {"report": 1}
-    assert {path.name: path.read_bytes() for path in folder.glob("*.js")} == made
 
 
 def test_one_recording_more_costs_one_job_a_stage(project, finished):

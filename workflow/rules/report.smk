@@ -1,9 +1,7 @@
 # Write the report.
 #
 # takes: all results; the files of each recording are made before the lists and the templates
-# gives: results/report.html; of a large archive with results/report/ beside it
-
-from capsule.page.beside import stands_beside
+# gives: results/report.html
 
 LISTED_SURVEYS = {"names": SURVEYS.names, "passed_over": SURVEYS.passed_over}
 # The page is made from these templates, and shows the paper's numbers from these tables.
@@ -12,8 +10,6 @@ PAGE_FILES = [
     for path in sorted(REPORT_FILES.rglob("[!.]*"))
     if path.is_file() and path.parent.name != "captions"
 ]
-# For a large archive, the data that the page draws are in a folder beside the page.
-BESIDE = stands_beside(len(ARCHIVE.recordings), config)
 REPORT = step(
     "report",
     # The number of recordings that one job takes changes no result, and is not on the page.
@@ -34,18 +30,16 @@ rule report:
         surveys=expand(rules.survey.output, survey=SURVEYS.names),
         plot_data=each("describe", DESCRIBED, "plot_data"),
     output:
-        page=shown("results/report.html", "report", "Report"),
-        beside=directory("results/report") if BESIDE else [],
+        shown("results/report.html", "report", "Report"),
     log:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
-    threads: 2 if BESIDE else 1
     params:
         **told(REPORT),
     message:
         "write the report"
     shell:
         "python {params.script:q} --results {params.results:q} --batch-size {params.batch_size}"
-        " --settings {params.settings:q} --key {params.key} --output {output.page:q}"
-        " --beside {output.beside:q} --processes {threads} > {log:q} 2>&1"
+        " --settings {params.settings:q} --key {params.key} --output {output:q}"
+        " > {log:q} 2>&1"

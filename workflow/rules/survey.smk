@@ -1,6 +1,6 @@
 # Draw each finished survey under sessions/, for the report and for print.
 #
-# takes: sessions/<survey>/, config/phantom.yaml
+# takes: sessions/<survey>/
 # gives: results/surveys/<survey>/picture{,_column}.{svg,pdf}, picture.csv, survey.json
 
 from capsule.survey.listed import list_surveys, survey_content
@@ -10,7 +10,6 @@ SURVEY = step(
     "survey",
     sections("diagonal"),
     lambda survey: [survey, survey_content(Path(SESSIONS) / survey)],
-    beside=[PROJECT / "config" / "phantom.yaml"],
     script="chart_survey.py",
 )
 

@@ -5,14 +5,11 @@ import json
 from pathlib import Path
 
 from capsule import files
-from capsule.figures.draw_survey import frames, survey_drawing, unreadable_drawing
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
+from capsule.figures.style import WIDTHS_IN, render_figure
 from capsule.page.surveys import player, survey_values, title_of
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.survey.files import SessionError, read_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-
-WIDTHS = {"wide": (PAGE_WIDTH_IN, ""), "narrow": (COLUMN_WIDTH_IN, "_column")}
 
 
 def main() -> None:
@@ -33,19 +30,18 @@ def main() -> None:
     else:
         track, pins = track_of(session), pins_of(session)
         crest_mm = crest_at_mm(session, detector)
-        phantom = read_phantom(DEFAULT_TABLE, [])
         content = survey_values(session, track, pins)
-        content["player"] = player(session, track, crest_mm, phantom)
+        content["player"] = player(session, track)
         wave = detector["wavelength_mm"], crest_mm
         table, draw = survey_drawing(session, title_of(session), track, pins, wave)
-    content["frames"] = {}
-    for width, (width_in, suffix) in WIDTHS.items():
+    for suffix, width_in in WIDTHS_IN.items():
         for kind in ("pdf", "svg"):
             figure = draw(width_in)
             with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
-                stream.write(render_figure(figure, kind, f"{name}{suffix}", outlines=False))
-        content["frames"][width] = frames(figure)
-    files.write_csv(output / "picture.csv", list(table[0]), table)
+                stream.write(render_figure(figure, kind, f"{name}{suffix}"))
+        # The page shows the wide picture.
+        content.setdefault("frame", frame_of(figure))
+    files.write_csv(output / "picture.csv", list(table), table.to_dict("records"))
     files.write_json(output / "survey.json", content)
 
 

@@ -9,15 +9,13 @@ from pathlib import Path
 from capsule import files
 from capsule.configuration import read_schema
 from capsule.evaluation.files import read_printed
-from capsule.forks import Forks
 from capsule.page import files as page_files
-from capsule.page.beside import write_beside
 from capsule.page.evidence import StoredRecordings
-from capsule.page.project_state import read_project_state
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from capsule.project import PROJECT, SCHEMAS
+from capsule.project_state import read_project_state
 from capsule.results import Results
 
 
@@ -29,8 +27,6 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
     parser.add_argument("--key", required=True, help="the key of this job, for the page's head")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
-    parser.add_argument("--beside", type=Path, nargs="?", help="output: a folder for plot data")
-    parser.add_argument("--processes", type=int, default=1, help="how many write (default: 1)")
     arguments = parser.parse_args()
     settings, folder, template = arguments.settings, arguments.results, PROJECT / "workflow/report"
     surveys = settings.pop("surveys")
@@ -39,14 +35,11 @@ def main() -> None:
     stored = StoredRecordings(
         Results.of_table(folder, folder / "recordings.csv", arguments.batch_size), settings
     )
-    write = None
-    if arguments.beside:
-        write = partial(write_beside, arguments.beside, spread=Forks(arguments.processes))
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, schema, printed, write),
-        "figures": page_files.read_figures(folder / "figures"),
+        **page_values(tables, stored, schema, printed),
+        "figure": partial(page_files.read_figure, folder / "figures"),
         "surveys": page_files.read_surveys(folder / "surveys", **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),
         "key": arguments.key,

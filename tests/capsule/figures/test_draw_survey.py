@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from capsule.figures.draw_survey import frames, spread_out, survey_drawing, unreadable_drawing
+from capsule.figures.draw_survey import frame_of, spread_out, survey_drawing, unreadable_drawing
 from capsule.figures.style import BLUE, COLUMN_WIDTH_IN, INK, ORANGE, PAGE_WIDTH_IN, render_figure
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
@@ -40,7 +40,7 @@ def lines_of(axes, colour, dashed):
 
 
 def test_the_table_is_the_stream_from_judgement_to_judgement(drawing):
-    table = drawing[0]
+    table = drawing[0].to_dict("records")
     head, rows = surveys.stream_rows()
     judged = [dict(zip(head, row, strict=True)) for row in rows if row[head.index("threshold")]]
     assert [row["time_s"] for row in table] == [float(row["time_s"]) for row in judged]
@@ -72,7 +72,7 @@ def test_the_evidence_stands_beside_it_at_the_same_times(drawing):
     assert evidence.get_ylim() == space.get_ylim() == (344 / 60, 0)
     (threshold,) = evidence.get_lines()
     assert set(threshold.get_xdata()) == {0.15}
-    assert evidence.get_xlim()[1] > np.nanmax([row["score"] for row in drawing[0]])
+    assert evidence.get_xlim()[1] > drawing[0]["score"].max()
 
 
 def test_crests_run_forward_at_the_speed_of_the_wave(drawing):
@@ -98,8 +98,8 @@ def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
 
 def test_the_frame_tells_where_a_place_and_a_time_are(drawing):
     figure = drawing[1](PAGE_WIDTH_IN)
-    assert render_figure(figure, "svg", "demo", outlines=False)
-    told = frames(figure)
+    assert render_figure(figure, "svg", "demo")
+    told = frame_of(figure)
     left, top, width, height = told["map"]["box"]
     low, high = told["map"]["x"]
     end, start = told["map"]["y"]
@@ -117,8 +117,8 @@ def test_a_survey_that_cannot_be_read_says_why(drawing):
     assert "no column time_s" in " ".join(
         " ".join(map(Text.get_text, figure.findobj(Text))).split()
     )
-    assert list(frames(figure)) == ["size"]
-    assert table == [{"problem": "stream.csv: there is no column time_s"}]
+    assert list(frame_of(figure)) == ["size"]
+    assert table.to_dict("records") == [{"problem": "stream.csv: there is no column time_s"}]
 
 
 @given(st.lists(st.floats(0, 100), max_size=10).map(sorted))

@@ -4,9 +4,8 @@ from types import SimpleNamespace
 
 from capsule.figures.files import write_figure
 from capsule.files import read_csv
-from capsule.parts.files import shipped_design
 
-INPUTS = SimpleNamespace(design=shipped_design(), settings={"recording": {"sensors": 4}})
+INPUTS = SimpleNamespace(settings={"recording": {"sensors": 4}})
 
 
 def test_a_figure_is_written_at_both_widths_with_its_data(tmp_path):

@@ -1,5 +1,7 @@
 """The cells of the report's tables."""
 
+import re
+
 import pandas as pd
 
 from capsule.page import cells
@@ -26,9 +28,9 @@ def test_every_detectors_size_stands_with_the_interval_that_it_has():
         {**found, "detector": detector, **dict(zip(each[::2], each[1::2], strict=True))}
         for detector, each in sizes.items()
     ]
-    rows = cells.detection_rows(pd.DataFrame(verdicts))
+    table = pd.DataFrame(verdicts)
     said = section(
-        "unlabelled", detections=rows, largest_mm=5.0, size_confidence="90 %", prevalence="10 %"
+        "unlabelled", detections=table, largest_mm=5.0, size_confidence="90 %", prevalence="10 %"
     )
     for estimate in ("3.0 mm", "3.2 mm (2.1 to 4.0)", "2.9 mm (2.5 to 5 mm or more)"):
         assert f"<td>{estimate}</td>" in said
@@ -45,20 +47,20 @@ def test_the_page_has_a_row_a_place_and_a_column_a_detector():
     ]
     columns = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
     columns += ["location_mm", "estimate_low_mm", "estimate_high_mm"]
-    made = cells.place_rows(pd.DataFrame(rows, columns=columns), 5.0)
-    assert made["detectors"] == ["template", "diagonal"]
-    assert [(row["site"], row["size"], row["recordings"]) for row in made["rows"]] == [
-        ("a", "no nodule", 2),
-        ("p", "unlabelled", 3),
-        ("q", "unlabelled", 2),
+    sites = pd.DataFrame(rows, columns=columns)
+    values = {"retest": {"rows": []}, "largest_mm": 5.0, "size_confidence": "90 %"}
+    said = section("places", sites=sites, **values)
+    assert re.findall("<th scope=.col. data-of=.(.*?).>", said) == ["template", "diagonal"]
+    told = [re.findall("<t[hd].*?>(.*?)</t[hd]>", row) for row in said.split("<tr>")[2:]]
+    assert told == [
+        ["<code>a</code>", "no nodule", "2", "nodule of 2.0 mm", "no nodule"],
+        [
+            *("<code>p</code>", "unlabelled", "3", "no verdict"),
+            "nodule of 3.1 mm (2.2 to 5 mm or more), at 5.0 mm",
+        ],
+        ["<code>q</code>", "unlabelled", "2", "nodule", "nodule, at 5.0 mm"],
     ]
-    assert made["rows"][0]["verdicts"] == ["nodule of 2.0 mm", "no nodule"]
-    assert made["rows"][1]["verdicts"] == [
-        "no verdict",
-        "nodule of 3.1 mm (2.2 to 5 mm or more), at 5.0 mm",
-    ]
-    assert made["rows"][2]["verdicts"] == ["nodule", "nodule, at 5.0 mm"]
-    assert cells.place_rows(pd.DataFrame(columns=columns), 5.0)["rows"] == []
+    assert section("places", sites=sites[:0]).strip() == ""
 
 
 def test_more_passes_are_rows_and_sizes_are_columns():

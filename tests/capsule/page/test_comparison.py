@@ -1,5 +1,8 @@
 """The detectors side by side: every cell from its table, and nothing said that is not known."""
 
+from functools import partial
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -168,7 +171,7 @@ def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
 
 
 def test_a_number_has_its_unit_and_its_interval():
-    bias = comparison.number_of("bias", " mm", "_mm")
+    bias = partial(comparison.number_cell, name="bias", unit=" mm", end="_mm")
     cell = bias({"bias_mm": 0.251, "bias_low_mm": -0.1, "bias_high_mm": 0.6})
     assert (cell["value"], cell["text"]) == (0.251, "0.25 mm")
     assert cell["interval"] == "\u22120.10 to 0.60 mm"
@@ -178,7 +181,7 @@ def test_a_number_has_its_unit_and_its_interval():
 
 def test_what_is_not_known_has_no_value():
     row = {"bias_mm": UNKNOWN, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN}
-    cell = comparison.number_of("bias", " mm", "_mm")(row)
+    cell = comparison.number_cell(row, "bias", " mm", "_mm")
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
     cell = comparison.difference({"difference": UNKNOWN})
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
@@ -204,7 +207,9 @@ def benches_of(detectors, rows=BENCHES):
 
 
 def sentence_of(detectors, origin="simulated"):
-    return section("other_benches", **benches_of(detectors), labelled_origin=origin)
+    return section(
+        "other_benches", **benches_of(detectors), labelled_origin=SimpleNamespace(kind=origin)
+    )
 
 
 def test_the_range_stands_in_one_sentence_and_in_a_table():

@@ -8,28 +8,26 @@ import pytest
 from capsule import files
 from capsule.configuration import read_config_file
 from capsule.detectors.beats import WINDOWS_A_WAVE
-from capsule.detectors.template import first_peak_sample
-from capsule.page.beside import stands_beside
 from capsule.page.evidence import (
-    VERDICT_KEYS,
-    FoldParticles,
+    EVIDENCE,
     NearestTemplate,
     StoredRecordings,
     archive_evidence,
     evidence_among_others,
+    fold_templates,
     in_words,
     nearest_template,
-    nearest_templates,
     surface,
     verdicts_by_recording,
 )
-from capsule.page.packing import inflated, to_json
+from capsule.page.packing import to_json
 from capsule.page.plot_data import STEP, plot_data
 from capsule.particle import Particle, render
 from capsule.results import FITS, PLOT_DATA, Results
 from capsule.sliding import SlidingComparison, rmse_at_lag
-from capsule.templates import build_templates, total
+from capsule.templates import build_templates
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated
+from support.packed import inflated
 from support.project import ROOT
 from support.stored import StoredResults
 from support.synthetic import make_recording
@@ -42,10 +40,9 @@ ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_
 
 def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     values = make_recording(3, "3mm/r01", samples=1000).values
-    said = dict.fromkeys(VERDICT_KEYS)
-    said |= {"detector": "template_threshold", "scheme": "leave_one_out", "predicted_mm": 3.0}
+    said = {"detector": "template_threshold", "scheme": "leave_one_out", "predicted_mm": 3.0}
     said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
-    said |= dict.fromkeys(("score", "threshold", "location_mm"), 1234.567)
+    said |= dict.fromkeys(EVIDENCE, 1234.567)
     verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
     verdicts += [said | {"distances": []}] * 6
     schemes = ("leave_one_out", "resubstitution")
@@ -54,17 +51,12 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
     check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
     made = plot_data("3mm/r01", values, check, stretches, 10.0, SETTINGS)
-    alone = json.loads(inflated(made["drawn"]))
-    assert None not in alone.values()
-    alone["facts"] = {"SHA-256": "0" * 64}
+    assert None not in json.loads(inflated(made["drawn"])).values()
     added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), SETTINGS)
     assert None not in added.values()
-    one = len(to_json(alone | added))
-    # The figures take 2.5 MB, a recording's rows in the tables less than 900 bytes.
-    assert 1200 * (one + 900) + 2.5e6 < 25e6
-    assert not stands_beside(1200, SETTINGS)
-    too_many = int((25e6 - 2.5e6) / (one + 900)) + 1
-    assert stands_beside(too_many, SETTINGS)
+    one = len(to_json({"drawn": made["drawn"], **added}))
+    # The figures take 1.3 MB, a recording's rows in the tables less than 900 bytes.
+    assert 1200 * (one + 900) + 1.3e6 < 25e6
 
 
 def test_the_fit_is_drawn_where_it_lies_and_said_in_words():
@@ -86,20 +78,21 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     ]
     first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
-    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    location_s = first_peak_sample(length + 1, first_peak, length) / 10
-    row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": location_s}
+    row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
-    said = dict.fromkeys(VERDICT_KEYS) | verdict
-    said |= {"distances": [0.2, 0.1], "details": f"place {location_s:g} s"}
-    stored = StoredResults(leave_one_out={3.0: PARTICLE})
-    made = list(archive_evidence(rows, verdicts, [0.0, 3.0], stored, SETTINGS))
-    assert [json.loads(inflated(alone))["recording"] for alone, _ in made] == ["0mm/r01", "3mm/r01"]
-    healthy, nodule = (json.loads(others) for _, others in made)
+    said = dict.fromkeys(EVIDENCE) | verdict
+    said |= {"distances": [0.2, 0.1], "details": "place 15.0 s"}
+    matrix = render(PARTICLE, first_peak, length)
+    stored = StoredResults(matrix, leave_one_out={3.0: PARTICLE})
+    made = dict(archive_evidence(rows, verdicts, 3.0, stored, SETTINGS))
+    assert list(made) == ["0mm/r01", "3mm/r01"]
+    healthy, nodule = map(json.loads, made.values())
+    assert json.loads(inflated(nodule["drawn"]))["recording"] == "3mm/r01"
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
     assert (healthy["row"], nodule["row"]) == (0, 2)
     assert (healthy["nodule_at_mm"], nodule["nodule_at_mm"]) == (None, 4.5)
     assert healthy["verdicts"] == [said] and nodule["verdicts"] == [said] * 2
+    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     drawn = nodule["templates"]["leave_one_out"]
     assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
 
@@ -119,7 +112,7 @@ def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     row |= {"detector": "template", "scheme": "all", "score": 1 / 3, "threshold": float("inf")}
     row |= {"rmse_0mm": 0.25, "rmse_3mm": UNKNOWN}
     said = in_words(row)
-    assert (said["predicted_mm"], said["location_s"], said["details"]) == (None, None, "")
+    assert (said["predicted_mm"], said["details"]) == (None, "")
     assert in_words(row | {"no_verdict": "no wave"})["details"] == "no wave"
     assert (said["score"], said["threshold"]) == (0.3333333, None)
     assert said["distances"] == [0.25, None]
@@ -127,46 +120,28 @@ def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     assert in_words(row | {"detector": "diagonal"})["distances"] == []
 
 
-U, LENGTH, RATE_HZ = 30, 120, 10
-SHORT = {
-    "fit": {"first_peak": U},
-    "preprocessing": {"length": LENGTH},
-    "recording": {"rate_hz": RATE_HZ},
-}
-SIZES_MM = [0.0, 1.0, 3.0, 5.0]
+U, LENGTH = 30, 120
 
 
 def two_sensors(height, spacing=40.0):
     return Particle(np.full(2, height), np.full(2, 0.3), np.array([spacing]), np.full(2, 8.0))
 
 
-BY_SIZE = {1.0: two_sensors(0.2), 3.0: two_sensors(1.0), 5.0: two_sensors(2.0)}
-
-
-def verdict(distances, lag=None, scheme="leave_one_out", detector="template"):
-    at = None if lag is None else first_peak_sample(lag, U, LENGTH) / RATE_HZ
-    return {"detector": detector, "scheme": scheme, "distances": distances, "location_s": at}
-
-
-def found(verdicts, matrix=None, particles=BY_SIZE):
-    by_scheme = nearest_templates(
-        {"leave_one_out": particles}, verdicts, SIZES_MM, lambda: matrix, SHORT
-    )
-    return {scheme: (each.size_mm, each.lag) for scheme, each in by_scheme.items()}
-
-
 def test_a_fold_has_the_templates_of_the_recordings_that_taught():
-    by_size = {1.0: [two_sensors(0.2)], 3.0: [two_sensors(1.0), two_sensors(0.8, 44.0)]}
-    folds = FoldParticles({size: total(some, 2) for size, some in by_size.items()})
-    everything = folds.without([])
+    taught = {"1mm/a": two_sensors(0.2), "3mm/a": two_sensors(1.0), "3mm/b": two_sensors(0.8, 44)}
+    blank = dict.fromkeys(["near_copies", "site", "session", "readings_sha256"], "")
+    accepted = {name: {"size_mm": name[0], **blank} for name in taught}
+    accepted["unlabelled/p"] = {"size_mm": "", **blank}
+    rules = {"schemes": ["leave_one_out"], "most_folds": 500, "held_out": [], "groups": []}
+    found = fold_templates(taught, accepted, rules)
+    by_size = {1.0: [taught["1mm/a"]], 3.0: [taught["3mm/a"], taught["3mm/b"]]}
     templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
     for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
-        assert np.allclose(render(everything[size], U, LENGTH), matrix)
+        assert np.allclose(render(found["unlabelled/p"]["all"][size], U, LENGTH), matrix)
     # Without its only recording a size has no template.
-    fold = folds.without([(1.0, two_sensors(0.2)), (3.0, two_sensors(1.0))])
-    assert list(fold) == [3.0]
-    assert fold[3.0].to_vector() == pytest.approx(two_sensors(0.8, 44.0).to_vector())
-    assert folds.without([(3.0, two_sensors(1.0)), (3.0, two_sensors(0.8, 44.0))]).keys() == {1.0}
+    assert list(found["1mm/a"]["leave_one_out"]) == [3.0]
+    fold = found["3mm/a"]["leave_one_out"]
+    assert fold[3.0].to_vector() == pytest.approx(taught["3mm/b"].to_vector())
 
 
 def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
@@ -174,44 +149,6 @@ def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
     matrix = render(two_sensors(0.9), U, LENGTH)
     nearest = nearest_template(SlidingComparison(matrix), particles, U)
     assert nearest.size_mm == 3.0 and nearest.lag == LENGTH + 1
-
-
-def test_without_a_template_none_is_nearest():
-    assert nearest_template(SlidingComparison(np.ones((2, LENGTH))), {}, U) is None
-
-
-@pytest.mark.parametrize("lag", [1, 77, LENGTH + 1, 2 * LENGTH])
-def test_the_papers_verdict_tells_size_and_lag_without_a_comparison(lag):
-    assert found([verdict([0.4, 0.3, 0.1, 0.2], lag)]) == {"leave_one_out": (3.0, lag)}
-
-
-def test_of_equal_distances_the_first_counts_as_in_the_comparison():
-    assert found([verdict([0.1, 0.3, 0.2, 0.2], 9)]) == {"leave_one_out": (3.0, 9)}
-
-
-def test_a_size_without_a_template_is_not_the_nearest():
-    assert found([verdict([0.4, None, 0.3, 0.2], 9)]) == {"leave_one_out": (5.0, 9)}
-
-
-def test_without_a_nodule_found_only_the_nearest_template_is_compared():
-    # The matrix is nearest to 3 mm, so a comparison with all sizes would not return 5 mm.
-    matrix = render(two_sensors(0.9), U, LENGTH)
-    assert found([verdict([0.1, 0.4, 0.3, 0.2])], matrix) == {"leave_one_out": (5.0, LENGTH + 1)}
-
-
-def test_without_a_verdict_of_the_papers_detector_all_templates_are_compared():
-    matrix, wanted = render(two_sensors(0.9), U, LENGTH), (3.0, LENGTH + 1)
-    others = [
-        verdict([], 9, detector="diagonal"),
-        verdict([0.1, 0.2, 0.2, 0.1], 9, scheme="resubstitution"),
-        verdict([None] * 4),
-    ]
-    for verdicts in ([], others[:1], others[1:2], others):
-        assert found(verdicts, matrix) == {"leave_one_out": wanted}
-
-
-def test_a_scheme_without_any_template_has_none():
-    assert found([verdict([0.1, None, None, None])], particles={}) == {}
 
 
 def drawn(values, sensors, samples):

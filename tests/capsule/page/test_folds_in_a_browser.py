@@ -10,7 +10,7 @@ pytestmark = [
     pytest.mark.browser,
     needed,
 ]
-FOLDS = "return [...document.querySelectorAll('main details:not(.columns)')]"
+FOLDS = "return [...document.querySelectorAll('main details')]"
 TERMS = 18
 
 

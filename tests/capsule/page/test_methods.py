@@ -10,7 +10,8 @@ from capsule import files, words
 from capsule.evaluation.lead import Lead
 from capsule.page import detector_sections, overview, provenance
 from capsule.page import files as page_files
-from capsule.page.provenance import ProjectState, how_made
+from capsule.page.provenance import how_made
+from capsule.project_state import ProjectState
 from support.evaluated import UNKNOWN, evaluated, index_of, rates_of, read_paper
 from support.project import ROOT
 from support.sections import section
@@ -29,7 +30,7 @@ def paragraph_of(rates, lead, config):
     return section(
         "methods",
         **values,
-        methods=detector_sections.methods_values(rates, lead, values["ours"]),
+        methods=detector_sections.methods_values(rates, values["ours"]),
         settings=config,
         software="",
         confidence=words.percent(config["evaluation"]["confidence"]),

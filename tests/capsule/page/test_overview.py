@@ -33,7 +33,7 @@ def test_the_overview_lists_what_was_not_used():
     values = overview.overview(index, passed_over, [])
     assert values["origin"].kind == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (3, 1)
-    assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
+    assert values["by_size"] == {0.0: 1, 2.5: 1}
     alike = {"recordings": ["2.5mm/b", "unlabelled/c"], "contradict": False}
     assert values["near_copies"] == [alike]
     unlabelled = {"recording": "unlabelled/c", "no_verdict": "no wave on sensor_2"}
@@ -217,5 +217,5 @@ def test_held_out_recordings_and_an_index_without_the_columns_warn_of_nothing():
     ],
 )
 def test_the_origin_of_the_recordings_stands_in_words(sources, headline, text):
-    said = section("origin", origin=origin_of(sources), accepted_words=f"{len(sources)} recordings")
+    said = section("origin", origin=origin_of(sources), accepted=len(sources))
     assert f'<p class="headline">{headline}</p>' in said and text in said

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.page.packing import deflated, inflated, pack, rounded, to_json
-from support.packed import unpack
+from capsule.page.packing import deflated, pack, rounded, to_json
+from support.packed import inflated, unpack
 
 
 def test_counts_of_an_adc_come_through_exactly_with_their_gaps():

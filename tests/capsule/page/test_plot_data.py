@@ -10,7 +10,6 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
 from capsule.detectors.search import passage_of
-from capsule.page.packing import inflated
 from capsule.page.plot_data import (
     STEP,
     WIDTH,
@@ -23,7 +22,7 @@ from capsule.page.plot_data import (
 from capsule.project import WEIGHTS
 from capsule.recording import read_recording
 from capsule.units import shares_at_ends
-from support.packed import unpack
+from support.packed import inflated, unpack
 from support.project import ROOT
 from support.synthetic import make_recording
 from support.waves import wave_readings

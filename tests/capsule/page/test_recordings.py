@@ -99,7 +99,7 @@ def test_every_detector_and_scheme_has_a_verdict_on_every_row():
     assert data["main_scheme"] == "leave_one_out"
     (stands_in, _) = (each["stand_in"] for each in data["schemes"])
     assert stands_in == ["leave_one_out", "all", "resubstitution"]
-    assert list(data["checksums"]) == ["0mm/a", "2mm/a", "unlabelled/a"]
+    assert data["recordings"] == ["0mm/a", "2mm/a", "unlabelled/a"]
 
 
 @pytest.mark.parametrize("count", [1, 2, MAX_MARKS, MAX_MARKS + 1, 5 * MAX_MARKS])

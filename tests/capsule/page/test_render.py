@@ -1,7 +1,5 @@
 """Nothing on the page can run but its own script, whatever a text holds."""
 
-import re
-
 import pytest
 
 from capsule.page.render import PAGE, Frame, render_page
@@ -23,18 +21,6 @@ def test_the_policy_allows_this_script_and_no_other():
     assert "<script>a < b && c</script>" in page
     assert "default-src 'none'" in page and "unsafe" not in page
     assert page.count("'sha256-") == 2
-
-
-def test_files_beside_the_page_are_read_by_its_script_alone_and_from_the_same_place():
-    template = "{{ policy }}|{{ policy_beside }}"
-    inside, none = filled(template, script="a").split("|")
-    first, second = filled(template, script="a", values={"beside": {"files": []}}).split("|")
-    assert none == "" and "'strict-dynamic'" not in inside
-    assert first.startswith("default-src 'none';")
-    (allowed,) = re.findall(r"script-src ('sha256-\S+')", inside)
-    assert f"script-src {allowed} 'strict-dynamic';" in first
-    assert second == f"script-src {allowed} 'self' file:"
-    assert "http" not in first + second and "unsafe" not in first + second
 
 
 def test_an_end_tag_in_the_script_is_refused():

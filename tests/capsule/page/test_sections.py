@@ -10,10 +10,10 @@ import yaml
 
 from capsule import files
 from capsule.evaluation import columns, learning, sites
-from capsule.figures.registry import FIGURES
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
+from capsule.project_state import ProjectState
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 from support.stored import StoredResults
@@ -25,7 +25,7 @@ KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
 
 
-def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=(), write=None):
+def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
     """Put together what the page says of some recordings, each without signals."""
     tables = sections.Tables(
         index=index_of(*rows),
@@ -40,19 +40,20 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
         references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
     )
-    return sections.page_values(tables, StoredResults(), SCHEMA, read_paper(), write)
+    return sections.page_values(tables, StoredResults(), SCHEMA, read_paper())
 
 
 def filled(page):
     """Fill in the template that the report has; figures are left blank."""
-    figures = {name: {"wide": "data:,", "narrow": "data:,"} for name in FIGURES}
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
-    state, versions = provenance.ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
+    state, versions = ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
     made |= {"key": KEY}
     frame = page_files.read_frame(ROOT / "workflow" / "report")
     none = surveys.page_values([], {})
-    return "".join(render_page(frame, {**page, "figures": figures, "surveys": none, **made}))
+    return "".join(
+        render_page(frame, {**page, "figure": lambda name: "data:,", "surveys": none, **made})
+    )
 
 
 @pytest.fixture(scope="module")
@@ -125,26 +126,6 @@ def test_the_page_shows_the_interval_of_every_size_and_its_level():
     assert (
         "estimated 3.2 mm (2.1 to 4.0), probability 90 %" in dict(page["evidence"])["unlabelled/a"]
     )
-
-
-def test_the_page_of_a_large_archive_tells_where_its_evidence_is_and_holds_none():
-    verdict = {"recording": "unlabelled/a", "detector": "diagonal", "predicted_mm": 3.0}
-    verdict |= {"estimate_mm": 3.2, "estimate_low_mm": 2.1, "estimate_high_mm": 4.0}
-    verdict |= {"probability": 0.9, "location_s": 9.0, "location_mm": 4.0, "rmse_0mm": UNKNOWN}
-    page = values(
-        [("0mm/a", 0.0, 0.0)],
-        (0.0,),
-        ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
-        ["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "bench", "bb", 70.0],
-        detections=pd.DataFrame([verdict]),
-        write=lambda rows, texts: {"folder": "report", "files": [len([*texts(rows)])], "each": 32},
-    )
-    assert page["evidence"] == []
-    told = {"folder": "report", "files": [2], "each": 32}
-    assert page["beside"] == json.loads(page["data"])["beside"] == told
-    (patient,) = page["patients"]["rows"]
-    assert patient["quality"] == "unlabelled/a: no gap, no loose sensor"
-    assert filled(page).count("no gap, no loose sensor") == 1
 
 
 def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate():

@@ -1,4 +1,4 @@
-"""Tests of the page's texts on surveys, and of its data to move the capsule through them."""
+"""Tests of the page's texts on surveys, and of its data to move a mark through them."""
 
 import base64
 import json
@@ -8,16 +8,11 @@ import numpy as np
 import pytest
 
 from capsule.figures.draw_survey import survey_drawing
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.geometry.origami import pitch, sensor_offsets, vertices
-from capsule.page.files import with_dark_colours
-from capsule.page.surveys import capsule_outline, page_values, player, survey_values, title_of
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.figures.style import PAGE_WIDTH_IN, render_figure
+from capsule.page.surveys import page_values, player, survey_values, title_of
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from support.surveys import CREST_MM, DETECTOR, PLACES, head_mm, session_contents
-
-PHANTOM = read_phantom(DEFAULT_TABLE, [])
+from support.surveys import DETECTOR, PLACES, head_mm, session_contents
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +22,7 @@ def session():
 
 @pytest.fixture(scope="module")
 def played(session):
-    return player(session, track_of(session), crest_at_mm(session, DETECTOR), PHANTOM)
+    return player(session, track_of(session))
 
 
 def unpacked(packed):
@@ -84,10 +79,6 @@ def test_the_player_knows_where_the_head_was_and_when_nobody_knew(played):
     np.testing.assert_allclose(np.interp(known, time_s, at_mm), head_mm(known), atol=0.5)
     (unknown,) = played["unknown"]
     assert unknown == [pytest.approx(120.8), pytest.approx(211.2)]
-    np.testing.assert_allclose(played["wave"][-1], [344.0, 8600.0])
-    folded = {tuple(point) for point in played["folded"]}
-    assert {(120.0, 0.0), (200.0, 1.0)} <= folded
-    assert played["wall"]["crest_mm"] == pytest.approx(CREST_MM, abs=0.5)
     assert [96.0, "finishing", "suspected, since suspected"] in played["states"]
 
 
@@ -107,31 +98,15 @@ def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
         lines[at] = ",".join([cells[0], "", "", "", "", "", *cells[6:]])
     contents["stream.csv"] = "\n".join(lines).encode()
     gap = parse_session("gap", contents)
-    played = player(gap, track_of(gap), crest_at_mm(gap, DETECTOR), PHANTOM)
-    assert any(value is None for _, value in played["wave"])
+    played = player(gap, track_of(gap))
     times = played["signals"]["every_s"] * np.arange(len(unpacked(played["signals"]["rows"][0])))
     missing = times[np.isnan(unpacked(played["signals"]["rows"][0]))]
     assert (missing[0], missing[-1]) == (pytest.approx(50), pytest.approx(55.8))
 
 
-def test_the_capsule_has_the_true_geometry(played):
-    capsule = capsule_outline(PHANTOM.origami, PHANTOM.folding.half_width_mm, 4)
-    assert capsule == played["capsule"]
-    corners = vertices(PHANTOM.origami)
-    expected = [corners[name] for name in "ACB"] + [corners[name] * [1, -1] for name in "BCA"]
-    np.testing.assert_allclose(capsule["hexagon"], expected, atol=1e-3)
-    upper, lower = capsule["awns"]
-    np.testing.assert_allclose(upper, [corners["C"], corners["D"]], atol=1e-3)
-    np.testing.assert_allclose(lower, np.array(upper) * [1, -1])
-    assert capsule["half_width_mm"] == 10
-    assert capsule["folded_half_mm"] == PHANTOM.folding.half_width_mm
-    assert capsule["pitch_mm"] == pytest.approx(pitch(PHANTOM.origami), abs=1e-4)
-    assert sensor_offsets(PHANTOM.origami, 2)[1] == pytest.approx(capsule["pitch_mm"], abs=1e-4)
-
-
 def test_what_is_not_shown_is_named(session):
     values = page_values(
-        [{"name": "broken", "problem": "places.csv: line 2", "frames": {}}], {"a b": "rename"}
+        [{"name": "broken", "problem": "places.csv: line 2", "frame": {}}], {"a b": "rename"}
     )
     assert values["shown"] == []
     assert values["problems"] == [("broken", "places.csv: line 2"), ("a b", "rename")]
@@ -158,12 +133,9 @@ def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
     session = long_survey()
     track, crest_mm, pins = track_of(session), crest_at_mm(session, DETECTOR), pins_of(session)
     content = survey_values(session, track, pins)
-    content["player"] = player(session, track, crest_mm, PHANTOM)
+    content["player"] = player(session, track)
     _, draw = survey_drawing(session, "two", track, pins, (80.0, crest_mm))
-    pictures = [
-        with_dark_colours(render_figure(draw(width_in), "svg", "two", outlines=False))
-        for width_in in (PAGE_WIDTH_IN, COLUMN_WIDTH_IN)
-    ]
-    (shown,) = page_values([content | {"frames": {}, "pictures": {}}], {})["shown"]
+    picture = render_figure(draw(PAGE_WIDTH_IN), "svg", "two")
+    (shown,) = page_values([content | {"frame": {}, "picture": ""}], {})["shown"]
     assert len(session.places) == len(PLACES)
-    assert len(shown["data"]) + sum(4 * len(picture) / 3 for picture in pictures) < 300_000
+    assert len(shown["data"]) + 4 * len(picture) / 3 < 300_000

@@ -10,7 +10,7 @@ pytestmark = [
     pytest.mark.browser,
     needed,
 ]
-EVIDENCE = "const e = JSON.parse(document.querySelector(`[data-evidence='${arguments[0]}']`).text);"
+EVIDENCE = "return Chooser.read(arguments[0]).then((e) => "
 DETECTORS = {
     "template": ["Score", "Nearest template"],
     "template_threshold": ["Score", "Nearest template"],
@@ -58,7 +58,7 @@ def test_every_detector_shows_what_it_judged_by(browser, page, project, detector
 
 def test_the_score_along_the_gut_ends_in_the_verdict(browser, page, project):
     browser.open(page)
-    script = EVIDENCE + "return [Signals.unpack(e.gut)[0], e.gut.step_mm, e.nodule_at_mm, e.beats]"
+    script = EVIDENCE + "[Signals.unpack(e.gut)[0], e.gut.step_mm, e.nodule_at_mm, e.beats])"
     index = {row["recording"]: row for row in project.table("recordings.csv")}
     for name in ("0mm/r02", "1mm/r01", "6mm/r03"):
         scores, step_mm, truth, beats = browser.run(script, name)
@@ -78,8 +78,8 @@ def test_the_score_along_the_gut_ends_in_the_verdict(browser, page, project):
 def test_the_template_is_drawn_as_it_was_averaged_at_its_best_lag(browser, page, project):
     browser.open(page)
     script = EVIDENCE + (
-        "const t = e.templates.resubstitution;"
-        "return [t.size_mm, t.from, Signals.surfaceRows(t, 4, 1000, 1)]"
+        "e.templates.resubstitution).then((t) => "
+        "[t.size_mm, t.from, Signals.surfaceRows(t, 4, 1000, 1)])"
     )
     with np.load(project.results / "templates.npz") as stored:
         templates = dict(stored.items())

@@ -1,4 +1,4 @@
-"""The page as a place to work in: switches, columns, files to keep, links and notes."""
+"""The page as a place to work in: switches, files to keep and links."""
 
 import csv
 import io
@@ -39,7 +39,7 @@ def choose(browser, title, value):
         "const label = [...document.querySelectorAll('.switches label')]"
         ".find((each) => each.textContent.startsWith(arguments[0]));"
         "const select = label.querySelector('select'); select.value = arguments[1];"
-        "select.dispatchEvent(new Event('change'))",
+        "select.dispatchEvent(new Event('change', { bubbles: true }))",
         title,
         value,
     )
@@ -183,34 +183,6 @@ def test_resubstitution_is_hidden_until_asked_for(browser, page):
     assert browser.run(seen) == 0
 
 
-def test_columns_go_and_come_back(browser, page, tmp_path):
-    browser.open(page)
-    summary = "#detection .block:not([hidden]) .columns summary"
-    browser.find(summary).click()
-    box = "#detection .block:not([hidden]) input[data-column='{}']"
-    before = shown_table(browser, "rates-table")[1]
-    browser.find(box.format(1)).click()
-    browser.find(box.format(3)).click()
-    groups, schemes, *rows = shown_table(browser, "rates-table")[1]
-    assert [text for _, text in groups][:2] == ["True size", "Recall"]
-    loo, paper = words.scheme("leave_one_out"), words.scheme("paper")
-    assert [text for _, text in schemes] == [loo, paper] * 3 + [loo]
-    assert [row[1:] for row in rows] == [row[3:] for row in before[2:]]
-    with saved(browser, tmp_path) as file:
-        press(browser, "Save the table as CSV: rates of each nodule size")
-        heads, *_ = read_csv(file())
-    assert heads[:2] == ["True size", "Recall, leave-one-out"]
-    browser.find(box.format(1)).click()
-    browser.find(box.format(3)).click()
-    assert shown_table(browser, "rates-table")[1] == before
-    # Resubstitution beside the result, for those who want both.
-    browser.find(box.format(2)).click()
-    _, schemes, *_ = shown_table(browser, "rates-table")[1]
-    assert [text for _, text in schemes][:2] == ["leave-one-out", "resubstitution"]
-    browser.find(summary).send_keys("\ue00c")
-    assert browser.find(summary).find_element("xpath", "..").get_attribute("open") is None
-
-
 def test_a_saved_table_holds_the_numbers_of_the_csv_file(browser, page, project, tmp_path):
     browser.open(page, "#detector=diagonal")
     with saved(browser, tmp_path) as file:
@@ -294,54 +266,10 @@ def test_every_name_of_a_recording_leads_to_its_drawing(browser, page):
     wait_for_title(browser, "2.5mm/r02: ")
 
 
-NOTE = '=cmd; "loose" <b>sensor</b> 3'
-
-
-def test_notes_are_kept_and_saved(browser, page, tmp_path):
-    browser.open(page, "#recording=2.5mm/r02")
-    browser.find("#note").send_keys(NOTE)
-    assert "Kept in this browser only." in browser.find(".notes output").text
-    assert browser.texts("#recordings-table .noted") == ["note"]
-    browser.find("#next").click()
-    wait_for_title(browser, "2.5mm/r03")
-    assert browser.find("#note").get_property("value") == ""
-    browser.open(page, "#recording=2.5mm/r02")
-    assert browser.find("#note").get_property("value") == NOTE
-    with saved(browser, tmp_path) as file:
-        browser.find(".notes button").click()
-        rows = read_csv(file())
-    assert rows[0] == ["recording", "note", "written"]
-    assert [row[:2] for row in rows[1:]] == [["2.5mm/r02", without_formula(NOTE)]]
-    browser.find("#note").clear()
-    browser.open(page, "#recording=2.5mm/r02")
-    assert browser.find("#note").get_property("value") == ""
-    assert browser.find(".notes button").get_attribute("disabled")
-    assert browser.messages() == []
-
-
-def test_where_the_browser_keeps_nothing_the_page_says_so_and_notes_still_work(browser, page):
-    refuse = "Object.defineProperty(window, 'localStorage', {get() { throw new Error('no'); }})"
-    script = browser._command("Page.addScriptToEvaluateOnNewDocument", source=refuse)
-    try:
-        browser.open(page, "#recording=1mm/r01")
-        assert "keeps no notes" in browser.find(".notes output").text
-        browser.find("#note").send_keys("gap at 12 s")
-        browser.find("#next").click()
-        wait_for_title(browser, "1mm/r02")
-        browser.find("#previous").click()
-        wait_for_title(browser, "1mm/r01")
-        assert browser.find("#note").get_property("value") == "gap at 12 s"
-        assert browser.find(".notes button").text == "Save notes as CSV (1)"
-        assert browser.messages() == []
-    finally:
-        browser._command("Page.removeScriptToEvaluateOnNewDocument", **script)
-
-
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [PHONE, DESKTOP])
 def test_axe_finds_no_fault_after_switching(browser, page, width, dark):
     browser.open(page, "#detector=taught&scheme=resubstitution", width=width, dark=dark)
-    browser.find("#detection .block:not([hidden]) .columns summary").click()
     assert browser.violations() == []
     assert browser.run("return document.documentElement.scrollWidth") <= width
     assert browser.messages() == []

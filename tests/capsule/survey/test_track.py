@@ -12,7 +12,6 @@ from capsule.survey.track import (
     AHEAD,
     BACK,
     crest_at_mm,
-    folded_part,
     pins_of,
     runs_of,
     simplified,
@@ -70,12 +69,6 @@ def test_a_place_is_pinned_from_its_suspicion_to_its_verdict(session):
     first, second = pins_of(session)
     assert first == (96.0, 280.0)
     assert second == (320.0, 340.0)
-
-
-def test_the_origami_folds_evenly_between_two_reports_and_silence_stays_unknown():
-    fold = np.array(["unfolded", "folding", "folding", "folding", "folded", "unknown", "unfolded"])
-    part = folded_part(np.arange(7.0), fold)
-    np.testing.assert_allclose(part, [0, 0.25, 0.5, 0.75, 1, np.nan, 0])
 
 
 def test_crests_stand_where_the_sensors_felt_them(session):

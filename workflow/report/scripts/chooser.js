@@ -1,25 +1,36 @@
-// Choose the recording to show: by a link, by the address, or with the buttons Previous and Next.
+// Choose the recording to show, by a link, by the address, or with the buttons Previous and Next, and read its data.
 
-const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
+const Chooser = ((Elements, Palette, Viewer) => {
   "use strict";
 
   const { element } = Elements;
+  const nodes = [...document.querySelectorAll("script[data-evidence]")];
+  const carried = new Map(nodes.map((node) => [node.dataset.evidence, node]));
 
-  /** Let a reader choose from the rows of the table. `onChosen` is called with the choice. Return a function to call when the rows change. */
-  function setUp(list, shown, data, onChosen) {
+  /** Return the data of a recording; its signals are deflated in the page. */
+  async function read(name) {
+    const { drawn, ...others } = Elements.readData(carried.get(name));
+    const bytes = Uint8Array.from(atob(drawn), (character) => character.charCodeAt(0));
+    const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return { ...(await new Response(inflated).json()), ...others };
+  }
+
+  const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
+
+  /** Let a reader choose from the rows of the table. Return a function to call when the rows change. */
+  function setUp(list, shown, data) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
     const previous = document.getElementById("previous");
     const next = document.getElementById("next");
-    const store = EvidenceStore.setUp(data);
     let chosen = null;
     let asked = 0;
     let marked = null;
     let redraw = () => {};
 
     const neighbours = () => {
-      const visible = list.fitting().filter((row) => store.has(row.dataset.recording));
+      const visible = list.fitting().filter((row) => carried.has(row.dataset.recording));
       const current = visible.findIndex((row) => row.dataset.recording === chosen);
       return [visible[current - 1], current < 0 ? visible[0] : visible[current + 1]];
     };
@@ -36,8 +47,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     const draw = () => {
       const current = shown.current();
       const wanted = current.recording ?? viewer.dataset.first;
-      if (!store.has(wanted)) return;
-      if (wanted !== chosen) onChosen(wanted);
+      if (!carried.has(wanted)) return;
       chosen = wanted;
       update();
       asked += 1;
@@ -52,13 +62,13 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
         title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current, data)}`;
         redraw = Viewer.show(viewer, evidence, { ...current, recording: wanted }, data);
       };
-      const explain = (why) => {
+      const explain = () => {
         title.textContent = `${wanted}: no signals`;
-        viewer.replaceChildren(element("p", "note", why));
+        viewer.replaceChildren(element("p", "note", TOO_OLD));
         redraw = () => {};
       };
       viewer.setAttribute("aria-busy", "true");
-      store.read(wanted, drawn(show), drawn(explain));
+      read(wanted).then(drawn(show), drawn(explain));
     };
 
     const bringIntoView = () => {
@@ -78,18 +88,11 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
     });
     previous.addEventListener("click", () => step(0));
     next.addEventListener("click", () => step(1));
-    Palette.onThemeChange(() => redraw());
-    let width = viewer.clientWidth;
-    new ResizeObserver(() => {
-      if (viewer.clientWidth !== width) {
-        width = viewer.clientWidth;
-        redraw();
-      }
-    }).observe(viewer);
+    Palette.onChange(viewer, () => redraw());
     draw();
     if (shown.named) bringIntoView();
     return update;
   }
 
-  return { setUp };
-})(EvidenceStore, Palette, Viewer, Elements);
+  return { setUp, read };
+})(Elements, Palette, Viewer);

@@ -20,7 +20,7 @@ const Folds = (() => {
     named();
     let closed = [];
     addEventListener("beforeprint", () => {
-      closed = [...document.querySelectorAll("main details:not([open], .columns)")];
+      closed = [...document.querySelectorAll("main details:not([open])")];
       closed.forEach((fold) => fold.setAttribute("open", ""));
     });
     addEventListener("afterprint", () => closed.forEach((fold) => fold.removeAttribute("open")));

@@ -28,8 +28,14 @@ const Palette = (() => {
     return { colour: dark.matches && !root.classList.contains(PRINTING) ? line.dark : line.light, dash: line.dash };
   }
 
-  /** Call a function whenever the theme changes, also for printing. */
-  function onThemeChange(call) {
+  /** Call a function whenever the theme, also for printing, or the width of an element changes. */
+  function onChange(element, call) {
+    let width = element.clientWidth;
+    new ResizeObserver(() => {
+      if (element.clientWidth === width) return;
+      width = element.clientWidth;
+      call();
+    }).observe(element);
     dark.addEventListener("change", call);
     for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
       addEventListener(event, () => {
@@ -39,5 +45,5 @@ const Palette = (() => {
     }
   }
 
-  return { themeColour, sensorLine, onThemeChange };
+  return { themeColour, sensorLine, onChange };
 })();

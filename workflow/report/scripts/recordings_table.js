@@ -1,7 +1,61 @@
-// Sort, filter and search the table of all recordings.
+// Sort, filter and search the table of all recordings. For a very large archive the table lists a part of them, because browsers are slow with thousands of rows.
 
-const RecordingsTable = (() => {
+const RecordingsTable = ((Elements) => {
   "use strict";
+
+  const { element } = Elements;
+
+  /** Set up the rows and their order. A hidden row does not fit the reader's filters. */
+  function rowsOf(table) {
+    const body = table.tBodies[0];
+    // The number of rows that the page contains in its table.
+    const step = body.rows.length;
+    // Rows in a template are not part of the page until they are moved into the table.
+    const further = document.getElementById("further-rows");
+    const all = [...body.rows, ...(further ? further.content.children : [])];
+    const byName = new Map(all.map((row) => [row.dataset.recording, row]));
+    let ordered = all;
+    let limit = step;
+    const fitting = () => ordered.filter((row) => !row.hidden);
+    const more = element("button", "", `List ${step} more`);
+    more.type = "button";
+    more.id = "list-more";
+    more.hidden = true;
+    if (further) document.getElementById("none-shown").before(more);
+
+    const list = () => {
+      if (!further) return;
+      const rows = fitting();
+      body.replaceChildren(...rows.slice(0, limit));
+      more.hidden = rows.length <= limit;
+    };
+
+    more.addEventListener("click", () => {
+      limit += step;
+      list();
+    });
+    if (further) {
+      // A saved file holds all rows that fit.
+      table.addEventListener("beforesave", () => body.replaceChildren(...fitting()));
+      table.addEventListener("aftersave", list);
+    }
+    return {
+      all,
+      fitting,
+      of: (name) => byName.get(name),
+      /** List the rows that fit now, from the top. */
+      refresh: () => {
+        limit = step;
+        list();
+      },
+      sort: (rows) => {
+        ordered = rows;
+        if (!further) body.append(...rows);
+      },
+      /** Return the number of rows that fit but are not in the table. */
+      unlisted: () => (further ? Math.max(0, fitting().length - limit) : 0),
+    };
+  }
 
   /** Let a reader sort, filter and search the rows of `list`. `onChange` is called after each change. Return a function to call when outcomes change. */
   function setUp(table, list, onChange) {
@@ -74,5 +128,5 @@ const RecordingsTable = (() => {
     };
   }
 
-  return { setUp };
-})();
+  return { rowsOf, setUp };
+})(Elements);

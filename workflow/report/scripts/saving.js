@@ -1,10 +1,41 @@
-// Save tables as CSV, and charts and figures as pictures.
+// Save tables as CSV, also with cells that span rows and columns, and charts and figures as pictures.
 
-const Saving = ((Grid, Palette) => {
+const Saving = ((Palette) => {
   "use strict";
 
-  const { columnTitles, lay, textOf } = Grid;
   const { sensorLine, themeColour } = Palette;
+
+  function textOf(cell) {
+    return cell.textContent.replace(/\s+/g, " ").trim();
+  }
+
+  /** Return, for each row, the cell that covers each column. */
+  function lay(rows) {
+    const laid = rows.map(() => []);
+    rows.forEach((row, at) => {
+      let column = 0;
+      for (const cell of row.cells) {
+        while (laid[at][column]) column += 1;
+        const wide = Number(cell.dataset.span ?? cell.colSpan);
+        for (let down = 0; down < cell.rowSpan && at + down < rows.length; down += 1) {
+          for (let across = 0; across < wide; across += 1) laid[at + down][column + across] = cell;
+        }
+        column += wide;
+      }
+    });
+    return laid;
+  }
+
+  /** Return the titles of the columns, joined from their head cells, upper cells first. */
+  function columnTitles(table) {
+    const heads = lay([...(table.tHead?.rows ?? [])]);
+    const count = Math.max(0, ...heads.map((row) => row.length));
+    return Array.from({ length: count }, (_, column) => {
+      const cells = [...new Set(heads.map((row) => row[column]).filter(Boolean))];
+      return cells.map(textOf).join(", ");
+    });
+  }
+
   // The same rules as for the files of results: no cell is a formula for a spreadsheet, and numbers stay as they are.
   const FORMULA = /(^|[;,|\t])(?=["']*[=+\-@\uff1d\uff0b\uff0d\uff20])/g;
   const NUMBER = /^([+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf)$/;
@@ -32,7 +63,7 @@ const Saving = ((Grid, Palette) => {
     const body = bodies.flat();
     const isRate = (column) => body.some((row) => row[column]?.querySelector(".value"));
     const heads = visible.flatMap((column) => {
-      const { title } = titles[column];
+      const title = titles[column];
       return isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title];
     });
     const part = (cell, name) => textOf(cell.querySelector(name) ?? document.createElement("i"));
@@ -93,32 +124,23 @@ const Saving = ((Grid, Palette) => {
     picture.toBlob((blob) => save(blob, name), "image/png");
   }
 
-  /** Return the original SVG file of a figure, without the page's style for dark mode. */
-  function svgFile(image) {
-    return atob(image.src.split(",")[1]).replace(/<style id="dark">.*?<\/style>/, "");
-  }
-
-  /** Save a figure as its original SVG file. */
+  /** Save a figure as the SVG file that it is. */
   function saveSvg(image, name) {
-    const bytes = Uint8Array.from(svgFile(image), (character) => character.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(image.src.split(",")[1]), (character) => character.charCodeAt(0));
     save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
   }
 
   /** Save a figure as PNG at twice its size, on white. */
   function saveFigure(image, name) {
-    const drawn = new Image();
-    drawn.addEventListener("load", () => {
-      const picture = document.createElement("canvas");
-      picture.width = 2 * drawn.naturalWidth;
-      picture.height = 2 * drawn.naturalHeight;
-      const context = picture.getContext("2d");
-      context.fillStyle = "#ffffff";
-      context.fillRect(0, 0, picture.width, picture.height);
-      context.drawImage(drawn, 0, 0, picture.width, picture.height);
-      picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
-    });
-    drawn.src = `data:image/svg+xml;base64,${btoa(svgFile(image))}`;
+    const picture = document.createElement("canvas");
+    picture.width = 2 * image.naturalWidth;
+    picture.height = 2 * image.naturalHeight;
+    const context = picture.getContext("2d");
+    context.fillStyle = "#ffffff";
+    context.fillRect(0, 0, picture.width, picture.height);
+    context.drawImage(image, 0, 0, picture.width, picture.height);
+    picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
   }
 
   return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };
-})(Grid, Palette);
+})(Palette);

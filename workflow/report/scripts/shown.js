@@ -1,14 +1,30 @@
-// Keep what the page shows (recording, detector, scheme), write it into the address, and call the listeners.
+// Keep what the page shows, write it into the address, such as #recording=3mm/r07&detector=diagonal, and call the listeners.
 
-const Shown = ((Address) => {
+const Shown = (() => {
   "use strict";
+
+  const KEYS = ["recording", "detector", "scheme"];
+
+  /** Return the keys and values of an address; null if it names an element of the page. */
+  function parse(hash) {
+    const named = new URLSearchParams(hash.slice(1));
+    const known = KEYS.filter((key) => named.get(key)).map((key) => [key, named.get(key)]);
+    return known.length ? Object.fromEntries(known) : null;
+  }
+
+  /** Return the address of what is shown; keys without a value are left out. */
+  function format(shown) {
+    const escaped = (text) => encodeURIComponent(text).replaceAll("%2F", "/");
+    const parts = KEYS.filter((key) => shown[key]).map((key) => `${key}=${escaped(shown[key])}`);
+    return `#${parts.join("&")}`;
+  }
 
   /** Set up the state, beginning with the address. `data` is the page's data on all recordings. */
   function setUp(data) {
     const listeners = [];
     const plain = { recording: null, detector: data.detectors[0]?.name ?? null, scheme: data.main_scheme };
     const known = {
-      recording: (name) => Object.hasOwn(data.checksums, name),
+      recording: (name) => data.recordings.includes(name),
       detector: (name) => data.detectors.some((each) => each.name === name),
       scheme: (name) => data.schemes.some((each) => each.name === name),
     };
@@ -25,7 +41,7 @@ const Shown = ((Address) => {
     /** Return the address of something to show, without default values. */
     const addressOf = (wanted) => {
       const named = Object.entries({ ...shown, ...wanted }).filter(([key, value]) => value !== plain[key]);
-      return Address.format(Object.fromEntries(named));
+      return format(Object.fromEntries(named));
     };
 
     /** Show something else. The browser's Back button returns to the former state. */
@@ -39,7 +55,7 @@ const Shown = ((Address) => {
 
     // Back and Forward return to what was shown. A link to an element of the page does not change what is shown.
     window.addEventListener("hashchange", () => {
-      const address = Address.parse(location.hash);
+      const address = parse(location.hash);
       if (history.state?.shown) shown = history.state.shown;
       else if (address) take(address);
       history.replaceState({ shown }, "");
@@ -50,13 +66,13 @@ const Shown = ((Address) => {
       const link = event.target.closest?.('a[href^="#recording="]');
       if (!link || event.ctrlKey || event.metaKey || event.shiftKey || event.button) return;
       event.preventDefault();
-      const wanted = Address.parse(link.getAttribute("href"));
+      const wanted = parse(link.getAttribute("href"));
       const target = addressOf(Object.fromEntries(Object.entries(wanted).filter(([key, value]) => known[key](value))));
       if (target === location.hash) window.dispatchEvent(new HashChangeEvent("hashchange"));
       else location.hash = target;
     });
 
-    const first = Address.parse(location.hash);
+    const first = parse(location.hash);
     if (first) take(first);
     history.replaceState({ shown }, "");
     return {
@@ -67,5 +83,5 @@ const Shown = ((Address) => {
     };
   }
 
-  return { setUp };
-})(Address);
+  return { setUp, format };
+})();

@@ -1,38 +1,25 @@
 // Switch detector and scheme in all sections that show the verdicts of one detector.
 
-const Switches = ((Elements, Grid, Tools) => {
+const Switches = ((Elements) => {
   "use strict";
 
-  const { element, sizeWords } = Elements;
-
-  /** Return a selection of detectors or schemes. */
-  function choice(title, options, onChange) {
-    const label = element("label", "", `${title} `);
-    const select = element("select");
-    for (const { name, text } of options) {
-      const option = element("option", "", text);
-      option.value = name;
-      select.append(option);
-    }
-    select.addEventListener("change", () => onChange(select.value));
-    label.append(select);
-    return { label, select };
-  }
+  const { sizeWords } = Elements;
 
   /** Return a name that tables share if they differ only in detector or scheme. */
   function kind(block) {
     return block.querySelector("table").id.replace(/-\d+$/, "");
   }
 
-  /** Move the tables of the other detectors next to the table of the first. */
-  function gather() {
-    const last = new Map();
-    for (const block of document.querySelectorAll("main .block:has(> .scroll[data-detector])")) {
-      const before = last.get(kind(block));
-      if (before) before.after(block);
-      last.set(kind(block), block);
+  /** Hide the columns of other schemes. The heads above them shrink. */
+  function showColumns(table, isOther) {
+    for (const cell of table.querySelectorAll("[data-scheme]")) cell.hidden = isOther(cell.dataset.scheme);
+    const leaves = [...table.querySelectorAll("thead tr:last-child th")];
+    let first = 0;
+    for (const group of table.querySelectorAll("th[data-span]")) {
+      const after = first + Number(group.dataset.span);
+      group.colSpan = leaves.slice(first, after).filter((leaf) => !leaf.hidden).length;
+      first = after;
     }
-    for (const emptied of document.querySelectorAll("details.other-rates")) emptied.remove();
   }
 
   /** Show the tables of the chosen detector and scheme. Mark the chosen detector in tables with all detectors. */
@@ -47,14 +34,7 @@ const Switches = ((Elements, Grid, Tools) => {
       const { detector, scheme } = scroll.dataset;
       const another = others.includes(scheme) && ofChosen.has(kind(scroll));
       scroll.closest(".block").hidden = another || Boolean(detector && detector !== shown.detector);
-      const table = scroll.querySelector("table");
-      const leaves = Grid.columnTitles(table).map(({ leaf }) => leaf);
-      const of = (test) => leaves.flatMap((leaf, column) => (test(leaf) ? [column] : []));
-      const [out, back] = [of((leaf) => others.includes(leaf)), of((leaf) => leaf === chosen)];
-      if (out.length + back.length) {
-        Tools.toggleColumns(table, back, true);
-        Tools.toggleColumns(table, out, false);
-      }
+      showColumns(scroll.querySelector("table"), (words) => others.includes(words));
     }
     const { words } = data.detectors.find((each) => each.name === shown.detector);
     const texts = { detector: shown.detector, words: `${words}; ${chosen}`, judge: `${shown.detector}, ${chosen}` };
@@ -87,26 +67,15 @@ const Switches = ((Elements, Grid, Tools) => {
 
   /** Set up the switch. `onVerdicts` is called after the verdicts in the table of recordings change. */
   function setUp(list, shown, data, onVerdicts) {
-    gather();
-    const form = element("form", "switches");
-    form.setAttribute("aria-label", "Detector and scheme of the verdicts shown");
-    const detector = choice(
-      "Detector",
-      data.detectors.map(({ name }) => ({ name, text: name })),
-      (name) => shown.show({ detector: name }),
-    );
-    const scheme = choice(
-      "Scheme",
-      data.schemes.map(({ name, words }) => ({ name, text: words })),
-      (name) => shown.show({ scheme: name }),
-    );
-    form.append(detector.label, scheme.label);
+    const form = document.getElementById("switches");
+    const { detector, scheme } = form.elements;
+    form.hidden = false;
+    form.addEventListener("change", ({ target }) => shown.show({ [target.name]: target.value }));
     form.addEventListener("submit", (event) => event.preventDefault());
-    document.querySelector("nav").append(form);
     let before = null;
     const update = (current) => {
-      detector.select.value = current.detector;
-      scheme.select.value = current.scheme;
+      detector.value = current.detector;
+      scheme.value = current.scheme;
       const key = `${current.detector}|${current.scheme}`;
       if (key === before) return;
       showTables(current, data);
@@ -122,4 +91,4 @@ const Switches = ((Elements, Grid, Tools) => {
   }
 
   return { setUp };
-})(Elements, Grid, Tools);
+})(Elements);

@@ -1,52 +1,9 @@
-// Add tools to tables and figures: hide columns, and save files.
+// Add tools to tables and figures: save files.
 
-const Tools = ((Elements, Grid, Saving) => {
+const Tools = ((Elements, Saving) => {
   "use strict";
 
   const { button, element } = Elements;
-  // For each table, the columns that the reader or the choice of a scheme has hidden.
-  const hiddenColumns = new WeakMap();
-
-  /** Hide or show columns of a table. */
-  function toggleColumns(table, columns, on) {
-    const hidden = hiddenColumns.get(table) ?? new Set();
-    hiddenColumns.set(table, hidden);
-    for (const column of columns) {
-      if (on) hidden.delete(column);
-      else hidden.add(column);
-    }
-    Grid.hideColumns(table, hidden);
-    for (const box of table.closest(".block").querySelectorAll("input[data-column]")) {
-      box.checked = !hidden.has(Number(box.dataset.column));
-    }
-  }
-
-  /** Return the list of a table's columns. The first column, which names the rows, cannot be hidden. */
-  function columnChoice(table, label) {
-    const choice = element("details", "columns");
-    const summary = element("summary", "", "Columns");
-    summary.setAttribute("aria-label", `Columns of the table: ${label}`);
-    const fields = element("fieldset");
-    fields.append(element("legend", "", "Columns shown"));
-    Grid.columnTitles(table).forEach(({ title }, column) => {
-      if (column === 0) return;
-      const box = element("input");
-      box.type = "checkbox";
-      box.checked = true;
-      box.dataset.column = column;
-      box.addEventListener("change", () => toggleColumns(table, [column], box.checked));
-      const entry = element("label");
-      entry.append(box, ` ${title || `column ${column + 1}`}`);
-      fields.append(entry);
-    });
-    choice.append(summary, fields);
-    choice.addEventListener("keydown", (event) => {
-      if (event.key !== "Escape") return;
-      choice.open = false;
-      summary.focus();
-    });
-    return choice;
-  }
 
   /** Return all rows of a table for a file. Events tell a table with further rows to list them before, and to remove them after. */
   function wholeTable(table) {
@@ -63,7 +20,6 @@ const Tools = ((Elements, Grid, Saving) => {
     const block = element("div", "block");
     if (scroll.parentNode) scroll.replaceWith(block);
     const tools = element("div", "tools");
-    if (Grid.columnTitles(table).length > 2) tools.append(columnChoice(table, label));
     tools.append(button("CSV", `Save the table as CSV: ${label}`, () => Saving.saveCsv(wholeTable(table), `${name}.csv`)));
     block.append(tools, scroll);
     return block;
@@ -97,5 +53,5 @@ const Tools = ((Elements, Grid, Saving) => {
     for (const figure of document.querySelectorAll("main figure[id]")) forFigure(figure);
   }
 
-  return { setUp, forTable, forChart, toggleColumns };
-})(Elements, Grid, Saving);
+  return { setUp, forTable, forChart };
+})(Elements, Saving);

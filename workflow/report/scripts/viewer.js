@@ -1,10 +1,90 @@
 // Show one recording: the chosen detector's evidence, the signals, and the tables.
 
-const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address) => {
+const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   "use strict";
 
-  const { chartFigure, element, number, sizeWords, svgElement } = Elements;
+  const { UNKNOWN, chartFigure, element, number, sizeWords, svgElement, textTable } = Elements;
   const { sensorLine } = Palette;
+
+  /** Return a verdict's detector and scheme in words. */
+  function labelOf(verdict, data) {
+    const scheme = data.schemes.find((each) => each.name === verdict.scheme);
+    return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
+  }
+
+  /** Return the verdicts of a scheme, or of the first one that stands in for it, as for an unlabelled or a held-out recording. */
+  function ofScheme(evidence, scheme, data) {
+    const candidates = data.schemes.find((each) => each.name === scheme).stand_in;
+    const judged = candidates.find((name) => evidence.verdicts.some((verdict) => verdict.scheme === name));
+    return evidence.verdicts.filter((verdict) => verdict.scheme === judged);
+  }
+
+  /** Return a verdict's size in words, or that there is no verdict; its details then tell the reason. */
+  function verdictWords(verdict) {
+    return verdict.predicted_mm === null ? "no verdict" : sizeWords(verdict.predicted_mm);
+  }
+
+  /** Return a distance as a number with a bar, which makes the shortest distance easy to see. */
+  function distanceCell(value, nearest, longest) {
+    if (value === null) return document.createTextNode(UNKNOWN);
+    const cell = element("span", value === nearest ? "distance nearest" : "distance");
+    cell.append(element("span", "number", number(value, 4)));
+    const bar = element("span", "bar");
+    bar.style.width = `${(6 * value) / (longest || 1)}rem`;
+    bar.setAttribute("aria-hidden", "true");
+    cell.append(bar);
+    return cell;
+  }
+
+  /** Return the table of distances to all templates, for each detector that uses them. */
+  function distances(evidence, data, scheme) {
+    const shown = ofScheme(evidence, scheme, data).filter((verdict) => verdict.distances.length);
+    const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
+    const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
+    const longest = Math.max(0, ...known.flat());
+    const rows = data.sizes.map((size, index) => [
+      sizeWords(size),
+      ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
+    ]);
+    const caption = "RMSE to every template; the shortest distance is the verdict of the paper’s detector, template.";
+    return textTable("distances", "distances", caption, heads, rows);
+  }
+
+  /** Return the table of all detectors' verdicts. */
+  function verdicts(evidence, data, scheme) {
+    const listed = ofScheme(evidence, scheme, data);
+    const rows = listed.map((verdict) => [
+      labelOf(verdict, data),
+      element("strong", "", verdictWords(verdict)),
+      verdict.details,
+    ]);
+    const taught = listed.some((verdict) => verdict.scheme === "resubstitution") ? "All recordings teach, including this one" : "Only recordings of other places teach";
+    const caption = `Every detector’s verdict. ${taught}.`;
+    return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
+  }
+
+  /** Return the table of the envelopes in numbers. */
+  function peaks(evidence) {
+    const rows = evidence.peaks.map(([value, at, above], sensor) => [
+      `Sensor ${sensor + 1}`,
+      number(value, 2),
+      number(at, 1),
+      number(above, 1),
+    ]);
+    const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${number(evidence.threshold)} SD for (s)`];
+    return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
+  }
+
+  /** Return the list of facts from the recording's file, fit and header. */
+  function facts(evidence) {
+    const list = element("dl", "facts");
+    const add = (name, text) => list.append(element("dt", "", name), element("dd", "", text || UNKNOWN));
+    for (const [name, text] of Object.entries(evidence.facts)) {
+      add(name, text);
+      if (name === "SHA-256" && evidence.fit) add("Fit", evidence.fit);
+    }
+    return list;
+  }
 
   /** Return the key of the lines: a sample of each sensor's line with its number. */
   function keyEntries(sensors) {
@@ -57,7 +137,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
 
   /** Return a detector's verdict for a scheme. */
   function verdictOf(evidence, { detector, scheme }, data) {
-    return Tables.ofScheme(evidence, scheme, data).find((each) => each.detector === detector);
+    return ofScheme(evidence, scheme, data).find((each) => each.detector === detector);
   }
 
   /** Return the recording's truth and the chosen detector's verdict in words. */
@@ -77,10 +157,10 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       const verdict = verdictOf(evidence, { ...shown, detector: name }, data);
       if (!verdict) continue;
       const link = element("a", "", name);
-      link.href = Address.format({ ...shown, detector: name });
+      link.href = Shown.format({ ...shown, detector: name });
       if (name === shown.detector) link.setAttribute("aria-current", "true");
       const entry = element("li");
-      entry.append(link, element("span", "", Tables.verdictWords(verdict)));
+      entry.append(link, element("span", "", verdictWords(verdict)));
       list.append(entry);
     }
     return list;
@@ -93,9 +173,9 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const said = element("p", "verdict");
     if (!verdict) said.textContent = "This detector gave no verdict on the recording.";
     else {
-      const parts = [Tables.verdictWords(verdict), verdict.details].filter(Boolean).join(": ");
+      const parts = [verdictWords(verdict), verdict.details].filter(Boolean).join(": ");
       const needs = verdict.score === null && detector.needs ? ` It needs ${detector.needs}.` : "";
-      said.append(element("strong", "", `${parts}.`), ` ${Tables.labelOf(verdict, data)}.${needs}`);
+      said.append(element("strong", "", `${parts}.`), ` ${labelOf(verdict, data)}.${needs}`);
     }
     return [head, said];
   }
@@ -123,8 +203,8 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     fold.append(element("summary", "", "Envelope, matrix, every detector’s verdict and the header"));
     const tables = element("div", "tables");
     tables.append(
-      Tools.forTable(Tables.distances(evidence, data, shown.scheme), file("distances")),
-      Tools.forTable(Tables.peaks(evidence), file("envelopes")),
+      Tools.forTable(distances(evidence, data, shown.scheme), file("distances")),
+      Tools.forTable(peaks(evidence), file("envelopes")),
     );
     const key = element("ul", "key");
     viewer.replaceChildren(
@@ -137,9 +217,9 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     );
     fold.append(
       ...derived.map(({ figure }) => figure),
-      Tools.forTable(Tables.verdicts(evidence, data, shown.scheme), file("verdicts")),
+      Tools.forTable(verdicts(evidence, data, shown.scheme), file("verdicts")),
       tables,
-      Tables.facts(evidence),
+      facts(evidence),
     );
     let drawn = [];
     const redraw = () => {
@@ -154,4 +234,4 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
   }
 
   return { show, titleOf };
-})(Elements, Palette, Charts, EvidenceList, Tables, Tools, Address);
+})(Elements, Palette, Charts, EvidenceList, Tools, Shown);

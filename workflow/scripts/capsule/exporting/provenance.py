@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from capsule import files
-from capsule.page.project_state import read_project_state
 from capsule.page.provenance import combined_checksum, origin_of
 from capsule.project import PROJECT
+from capsule.project_state import read_project_state
 from capsule.results import read_or_explain
 
 PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.learning import main_ranges
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     MUTED,
     PAGE_WIDTH_IN,
+    Drawing,
     add_legend,
     detector_looks,
     figure_style,
@@ -82,10 +83,6 @@ def draw_roc(
         In the order of the configuration.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     sizes_mm = [float("nan"), *sorted(table["size_mm"].dropna().unique())]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
@@ -168,10 +165,6 @@ def draw_learning(
         In the order of the configuration; a detector without a row has no curve.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     looks = detector_looks(detectors)
     # Without recordings, one empty panel remains, with a note.
@@ -205,13 +198,8 @@ def _draw_learning_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Lo
         axes.fill_between(rows["taught"], low, high, color=look["color"], alpha=0.15, linewidth=0)
         axes.plot(rows["taught"], rows["rate"], markersize=4, label=name, **look)
     ticks = table.drop_duplicates("share").sort_values("taught")
-    axes.set_xticks(ticks["taught"])
-    axes.set_xticklabels(
-        [
-            f"{taught:.0f}\n({healthy:.0f})"
-            for taught, healthy in zip(ticks["taught"], ticks["taught_healthy"], strict=True)
-        ]
-    )
+    counts = ticks[["taught", "taught_healthy"]].to_numpy()
+    axes.set_xticks(ticks["taught"], [f"{each:.0f}\n({healthy:.0f})" for each, healthy in counts])
     axes.set(xlim=(0, 1.08 * float(ticks["taught"].max())), ylim=(-0.03, 1.05))
     show_percent(axes.yaxis, 6)
     axes.grid()

@@ -13,12 +13,13 @@ from capsule.detectors.registry import PAPER
 from capsule.evaluation import paper
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.lead import leading
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     INK,
     PAGE_WIDTH_IN,
     PAPER_LOOK,
+    Drawing,
     add_legend,
     detector_looks,
     figure_style,
@@ -27,37 +28,38 @@ from capsule.figures.style import (
 )
 from capsule.kinds import Look
 
-_TRUE_SIZE = "size of the nodule (mm)"
 # Look of all markers and whiskers; each detector has its own colour and shape.
 _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
 
 def detection_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of precision and recall per size, for each series."""
-    sizes_mm = inputs.evaluation.sizes_mm()[1:]
     table = paper.detection_points(series_rows(inputs, "detection"))
-    panels = {"precision": "precision", "recall": "recall"}
-    detectors = inputs.evaluation.detectors()
-    return table, partial(draw_rates, table, panels, sizes_mm, _TRUE_SIZE, detectors)
+    return _of_sizes(inputs, table, {"precision": "precision", "recall": "recall"})
 
 
 def sizing_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the exact and within-tolerance rates per size, for each series."""
-    sizes_mm = inputs.evaluation.sizes_mm()[1:]
     table = paper.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
-    panels = {"exact_rate": "exact size", "within_rate": within}
-    detectors = inputs.evaluation.detectors()
-    return table, partial(draw_rates, table, panels, sizes_mm, _TRUE_SIZE, detectors)
+    return _of_sizes(inputs, table, {"exact_rate": "exact size", "within_rate": within})
+
+
+def _of_sizes(inputs: FigureInputs, table: pd.DataFrame, panels: Mapping[str, str]) -> Drawing:
+    label, nodules_mm = "size of the nodule (mm)", inputs.evaluation.sizes_mm()[1:]
+    return table, partial(
+        draw_rates, table, panels, nodules_mm, label, inputs.evaluation.detectors()
+    )
 
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the verdicts on healthy recordings, for each series."""
     table = paper.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
-    sizes_mm = inputs.evaluation.sizes_mm()
-    label, detectors = "predicted size (mm)", inputs.evaluation.detectors()
-    return table, partial(draw_rates, table, panels, sizes_mm, label, detectors)
+    label, evaluation = "predicted size (mm)", inputs.evaluation
+    return table, partial(
+        draw_rates, table, panels, evaluation.sizes_mm(), label, evaluation.detectors()
+    )
 
 
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
@@ -113,10 +115,6 @@ def draw_rates(
         In the order of the configuration, which gives each its look.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     stacked = narrow and len(panels) > 1

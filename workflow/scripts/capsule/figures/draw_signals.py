@@ -13,13 +13,14 @@ from matplotlib.ticker import MaxNLocator
 from capsule import words
 from capsule.arrays import FloatArray, NumberArray
 from capsule.evaluation.paper import Evaluation
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLOURS_OF_HEIGHT,
     COLUMN_WIDTH_IN,
     DETECTOR_LOOKS,
     INK,
     PAGE_WIDTH_IN,
+    Drawing,
     add_legend,
     figure_style,
     panels_in_rows,
@@ -35,15 +36,13 @@ _COLUMNS_DRAWN = 250
 _HEADROOM = 0.3
 
 
-def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> FloatArray:
-    """Return round heights from 0 to at least the highest value.
+def contour_levels(highest: float, *, with_faint: bool = False) -> FloatArray:
+    """Return some eight round heights from 0 to at least the highest value.
 
     Parameters
     ----------
     highest : float
         Largest value of the drawing; 0 is treated as 1.
-    count : int
-        Approximate number of bands.
     with_faint : bool
         Whether to add a height at a fifth of the first step, which shows low patterns.
 
@@ -52,7 +51,7 @@ def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) 
     (N,) array
         Ascending from 0, two or more.
     """
-    ticks = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
+    ticks = MaxNLocator(8).tick_values(0.0, highest if highest > 0 else 1.0)
     levels: FloatArray = np.asarray(ticks)
     levels = levels[levels >= 0]
     return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
@@ -98,42 +97,28 @@ def draw_matrix(
     return filled
 
 
-def typical_recording(energy: Mapping[str, float]) -> str | None:
-    """Return the median recording, so that the figure does not show an unusually good one.
-
-    Parameters
-    ----------
-    energy : mapping of str to float
-        Each recording's distance to the zero template, by name.
-
-    Returns
-    -------
-    str or None
-        The lower median; of equal recordings the first by name; None if there is no recording.
-    """
-    ordered = sorted(energy, key=lambda name: (energy[name], name))
-    return ordered[(len(ordered) - 1) // 2] if ordered else None
-
-
 def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
     """Return a typical run without a nodule, and a typical run over a nodule of the middle size.
 
     Returns
     -------
     list of (str, str or None)
-        The panel's title, and the recording's name; None if there is no such recording.
+        The panel's title, and the recording's name; None if there is no such recording. A typical
+        recording is the median one by its distance to the zero template (of two the lower, of equal
+        ones the first by name), so that the figure does not show an unusually good one.
     """
     nodules_mm = evaluation.sizes_mm()[1:]
     wanted = {"no nodule": 0.0, "nodule": None}
     if nodules_mm:
         middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2]
         wanted = {"no nodule": 0.0, f"{middle_mm:g} mm nodule": middle_mm}
-    rows = evaluation.predictions.drop_duplicates("recording").set_index("recording")
-    distances = rows["rmse_0mm"]
-    return [
-        (title, typical_recording(distances[rows["size_mm"] == size_mm].to_dict()))
-        for title, size_mm in wanted.items()
-    ]
+    rows = evaluation.predictions.drop_duplicates("recording")
+    ordered = rows.sort_values(["rmse_0mm", "recording"])
+    typical = []
+    for title, size_mm in wanted.items():
+        names = ordered.loc[ordered["size_mm"] == size_mm, "recording"].tolist()
+        typical.append((title, names[(len(names) - 1) // 2] if names else None))
+    return typical
 
 
 def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
@@ -171,10 +156,6 @@ def draw_preprocessing(
         c, drawn over the envelopes, in standard deviations.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     known = [example for example in examples if example is not None]
     highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
@@ -254,10 +235,6 @@ def draw_judged(
         c, drawn over the envelopes, in standard deviations.
     places_s : mapping of float to sequence of str
         The detectors that find a nodule, by the time in s at which sensor 1 passes it.
-
-    Returns
-    -------
-    Figure
     """
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
@@ -313,10 +290,6 @@ def draw_templates(
         Q, the number of recordings that each template averages.
     width_in : float
         Width of the figure in inches.
-
-    Returns
-    -------
-    Figure
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)

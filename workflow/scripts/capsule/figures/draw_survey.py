@@ -5,11 +5,13 @@ went back and looked again. The evidence is beside the map; enlarged suspected p
 """
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -24,6 +26,7 @@ from capsule.figures.style import (
     INK,
     MUTED,
     ORANGE,
+    Drawing,
     figure_style,
     say_nothing_to_show,
 )
@@ -31,10 +34,6 @@ from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
-# The rows of a figure's data, and a function that draws the figure at a width in inches.
-SurveyDrawing = tuple[list[dict[str, Any]], Callable[[float], Figure]]
-# Panels of places in one row.
-_PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
     AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
@@ -83,8 +82,8 @@ def survey_drawing(
     track: Track,
     pins: Sequence[Pin],
     wave: tuple[float, float],
-) -> SurveyDrawing:
-    """Return the drawing of a survey: a row of data per judgement, and a function that draws.
+) -> Drawing:
+    """Return the drawing of a survey, with a row of data per judgement.
 
     Parameters
     ----------
@@ -105,34 +104,34 @@ def survey_drawing(
     length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
     pairs = list(zip(session.places, pins, strict=False))
     picture = _Picture(title, track, pairs, length_mm, *wave)
-    columns = {
-        "time_s": track.time_s.tolist(),
-        "head_mm": np.round(track.head_mm, 2).tolist(),
-        "measured": track.known.tolist(),
-        "state": track.state.tolist(),
-        "score": track.score.tolist(),
-        "threshold": track.threshold.tolist(),
-        "wave_mm": track.wave_mm.tolist(),
-    }
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    return rows, lambda width_in: _draw(picture, width_in)
+    table = pd.DataFrame(
+        {
+            "time_s": track.time_s,
+            "head_mm": np.round(track.head_mm, 2),
+            "measured": track.known,
+            "state": track.state,
+            "score": track.score,
+            "threshold": track.threshold,
+            "wave_mm": track.wave_mm,
+        }
+    )
+    return table, partial(_draw, picture)
 
 
-def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
+def unreadable_drawing(name: str, problem: str) -> Drawing:
     """Return the drawing of a survey that cannot be read, with the reason."""
 
     def draw(width_in: float) -> Figure:
         with figure_style():
             figure = Figure(figsize=(width_in, 1.0), layout="constrained")
-            axes = figure.subplots()
             text = textwrap.fill(f"{name} cannot be read: {problem}", int(14 * width_in))
-            say_nothing_to_show(axes, text)
+            say_nothing_to_show(figure.subplots(), text)
         return figure
 
-    return [{"problem": problem}], draw
+    return pd.DataFrame([{"problem": problem}]), draw
 
 
-def frames(figure: Figure) -> dict[str, Any]:
+def frame_of(figure: Figure) -> dict[str, Any]:
     """Return the positions of map and evidence in a rendered figure.
 
     Returns
@@ -143,28 +142,24 @@ def frames(figure: Figure) -> dict[str, Any]:
         a map only ``size``.
     """
     width, height = figure.get_size_inches() * 72
-    told: dict[str, Any] = {"size": [round(float(width), 2), round(float(height), 2)]}
+    told: dict[str, Any] = {"size": np.round([width, height], 2).tolist()}
     for name, axes in zip(("map", "evidence"), figure.axes, strict=False):
         if not axes.xaxis.get_visible() or not len(axes.get_xticks()):
             continue
         box = axes.get_window_extent().transformed(figure.transFigure.inverted())
+        parts = np.array([box.x0, 1 - box.y1, box.width, box.height]) * np.tile([width, height], 2)
         told[name] = {
-            "box": [
-                round(float(part), 2)
-                for part in (
-                    box.x0 * width, (1 - box.y1) * height, box.width * width, box.height * height
-                )
-            ],
+            "box": parts.round(2).tolist(),
             "x": [float(end) for end in axes.get_xlim()],
             "y": [float(end) for end in axes.get_ylim()],
-        }  # fmt: skip
+        }
     return told
 
 
 def _draw(picture: _Picture, width_in: float) -> Figure:
     """Draw the picture; its first axes are the map, and its second axes the evidence."""
     narrow = width_in <= COLUMN_WIDTH_IN
-    across = _PLACES_ACROSS_NARROW if narrow else _PLACES_ACROSS
+    across = 2 if narrow else 4
     shown = _places_shown(picture, across * (2 if narrow else 1))
     rows = -(-len(shown) // across)
     map_in, row_in = (3.6 if narrow else 4.0), (1.9 if narrow else 2.15)
@@ -204,9 +199,10 @@ def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]
 
 def _add_legend(figure: Figure, picture: _Picture, *, narrow: bool) -> None:
     handles = [Line2D([], [], **look) for look in _LOOKS.values()]
-    unmeasured: Look = {"color": MUTED, "linestyle": _UNMEASURED}
-    handles.append(Line2D([], [], label="position not measured", **unmeasured))
-    handles.append(Line2D([], [], label="threshold of suspicion", **_THRESHOLD))
+    handles += [
+        Line2D([], [], label="position not measured", color=MUTED, linestyle=_UNMEASURED),
+        Line2D([], [], label="threshold of suspicion", **_THRESHOLD),
+    ]
     handles += [
         line for line in figure.axes[0].get_lines() if str(line.get_label()).startswith("crest")
     ]
@@ -375,12 +371,8 @@ def _round_ticks(top: float) -> list[float]:
 def _highest_of_each(values: FloatArray, most: int) -> IntArray:
     """Return the indices of the highest values of at most `most` pieces of a long series."""
     pieces = np.array_split(np.arange(values.size), min(most, values.size))
-    return np.array(
-        [
-            piece[np.nanargmax(values[piece])] if not np.isnan(values[piece]).all() else piece[0]
-            for piece in pieces
-        ]
-    )
+    known = np.nan_to_num(values, nan=-np.inf)
+    return np.array([piece[known[piece].argmax()] for piece in pieces])
 
 
 def _around(track: Track, place_mm: float, within_s: tuple[float, float]) -> tuple[float, float]:

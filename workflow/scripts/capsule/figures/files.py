@@ -5,11 +5,9 @@ from importlib import import_module
 from pathlib import Path
 
 from capsule import files
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-
-_WIDTHS = ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column"))
+from capsule.figures.style import WIDTHS_IN, Drawing, render_figure
 
 
 def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> str:
@@ -36,7 +34,7 @@ def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> st
     table, draw = make(inputs)
     with files.write_whole(folder / f"{name}.csv") as stream:
         table.to_csv(stream, index=False, lineterminator="\n")
-    for width_in, suffix in _WIDTHS:
+    for suffix, width_in in WIDTHS_IN.items():
         picture = render_figure(draw(width_in), kind, name + suffix)
         with files.write_whole(folder / f"{name}{suffix}.{kind}", "wb") as stream:
             stream.write(picture)

@@ -1,10 +1,9 @@
 """Define what figures show: each result is read when a figure needs it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from capsule import files
 from capsule.arrays import FloatArray
@@ -17,14 +16,9 @@ from capsule.evaluation.files import (
 )
 from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
-from capsule.parts.design import Design
-from capsule.parts.files import shipped_design
 from capsule.preprocessing import PreprocessedRun, preprocess_run
 from capsule.project import PROJECT
 from capsule.results import Results
-
-# A figure's data, and a function that draws the figure at a width in inches.
-Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
 class FigureInputs:
@@ -68,11 +62,6 @@ class FigureInputs:
         """The number of recordings behind each template."""
         entries = files.read_json(self._results.folder / "templates.json")["templates"]
         return [entry["recordings"] for entry in entries]
-
-    @property
-    def design(self) -> Design:
-        """The design of the capsule and the bench, with the shipped values."""
-        return shipped_design()
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Return an accepted recording after each stage of pre-processing."""

@@ -17,7 +17,7 @@ class Row:
         The figure's name, which is also the name of its files.
     module, made_by : str
         The module and its function, which takes a `capsule.figures.inputs.FigureInputs` and
-        returns a `capsule.figures.inputs.Drawing`.
+        returns a `capsule.figures.style.Drawing`.
     """
 
     name: str
@@ -33,7 +33,7 @@ _ROWS = (
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
     Row("roc", "capsule.figures.draw_curves", "roc_drawing"),
     Row("learning", "capsule.figures.draw_curves", "learning_drawing"),
-    Row("capsule", "capsule.figures.draw_capsule", "capsule_drawing"),
-    Row("readings", "capsule.figures.draw_capsule", "readings_drawing"),
+    Row("capsule", "capsule.parts.draw_design", "capsule_drawing"),
+    Row("readings", "capsule.parts.draw_design", "readings_drawing"),
 )
 FIGURES = {row.name: row for row in _ROWS}

@@ -8,11 +8,12 @@ the same bytes.
 import contextlib
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -21,9 +22,14 @@ from matplotlib.ticker import PercentFormatter
 
 from capsule.kinds import Look
 
+# A figure's data, and a function that draws the figure at a width in inches.
+Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
+
 # Widths of one and of two columns of an IEEE journal, in inches.
 COLUMN_WIDTH_IN = 3.5
 PAGE_WIDTH_IN = 7.16
+# By the end of a figure's name.
+WIDTHS_IN = {"": PAGE_WIDTH_IN, "_column": COLUMN_WIDTH_IN}
 _DOTS_PER_INCH = 200
 
 INK = "#1a1a1a"
@@ -95,7 +101,7 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True) -> bytes:
+def render_figure(figure: Figure, kind: str, name: str) -> bytes:
     """Return a figure as the content of a file; the same figure gives the same bytes.
 
     Parameters
@@ -106,21 +112,9 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
         The format.
     name : str
         Title in an SVG or a PDF; the identifiers inside an SVG are derived from it.
-    outlines : bool
-        Whether the letters of an SVG are outlines, for which no reader needs a font. If not,
-        letters are text and coordinates are tenths of a point: the file is less than half as
-        large.
-
-    Returns
-    -------
-    bytes
     """
-    settings: dict[Any, object] = {
-        "svg.hashsalt": name,
-        "svg.fonttype": "path" if outlines else "none",
-    }
     stream = io.BytesIO()
-    with figure_style(), matplotlib.rc_context(settings):
+    with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
         if kind == "png":
             figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
             return stream.getvalue()
@@ -132,8 +126,7 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
             return stream.getvalue()
         # `savefig` is slower: it first draws everything without writing it.
         FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Title": name})
-    content = stream.getvalue()
-    return _shorten_coordinates(content) if outlines else _shorten_all(content)
+    return _shorten_coordinates(stream.getvalue())
 
 
 def _shorten_coordinates(svg: bytes) -> bytes:
@@ -143,22 +136,6 @@ def _shorten_coordinates(svg: bytes) -> bytes:
         return re.sub(rb"-?\d+\.\d{3,}", lambda number: b"%.2f" % float(number[0]), path[0])
 
     return re.sub(rb' d="[^"]*"', shorten_path, svg)
-
-
-def _shorten_all(svg: bytes) -> bytes:
-    """Round the coordinates of paths to 0.1 point, and name fallback fonts once for all texts."""
-
-    def shorten_path(path: re.Match[bytes]) -> bytes:
-        numbers = re.sub(rb"-?\d+\.\d+", lambda number: b"%.1f" % float(number[0]), path[0])
-        return re.sub(rb"\s*([MLQCz])\s*", rb"\1", numbers)
-
-    short = re.sub(rb' d="[^"]*"', shorten_path, svg)
-    short = re.sub(rb' transform="rotate\(-?0 [^"]*"', b"", short)
-    # One rule names the font for all texts, with similar fonts if it is not installed.
-    short = short.replace(b" font-family: 'DejaVu Sans';", b"")
-    family = b"<style>text{font-family:'DejaVu Sans',Verdana,sans-serif}</style>"
-    short = re.sub(rb"<svg\b[^>]*>", lambda opening: opening[0] + family, short, count=1)
-    return re.sub(rb"\n\s+", b"\n", short)
 
 
 def say_nothing_to_show(axes: Axes, reason: str) -> None:

@@ -34,8 +34,8 @@ class Measure:
         The heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
     table : str
         The table with its values, one of `capsule.evaluation.measures`.
-    cell : callable
-        Makes a cell from a row of that table.
+    cell : str or callable
+        The column of a rate of that table, or what makes a cell from a row of it.
     sizes : {"all", "healthy", "each", "smallest"}
         The recordings that count: all with a nodule, those without one, or those of one size
         (one row for each size, or one row for the smallest).
@@ -47,38 +47,33 @@ class Measure:
 
     title: str
     table: str
-    cell: Callable[[Row], Cells]
+    cell: str | Callable[[Row], Cells]
     sizes: Literal["all", "healthy", "each", "smallest"] = "all"
     measure: str = ""
     of_specificity: bool = False
 
 
-def rate_of(name: str) -> Callable[[Row], Cells]:
-    """Return a function that makes a cell from the rate in a column."""
-    return partial(rate_cell_of, name=name)
-
-
-def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Row], Cells]:
-    """Return a function that makes a cell from the number in a column, with its unit.
+def number_cell(row: Row, name: str, unit: str = "", end: str = "") -> Cells:
+    """Return the cell of a number with its unit and interval.
 
     Parameters
     ----------
-    name : str
-        Start of the names of the three columns (value, ``_low`` and ``_high``).
-    unit : str, optional
+    row : mapping
+        A row of a table.
+    name, end : str
+        Start and end of the names of three columns: the value, ``_low`` and ``_high``.
+    unit : str
         Text after the number; it begins with a space.
-    end : str, optional
-        End of these names, such as ``_mm``.
     """
-    return partial(_number_cell, name=name, unit=unit, end=end)
-
-
-def _number_cell(row: Row, name: str, unit: str, end: str) -> Cells:
     value, low, high = (row[f"{name}{part}{end}"] for part in ("", "_low", "_high"))
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
     interval = f"{words.number(low)} to {words.number(high)}{unit}" if words.is_known(low) else ""
     return plain_cell(float(value), words.number(value) + unit, interval)
+
+
+def _auc(row: Row) -> Cells:
+    return number_cell(row, "auc")
 
 
 def _brier(row: Row) -> Cells:
@@ -89,13 +84,17 @@ def _brier(row: Row) -> Cells:
 
 def _size_error(row: Row) -> Cells:
     """Return the mean absolute error of the size, and the number of nodules that it covers."""
-    cell = _number_cell(row, "absolute_error", " mm", "_mm")
+    cell = number_cell(row, "absolute_error", " mm", "_mm")
     return cell | {"count": words.count_of(row["detected"], row["recordings"])}
+
+
+def _bias(row: Row) -> Cells:
+    return number_cell(row, "bias", " mm", "_mm")
 
 
 def _location_error(row: Row) -> Cells:
     """Return the median error of the place, and the number of recordings that it covers."""
-    cell = _number_cell(row, "median_absolute_error_mm", " mm", "")
+    cell = number_cell(row, "median_absolute_error_mm", " mm", "")
     return cell | {"count": words.plural(int(row["recordings"]), "recording")}
 
 
@@ -113,28 +112,28 @@ _differs = partial(Measure, table="comparison", cell=difference)
 # The rows under each heading, in which {prevalence} and {reference} are filled in.
 GROUPS = {
     "Finding a nodule": (
-        Measure("Specificity", "summary", rate_of("specificity"), of_specificity=True),
-        Measure("Sensitivity, any nodule", "summary", rate_of("sensitivity")),
-        Measure("Sensitivity, {size}", "predictive_values", rate_of("sensitivity"), "each"),
-        Measure("Balanced accuracy", "summary", rate_of("balanced_accuracy")),
+        Measure("Specificity", "summary", "specificity", of_specificity=True),
+        Measure("Sensitivity, any nodule", "summary", "sensitivity"),
+        Measure("Sensitivity, {size}", "predictive_values", "sensitivity", "each"),
+        Measure("Balanced accuracy", "summary", "balanced_accuracy"),
     ),
     "Size and place of a nodule": (
-        Measure("Exact size, of all nodules", "summary", rate_of("exact_rate")),
-        Measure("Within {tolerance}, of all nodules", "summary", rate_of("within_rate")),
+        Measure("Exact size, of all nodules", "summary", "exact_rate"),
+        Measure("Within {tolerance}, of all nodules", "summary", "within_rate"),
         Measure("Mean absolute error, of those found", "size_error", _size_error),
-        Measure("Bias, of those found", "size_error", number_of("bias", " mm", "_mm")),
+        Measure("Bias, of those found", "size_error", _bias),
         Measure("Median error of the place", "localisation", _location_error),
     ),
 }
 # Those that are folded away, because most readers do not need them.
 FOLDED_GROUPS = {
     "Ranking by the score, for all thresholds": (
-        Measure("AUC, any nodule against none", "auc", number_of("auc")),
-        Measure("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
+        Measure("AUC, any nodule against none", "auc", _auc),
+        Measure("AUC, {size} against none", "auc", _auc, "smallest"),
     ),
     "Meaning of a verdict if {prevalence} of the places have a nodule": (
-        Measure("Positive predictive value", "predictive_values", rate_of("ppv")),
-        Measure("Negative predictive value", "predictive_values", rate_of("npv")),
+        Measure("Positive predictive value", "predictive_values", "ppv"),
+        Measure("Negative predictive value", "predictive_values", "npv"),
         Measure("Brier score of the probability", "brier", _brier),
     ),
     "Difference from {reference}, on the same recordings": (
@@ -166,11 +165,10 @@ def page_values(
     Returns
     -------
     dict
-        ``compared``, for each scheme that has a verdict ``scheme``, ``title``, ``recordings``,
-        ``detectors``, and the rows in ``groups`` and ``folded_groups``. ``calibration``, stated and
-        observed frequencies of nodules, with ``detector``, ``stated`` (the range), ``recordings``,
-        ``mean`` and the ``observed`` cell. ``silent``, which detectors gave no verdict, and
-        ``needs``, what some of them need. ``prevalence``.
+        ``compared`` (from `_compared`). ``calibration``, stated and observed frequencies of
+        nodules: ``detector``, ``stated`` (the range), ``recordings``, ``mean`` and the
+        ``observed`` cell. ``silent``, which detectors gave no verdict, and ``needs``, what some
+        of them need. ``prevalence``.
     """
     judged, calibration = settings["evaluation"], judgements["calibration"]
     verdicts = judgements["summary"].query("scheme == @schemes[0]")
@@ -281,7 +279,7 @@ def _cells(
         size = pd.to_numeric(table["size_mm"])
         table = table[size.isna() if size_mm is None else size == size_mm]
     for values in table.to_dict("records"):
-        cell = row.cell(values)
+        cell = rate_cell_of(values, row.cell) if isinstance(row.cell, str) else row.cell(values)
         if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):
             # The threshold sets it: its interval and its differences say nothing.
             wanted = words.percent(settings["specificity"])

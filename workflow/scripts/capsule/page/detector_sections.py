@@ -46,17 +46,13 @@ def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
     Returns
     -------
     dict
-        ``ours`` are the leading detector's answers, ``others`` pairs of a title and the answers
-        beside these, and ``paper_answers`` the paper's. ``results`` are from `_result_of`, the
-        leading detector first, as ``lead`` says. ``headline_confidence`` is the
-        level of its first intervals, corrected for the choice. ``rates_hold`` says for which
-        recordings the rates of each scheme hold. ``figure_series`` are the detectors whose rates
-        the figures show. The others are ``held_out`` (whether held-out sessions judge),
-        ``one_sided`` (a level), ``needed_of_a_size`` (how many recordings, all found, can show that
-        a size is reliably found), ``judged_origin``, ``subject`` (of the
-        summary), ``sizes``,
-        ``scheme_note`` and ``threshold``, what
-        a learned one promises.
+        ``ours``, the leading detector's answers; ``others``, pairs of a title and the answers
+        beside these; ``paper_answers``. ``results`` from `_result_of`, the leading detector first,
+        as ``lead`` says; ``headline_confidence``, the level of its first intervals. ``held_out``,
+        whether held-out sessions judge. ``needed_of_a_size``, how many recordings, all found, show
+        that a size is reliably found by its ``one_sided`` bound. ``threshold``, what a learned one
+        promises. ``rates_hold`` and ``scheme_note``, sentences on the recordings and the scheme;
+        ``figure_series``, ``subject`` and ``sizes`` in words; ``judged_origin``.
     """
     evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
     judged, _ = rates.recordings(scheme)
@@ -159,24 +155,18 @@ def _rates_by_size(
 ) -> Cells:
     """Return the table of rates of detection and sizing by size, ours and the paper's."""
     sizing, tolerance = tables["sizing"], settings["tolerance_mm"]
-    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
-    sized = rate_table(paper.sizing_points(sizing), measures, sizes_mm[1:])
+    points = [paper.detection_points(tables["detection"]), paper.sizing_points(sizing)]
     measures = {"precision": "Precision", "recall": "Recall"}
-    detected = rate_table(paper.detection_points(tables["detection"]), measures, sizes_mm[1:])
+    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    table = rate_table(pd.concat(points), measures, sizes_mm[1:])
     ours = sizing[sizing["scheme"] != paper.NAME]
     schemes = list(dict.fromkeys(ours["scheme"]))
     errors = ours.set_index(["scheme", "size_mm"])["mean_absolute_error_mm"].to_dict()
-    error_titles = {"title": "Mean absolute error", "schemes": list(map(words.scheme, schemes))}
-    rows = [
-        row
-        | {
-            "cells": of_detection["cells"]
-            + row["cells"]
-            + [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
-        }
-        for of_detection, row in zip(detected["rows"], sized["rows"], strict=True)
-    ]
-    return {"groups": [*detected["groups"], *sized["groups"], error_titles], "rows": rows}
+    titles = list(map(words.scheme, schemes))
+    table["groups"].append({"title": "Mean absolute error", "schemes": titles})
+    for row in table["rows"]:
+        row["cells"] += [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
+    return table
 
 
 def _error_cell(value: float | None, scheme: str) -> Cells:
@@ -185,32 +175,26 @@ def _error_cell(value: float | None, scheme: str) -> Cells:
     return plain_cell(float(value), f"{words.number(value)} mm", scheme=scheme)
 
 
-def methods_values(rates: Rates, lead: Lead, ours: Answers) -> Cells:
-    """Return what workflow/report/sections/methods.html.j2 says beside the configuration.
+def methods_values(rates: Rates, ours: Answers) -> Cells:
+    """Return what workflow/report/sections/methods.html.j2 says in lists of words.
 
     Parameters
     ----------
     rates : Rates
         The rates.
-    lead : Lead
-        The leading detector.
     ours : Answers
-        Its answers.
+        The leading detector's answers.
     """
-    index, scheme, names = rates.index, rates.schemes[0], rates.settings["detectors"]
-    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
-    sizes = labelled.groupby("size_mm").size().items()
-    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
+    scheme, names = rates.schemes[0], rates.settings["detectors"]
     rows = rates.evaluation.predictions
     of_scheme = rows[rows["scheme"] == scheme]
-    level = rates.settings["evaluation"]["confidence"]
+    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
+    labelled = rates.index[(rates.index["status"] == "accepted") & rates.index["size_mm"].notna()]
     return {
-        "labelled": len(labelled),
         "of_each": [
             f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(size_mm)}"
-            for size_mm, count in sizes
+            for size_mm, count in labelled.groupby("size_mm").size().items()
         ],
-        "simulated": sum(map(provenance.is_simulated, labelled["source"].fillna(""))),
         "detectors": [
             f"{name} ({detector_row(name).sentence}"
             f"{'' if fixed[name] else _threshold(of_scheme[of_scheme['detector'] == name])})"
@@ -218,14 +202,10 @@ def methods_values(rates: Rates, lead: Lead, ours: Answers) -> Cells:
         ],
         "learned": not all(fixed.values()),
         "judged": _SCHEMES.get(scheme, f"by {words.scheme(scheme)}"),
-        "lead": lead,
-        "chosen": lead.compared > 1 and not lead.named,
-        "chosen_by": " by leave-one-out" if scheme == HELD_OUT else "",
         "found": [
             f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
             for size_mm, each in ours.found.items()
         ],
-        "corrected": headline_confidence(lead, scheme, level) != level,
         "bounded": "estimate_low_mm" in rows and rows["estimate_low_mm"].notna().any(),
     }
 

@@ -4,16 +4,14 @@ What neither its fit nor another recording changes is made by jobs of its own
 (`capsule.page.plot_data`). The report adds the fit, the verdicts and the templates.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import pandas as pd
 
 from capsule import files, names, words
 from capsule.arrays import FloatArray
-from capsule.detectors.registry import PAPER, detector_row
-from capsule.detectors.template import lag_of_first_peak
+from capsule.detectors.registry import detector_row
 from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
 from capsule.held_out import teaching
 from capsule.kinds import Cells, Row, Settings
@@ -24,11 +22,9 @@ from capsule.page.recordings import known_or_none, seven_digits
 from capsule.particle import Particle, particles_of, peak_positions, render
 from capsule.results import PLOT_DATA, Results
 from capsule.sliding import RepeatedParticle, SlidingComparison
-from capsule.templates import ParticleTotal, by_size, total
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
-VERDICT_KEYS = ("detector", "scheme", "predicted_mm", "details", "distances", *EVIDENCE)
 
 
 class NearestTemplate(NamedTuple):
@@ -63,15 +59,12 @@ class StoredRecordings:
         fitted = teaching(accepted, settings["evaluation"]["held_out"])
         self._fits = results.fits(name for name in fitted if names.size_mm(name))
         self._particles = particles_of(self._fits)
-        self._fitted = {
+        taught = {
             name: particle
             for name, particle in self._particles.items()
             if not accepted[name]["no_verdict"]
         }
-        sensors = settings["recording"]["sensors"]
-        groups = by_size(self._fitted)
-        totals = {size: total(groups[size], sensors) for size in sorted(groups)}
-        self.templates = self._of_folds(FoldParticles(totals), accepted, settings["evaluation"])
+        self.templates = fold_templates(taught, accepted, settings["evaluation"])
         plot_data = results.described(PLOT_DATA, accepted, files.read_json)
         self.drawn: Mapping[str, str] = {name: each["drawn"] for name, each in plot_data.items()}
         self.qualities: Mapping[str, str] = {
@@ -90,65 +83,50 @@ class StoredRecordings:
         particle = self._particles.get(name)
         return (self._fits[name], particle) if particle else None
 
-    def _of_folds(
-        self, folds: "FoldParticles", accepted: Mapping[str, Mapping[str, str]], rules: Settings
-    ) -> dict[str, dict[str, dict[float, Particle]]]:
-        labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
-        unlabelled = [name for name in accepted if name not in labelled]
-        # Scheme, judged recordings, and the labelled recordings that do not teach.
-        every = [(fold.scheme, fold.judged, fold.left_out) for fold in folds_of(labelled, rules)]
-        every += [(ALL, tuple(some), out) for out, some in unlabelled_folds(unlabelled, accepted)]
-        found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
-        for scheme, judged, left_out in every:
-            # The recordings that a fold judges share its templates.
-            averaged = folds.without(
-                (size, self._fitted[each])
-                for each, size in sizes_of(sorted(left_out)).items()
-                if each in self._fitted
-            )
-            for name in judged:
-                found[name][scheme] = averaged
-        return found
 
-
-class FoldParticles:
-    """The averaged particles of any training fold.
+def fold_templates(
+    particles: Mapping[str, Particle], accepted: Mapping[str, Row], rules: Settings
+) -> dict[str, dict[str, dict[float, Particle]]]:
+    """Return the averaged particles that judged each recording (eq. averagingProcess).
 
     Parameters
     ----------
-    totals : mapping of float to ParticleTotal
-        The sum over all recordings of each nodule size, by size in mm.
+    particles : mapping of str to Particle
+        The optimal particle of each recording that teaches, by recording.
+    accepted : mapping of str to mapping
+        Rows of results/recordings.csv by recording.
+    rules : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict
+        By recording, scheme and size in mm; a size that all recordings left out has none.
     """
-
-    def __init__(self, totals: Mapping[float, ParticleTotal]) -> None:
-        self._totals = totals
-        self._of_all = {size_mm: each.mean() for size_mm, each in totals.items() if each.count}
-
-    def without(self, left_out: Iterable[tuple[float, Particle]]) -> dict[float, Particle]:
-        """Return the averaged particles of a fold, for each size that has recordings in it.
-
-        Parameters
-        ----------
-        left_out : iterable of (float, Particle)
-            Size and optimal particle of each recording that is left out of the training.
-        """
-        remaining: dict[float, ParticleTotal] = {}
-        for size_mm, particle in left_out:
-            before = remaining.get(size_mm, self._totals[size_mm])
-            remaining[size_mm] = before.without(particle)
-        averaged = dict(self._of_all)
-        for size_mm, each in remaining.items():
-            if each.count:
-                averaged[size_mm] = each.mean()
-            else:
-                del averaged[size_mm]
-        return averaged
+    labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
+    unlabelled = [name for name in accepted if name not in labelled]
+    # Scheme, judged recordings, and the labelled recordings that do not teach.
+    every = [(fold.scheme, fold.judged, fold.left_out) for fold in folds_of(labelled, rules)]
+    every += [(ALL, tuple(some), out) for out, some in unlabelled_folds(unlabelled, accepted)]
+    vectors = pd.DataFrame({name: each.to_vector() for name, each in particles.items()}).T
+    sizes_mm = pd.Series(sizes_of(particles), dtype=float)
+    found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
+    for scheme, judged, left_out in every:
+        means = vectors.drop(index=list(left_out), errors="ignore").groupby(sizes_mm).mean()
+        averaged = {
+            float(size_mm): Particle.from_vector(mean)
+            for size_mm, mean in zip(means.index, means.to_numpy(), strict=True)
+        }
+        # The recordings that a fold judges share its templates.
+        for name in judged:
+            found[name][scheme] = averaged
+    return found
 
 
 def archive_evidence(
     rows: Iterable[Row],
     verdicts: Mapping[str, Sequence[Row]],
-    sizes_mm: Sequence[float],
+    largest_mm: float,
     stored: StoredRecordings,
     settings: Settings,
 ) -> Iterator[tuple[str, str]]:
@@ -160,8 +138,8 @@ def archive_evidence(
         Accepted ones from `capsule.page.recordings.recording_rows`.
     verdicts : mapping of str to sequence of mapping
         From `verdicts_by_recording`.
-    sizes_mm : sequence of float
-        Sizes of the templates whose distances the verdicts hold, 0 first.
+    largest_mm : float
+        The largest size that the archive holds.
     stored : StoredRecordings
         The stored results.
     settings : mapping
@@ -169,18 +147,23 @@ def archive_evidence(
 
     Yields
     ------
-    alone : str
-        From `capsule.page.plot_data`, as deflated JSON.
-    among_others : str
-        From `evidence_among_others`, as JSON.
+    recording : str
+        The recording.
+    evidence : str
+        JSON from `evidence_among_others`, with ``drawn`` from `capsule.page.plot_data`.
     """
+    first_peak = settings["fit"]["first_peak"]
     for row in rows:
         name = row["recording"]
-        said = [in_words(each, sizes_mm[-1]) for each in verdicts.get(name, [])]
-        matrix = partial(stored.matrix, name)
-        nearest = nearest_templates(stored.templates[name], said, sizes_mm, matrix, settings)
+        said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
+        comparison = SlidingComparison(stored.matrix(name))
+        nearest = {
+            scheme: nearest_template(comparison, particles, first_peak)
+            for scheme, particles in stored.templates[name].items()
+            if particles
+        }
         content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
-        yield stored.drawn[name], to_json(content)
+        yield name, to_json({"drawn": stored.drawn[name], **content})
 
 
 def evidence_among_others(
@@ -237,7 +220,7 @@ def evidence_among_others(
             }
             for scheme, each in nearest.items()
         },
-        "verdicts": [{key: verdict[key] for key in VERDICT_KEYS} for verdict in verdicts],
+        "verdicts": verdicts,
     }
 
 
@@ -273,8 +256,8 @@ def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
     -------
     dict
         ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
-        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
-        known is None. A detector that does not use distances has none.
+        words), ``distances`` to every template, and `EVIDENCE`. A value that is not known is None.
+        A detector that does not use distances has none.
     """
     by_distance = detector_row(verdict["detector"]).by_distance
     labels = [name for name in verdict if name.startswith("rmse_")] if by_distance else []
@@ -284,7 +267,6 @@ def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
         "predicted_mm": known_or_none(verdict["predicted_mm"]),
         "details": _details(verdict, largest_mm),
         "distances": [known_or_none(verdict[name]) for name in labels],
-        "location_s": known_or_none(verdict.get("location_s")),
         **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
     }
 
@@ -339,83 +321,24 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cel
     }
 
 
-def nearest_templates(
-    particles: Mapping[str, Mapping[float, Particle]],
-    verdicts: Sequence[Row],
-    sizes_mm: Sequence[float],
-    matrix: Callable[[], FloatArray],
-    settings: Settings,
-) -> dict[str, NearestTemplate]:
-    """Return the nearest template under each scheme that has a template.
-
-    The paper's detector has compared each template with each recording. Its verdicts tell the
-    nearest template and, if it found a nodule, the lag. What they leave open is computed again.
-
-    Parameters
-    ----------
-    particles : mapping of str to mapping of float to Particle
-        For each scheme, from `FoldParticles`.
-    verdicts : sequence of mapping
-        The recording's verdicts, from `in_words`.
-    sizes_mm : sequence of float
-        Sizes of the templates whose distances the verdicts hold, 0 first.
-    matrix : callable
-        Returns the recording's matrix V, (S, L). It is called only if the verdicts leave a lag
-        open.
-    settings : mapping
-        The configuration.
-    """
-    first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
-    compared = cache(lambda: SlidingComparison(matrix()))
-    papers = {row["scheme"]: row for row in verdicts if row["detector"] == PAPER}
-    found = {}
-    for scheme, of_fold in particles.items():
-        size_mm, location_s = _told(papers.get(scheme), sizes_mm)
-        candidates = of_fold
-        if size_mm is not None and size_mm in of_fold:
-            candidates = {size_mm: of_fold[size_mm]}
-            if location_s is not None:
-                sample = location_s * settings["recording"]["rate_hz"]
-                lag = lag_of_first_peak(sample, first_peak, length)
-                found[scheme] = NearestTemplate(size_mm, of_fold[size_mm], lag)
-                continue
-        nearest = nearest_template(compared(), candidates, first_peak) if candidates else None
-        if nearest is not None:
-            found[scheme] = nearest
-    return found
-
-
 def nearest_template(
     comparison: SlidingComparison, particles: Mapping[float, Particle], first_peak: float
-) -> NearestTemplate | None:
-    """Return the template with the largest gain; None if there is no template.
+) -> NearestTemplate:
+    """Return the template with the largest gain, of equal ones the first.
 
     Parameters
     ----------
     comparison : SlidingComparison
         The comparison with the recording's matrix V, (S, L).
     particles : mapping of float to Particle
-        From `FoldParticles`.
+        The averaged particles of a fold by size in mm, one at least.
     first_peak : float
         u.
     """
     length = comparison.particles.shape[-1]
-    nearest, largest = None, -float("inf")
-    for size_mm, particle in particles.items():
-        template = RepeatedParticle(render(particle, first_peak, length))
-        if not template.is_known:
-            continue
-        gain, lag = comparison.gain_of(template)
-        if gain > largest:
-            nearest, largest = NearestTemplate(size_mm, particle, lag), gain
-    return nearest
-
-
-def _told(verdict: Row | None, sizes_mm: Sequence[float]) -> tuple[float | None, float | None]:
-    """Return the nodule's size at the smallest distance, of equal ones the first; and the place."""
-    if verdict is None:
-        return None, None
-    # T^0 comes first and stands for no nodule.
-    pairs = zip(verdict["distances"][1:], sizes_mm[1:], strict=True)
-    known = [(distance, size_mm) for distance, size_mm in pairs if distance is not None]
-    return (min(known)[1] if known else None), verdict["location_s"]
+    found = {
+        size_mm: comparison.gain_of(RepeatedParticle(render(particle, first_peak, length)))
+        for size_mm, particle in particles.items()
+    }
+    size_mm = max(found, key=lambda size_mm: found[size_mm][0])
+    return NearestTemplate(size_mm, particles[size_mm], found[size_mm][1])

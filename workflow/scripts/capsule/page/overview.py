@@ -22,38 +22,30 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
 
     Parameters
     ----------
-    index : DataFrame
-        results/recordings.csv.
-    passed_over : DataFrame
-        results/passed_over.csv.
+    index, passed_over : DataFrame
+        results/recordings.csv and passed_over.csv.
     held_out : sequence of str
         ``evaluation.held_out`` of the configuration.
 
     Returns
     -------
     dict
-        ``not_held_out``, the held-out sessions that no recording carries. ``origin``, from
-        `origin_of`; ``labelled_origin``, its kind for labelled recordings. ``accepted``,
-        ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``. ``held_out_sessions``, one
-        for each recording that is held out. ``near_copies``, groups of recordings that are nearly
-        the same, and whether their labels contradict. ``not_judged``, recordings that no detector
-        judges, and why. Counts in words as ``accepted_words``, ``rejected_words`` and
-        ``passed_over_words``.
+        ``not_held_out``, the held-out sessions that no recording carries, and
+        ``held_out_sessions``, one for each recording that is held out. ``origin`` of the accepted
+        and ``labelled_origin`` of the labelled recordings, from `origin_of`. ``near_copies``,
+        groups of recordings that are nearly the same, and whether their labels contradict. The
+        numbers ``accepted``, ``by_size`` (by size in mm) and ``unlabelled``. Rows of
+        ``not_judged``, ``rejected`` and ``passed_over``, each with its reason.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
     labelled = accepted[accepted["size_mm"].notna()]
-    by_size = labelled.groupby("size_mm").size()
     return {
         "not_held_out": unknown_sessions(index.to_dict("records"), held_out),
         "origin": origin_of(accepted["source"].fillna("").astype(str)),
-        "labelled_origin": origin_of(labelled["source"].fillna("").astype(str)).kind,
+        "labelled_origin": origin_of(labelled["source"].fillna("").astype(str)),
         "accepted": len(accepted),
-        "accepted_words": words.plural(len(accepted), "recording"),
-        "by_size": [
-            {"size": words.size(float(size)), "count": int(count)}
-            for size, count in by_size.items()
-        ],
+        "by_size": labelled.groupby("size_mm").size().to_dict(),
         "held_out_sessions": [
             str(row["session"])
             for row in labelled.to_dict("records")
@@ -63,8 +55,6 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
         "near_copies": _near_copies(accepted),
         "not_judged": accepted[["recording", "no_verdict"]].dropna().to_dict("records"),
         "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
-        "rejected_words": words.plural(len(rejected), "recording"),
-        "passed_over_words": words.plural(len(passed_over), "other file"),
         "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
     }
 

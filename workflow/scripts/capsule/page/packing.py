@@ -64,8 +64,3 @@ def to_json(content: object) -> str:
 def deflated(text: str) -> str:
     """Return a text compressed with zlib, in the letters and digits of base64."""
     return base64.b64encode(zlib.compress(text.encode("utf-8"), 6)).decode("ascii")
-
-
-def inflated(packed: str) -> str:
-    """Return the text from which `deflated` has made another one."""
-    return zlib.decompress(base64.b64decode(packed)).decode("utf-8")

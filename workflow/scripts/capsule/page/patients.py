@@ -70,7 +70,7 @@ def page_values(
     for site, verdicts in sites[sites["size_mm"].isna()].groupby("site", sort=False):
         names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
         of_sites.update(names)
-        told = {row["detector"]: of_site(row, largest_mm) for row in verdicts.to_dict("records")}
+        told = {row["detector"]: verdict_of(row, largest_mm) for row in verdicts.to_dict("records")}
         passes = dict(zip(verdicts["detector"], verdicts["passes"], strict=True))
         each = {name: qualities[name] for name in names}
         said = [f"{_label(name)}: {text}" for name, text in each.items()]
@@ -80,7 +80,7 @@ def page_values(
     single = set(unlabelled["recording"]) - of_sites
     judged: dict[str, dict[str, Cells]] = {}
     for row in detections.to_dict("records"):
-        judged.setdefault(row["recording"], {})[row["detector"]] = of_recording(row, largest_mm)
+        judged.setdefault(row["recording"], {})[row["detector"]] = verdict_of(row, largest_mm)
     for name, status, reason in index[["recording", "status", "reason"]].itertuples(index=False):
         if status != "accepted" and folder_of(name) == UNLABELLED:
             rejected = _NOTHING | {"sentence": f"no verdict. Rejected: {reason}."}
@@ -173,47 +173,40 @@ def _label(name: str) -> str:
     return name.removeprefix(f"{UNLABELLED}/")
 
 
-def of_recording(row: Row, largest_mm: float) -> Cells:
-    """Return the verdict in a row of results/detections.csv."""
-    if not words.is_known(row["predicted_mm"]):
+def verdict_of(row: Row, largest_mm: float) -> Cells:
+    """Return the verdict in a row of results/detections.csv or sites.csv.
+
+    Parameters
+    ----------
+    row : mapping
+        The row; that of a site has ``passes``, and no probability.
+    largest_mm : float
+        The largest size that the archive holds.
+    """
+    of_site = "passes" in row
+    found = row["detected"] if of_site else row["predicted_mm"]
+    if not words.is_known(found):
         return _none(row)
-    stated = words.stated_probability(row)
+    stated = None if of_site else words.stated_probability(row)
     probability, known = words.probability(stated), words.is_known(stated)
-    score = _score_words(row, "its score")
-    found = _NOTHING | {"probability": probability, "unlike": words.unlike_because(row)}
-    found["chance"] = float(stated) if words.is_known(stated) else 0.0
-    if row["predicted_mm"] == 0:
+    passes = words.plural(int(row["passes"]), "pass", "passes") if of_site else ""
+    score = _score_words(row, f"the mean score of {passes}" if of_site else "its score")
+    told = _NOTHING | {"probability": probability, "unlike": words.unlike_because(row)}
+    told["chance"] = float(stated) if words.is_known(stated) else 0.0
+    if found == 0 or str(found) == "False":
         of_nodule = f"; probability of a nodule {probability}" if known else ""
         sentence = f"no nodule found{score}{of_nodule}."
-        return found | {"kind": "no nodule", "verdict": "no nodule", "sentence": sentence}
-    return found | {
+        return told | {"kind": "no nodule", "verdict": "no nodule", "sentence": sentence}
+    where = row["location_mm"]
+    at = f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN
+    return told | {
         "kind": "nodule",
         "verdict": "nodule",
         "size": _size(row, largest_mm),
-        "place": words.place(row["location_s"], row["location_mm"]),
+        "place": at if of_site else words.place(row["location_s"], where),
         "sentence": _nodule_words(
             row, largest_mm, [f"probability {probability}"] if known else [], score
         ),
-    }
-
-
-def of_site(row: Row, largest_mm: float) -> Cells:
-    """Return the verdict in a row of results/sites.csv; a site has no probability."""
-    if not words.is_known(row["detected"]):
-        return _none(row)
-    passes = words.plural(int(row["passes"]), "pass", "passes")
-    score = _score_words(row, f"the mean score of {passes}")
-    found = _NOTHING | {"unlike": words.unlike_because(row)}
-    if str(row["detected"]) != "True":
-        sentence = f"no nodule found{score}."
-        return found | {"kind": "no nodule", "verdict": "no nodule", "sentence": sentence}
-    where = row["location_mm"]
-    return found | {
-        "kind": "nodule",
-        "verdict": "nodule",
-        "size": _size(row, largest_mm),
-        "place": f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN,
-        "sentence": _nodule_words(row, largest_mm, [], score),
     }
 
 

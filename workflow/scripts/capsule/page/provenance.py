@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from capsule.kinds import Cells, Row, Settings
+from capsule.project_state import ProjectState
 from capsule.words import enumerate_words, setting
 
 # Each program's entry in references.bib.
@@ -58,31 +59,6 @@ class Origin:
         return [f"{count} {what}" for what, count in kinds.items() if count]
 
 
-@dataclass(frozen=True)
-class ProjectState:
-    """The state of the project that made a page.
-
-    Attributes
-    ----------
-    version : str or None
-        From pyproject.toml; None where it is missing.
-    commit : str or None
-        Commit of the code, in hexadecimal; None outside a clone.
-    modified : bool
-        Whether code or configuration differ from the commit.
-    """
-
-    version: str | None
-    commit: str | None
-    modified: bool
-
-    def text(self) -> str:
-        """Return the state in words."""
-        version = f" {self.version}" if self.version else ", version not known"
-        commit = f", commit {self.commit[:12]}" if self.commit else ""
-        return f"origami-capsule{version}{commit}{' (modified)' if self.modified else ''}"
-
-
 def page_values(
     recordings: Iterable[Row], settings: Settings, schema: Settings, printed: Settings
 ) -> Cells:
@@ -100,16 +76,13 @@ def page_values(
     Returns
     -------
     dict
-        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper`` and
-        ``equation`` (the printed number of each equation, by its label).
+        ``configuration``, ``recordings_checksum``, ``paper`` and ``equation`` (the printed number
+        of each equation, by its label).
     """
     equations = printed["equations"]
-    configuration = configuration_table(settings, schema, printed)
     checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
     return {
-        "configuration": configuration,
-        "differences": differences(configuration),
-        "seed": settings["fit"]["seed"],
+        "configuration": configuration_table(settings, schema, printed),
         "recordings_checksum": combined_checksum(checksums),
         "paper": printed,
         "equation": {label: cited(f"eq. {label}", equations) for label in equations},
@@ -138,8 +111,8 @@ def how_made(
     Returns
     -------
     dict
-        ``project``, ``software``, a sentence that names the programs, each with its version and its
-        reference, ``code_checksum``, ``versions`` and ``made``.
+        ``project``, ``software`` (a sentence that names the programs, each with its version and
+        its reference), ``code_checksum``, ``versions`` and ``made``.
     """
     programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {
@@ -199,18 +172,6 @@ def configuration_table(config: Settings, schema: Settings, printed: Settings) -
             }
         )
     return rows
-
-
-def differences(rows: Iterable[Row]) -> str:
-    """Return a sentence on the rows of `configuration_table` that differ from the paper."""
-    differing = [
-        f"{row['key']} is {row['value']} instead of {row['paper']}"
-        for row in rows
-        if row["differs"]
-    ]
-    if not differing:
-        return "Every number that the paper gives is used unchanged."
-    return f"Different from the paper: {enumerate_words(differing)}."
 
 
 def _leaves(

@@ -53,9 +53,9 @@ def page_values(
     Returns
     -------
     dict
-        ``recordings`` (from `recording_rows`), ``rows_listed`` (how many of them the table holds
-        before the page's script runs), ``recording_sizes`` and ``outcomes`` for the filters,
-        ``first_shown`` and ``tolerance``. ``data`` for the page's scripts, from `page_data`.
+        ``recordings`` (from `recording_rows`), of which the table holds ``rows_listed`` before the
+        page's script runs; ``recording_sizes`` and ``outcomes`` for the filters; ``first_shown``;
+        ``tolerance``; ``data`` for the page's scripts, from `page_data`.
     """
     rows = recording_rows(index, verdicts, detectors[0], schemes, tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
@@ -230,7 +230,7 @@ def page_data(
         ``sizes``. ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
         has ``drawn`` and ``needs``, a scheme ``stand_in`` (from `standing_in`). ``main_scheme`` and
         ``outcomes``. ``verdicts``, for each detector and scheme the size in mm and the outcome's
-        number of every row. ``scores``, from `score_marks`. ``checksums`` of the rows.
+        number of every row. ``scores``, from `score_marks`. ``recordings``, the accepted ones.
     """
     names = [row["recording"] for row in rows]
     true_mm = np.array([row["size_mm"] for row in rows], dtype=float)
@@ -262,7 +262,7 @@ def page_data(
         "outcomes": list(OUTCOMES),
         "verdicts": columns,
         "scores": scores,
-        "checksums": {row["recording"]: row["sha256"][:16] for row in rows if row["accepted"]},
+        "recordings": [row["recording"] for row in rows if row["accepted"]],
     }
 
 

@@ -12,9 +12,6 @@ from capsule import words
 from capsule.kinds import Row
 
 PAGE = "report.html.j2"
-# A checksum in the policy would need `integrity`, which browsers refuse for files from disk.
-_READ_BY_SCRIPT = "'strict-dynamic'"
-_BESIDE = "'self' file:"
 
 
 @dataclass(frozen=True)
@@ -61,16 +58,12 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
     images inside the page. It forbids all else: network, inline handlers and foreign scripts. It
     also protects if a text from a recording's header slips through the escaping.
 
-    If the evidence is in files beside the page, this script may also load files as scripts
-    (`_READ_BY_SCRIPT`). A second policy limits these to the same disk or server (`_BESIDE`). No
-    element that is written into the page can load one.
-
     Parameters
     ----------
     frame : Frame
         Templates, style and script.
     page : mapping
-        The values. ``data`` and the second parts of ``evidence`` are JSON from
+        The values. Those that the templates take as they are, are JSON from
         `capsule.page.packing.to_json`, in which no tag can begin.
 
     Returns
@@ -86,19 +79,11 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
     for name, text in (("style", frame.style), ("script", frame.script)):
         if f"</{name}" in text.casefold():
             raise ValueError(f"the {name} holds its own end tag and would break the page")
-    beside = bool(page.get("beside"))
-    if "evidence" in page:
-        evidence = [(name, Markup(content)) for name, content in page["evidence"]]
-        page = {**page, "data": Markup(page["data"]), "evidence": evidence}
-    if "surveys" in page:
-        shown = [each | {"data": Markup(each["data"])} for each in page["surveys"]["shown"]]
-        page = {**page, "surveys": {**page["surveys"], "shown": shown}}
-    style, script = _allowed(frame.style), _allowed(frame.script)
     policy = [
         "default-src 'none'",
         "img-src data:",
-        f"style-src {style}",
-        f"script-src {script} {_READ_BY_SCRIPT}" if beside else f"script-src {script}",
+        f"style-src {_allowed(frame.style)}",
+        f"script-src {_allowed(frame.script)}",
         "base-uri 'none'",
         "form-action 'none'",
     ]
@@ -108,7 +93,6 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
         style=Markup(frame.style),
         script=Markup(frame.script),
         policy=Markup("; ".join(policy)),
-        policy_beside=Markup(f"script-src {script} {_BESIDE}") if beside else "",
     )
 
 

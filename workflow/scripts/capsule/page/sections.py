@@ -1,8 +1,7 @@
 """Put together the values of all sections of the page from the tables of results."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import pandas as pd
 
@@ -20,11 +19,8 @@ from capsule.page import (
     provenance,
     recordings,
 )
-from capsule.page.packing import deflated, inflated, to_json
+from capsule.page.packing import to_json
 from capsule.page.rates import Rates
-
-# Writes the two texts of each accepted recording, and returns what the page says of the files.
-WriteBeside = Callable[[Sequence[Row], Callable[[Iterable[Row]], Iterable[tuple[str, str]]]], Cells]
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,6 @@ def page_values(
     stored: evidence.StoredRecordings,
     schema: Settings,
     printed: Settings,
-    write: WriteBeside | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -73,8 +68,6 @@ def page_values(
         The JSON Schema of the configuration.
     printed : mapping
         Content of paper.yaml.
-    write : callable, optional
-        `capsule.page.beside.write_beside` with its folder: what the page draws goes there.
     """
     settings, evaluation = tables.settings, tables.evaluation
     judged, index = settings["evaluation"], tables.index
@@ -94,21 +87,8 @@ def page_values(
     )
     listed_patients = [*told["rows"], *told["folded"]]
     of_detectors = detector_sections.page_values(tables, lead, printed["sizing_tolerance_mm"])
+    said = evidence.verdicts_by_recording(evaluation.predictions, tables.detections)
     accepted = [row for row in rows if row["accepted"]]
-    texts = partial(
-        evidence.archive_evidence,
-        verdicts=evidence.verdicts_by_recording(evaluation.predictions, tables.detections),
-        sizes_mm=sizes_mm,
-        stored=stored,
-        settings=settings,
-    )
-    beside, inside = None, []
-    if write:
-        beside = write(accepted, lambda some: ((a, deflated(b)) for a, b in texts(some)))
-    else:
-        # Both parts as one JSON object.
-        joined = (f"{inflated(alone)[:-1]},{others[1:]}" for alone, others in texts(accepted))
-        inside = [(row["recording"], text) for row, text in zip(accepted, joined, strict=True)]
     return {
         **overview.overview(index, tables.passed_over, tables.held_out),
         **of_detectors,
@@ -124,19 +104,20 @@ def page_values(
         **comparison.page_values(tables.judgements, schemes, settings, lead.detector),
         **comparison.bench_values(tables.benches, detectors),
         **more_recordings.page_values(tables, tables.learning),
-        "methods": detector_sections.methods_values(tables, lead, of_detectors["ours"]),
+        "methods": detector_sections.methods_values(tables, of_detectors["ours"]),
         "settings": settings,
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
-        "places": cells.place_rows(tables.sites, largest_mm),
+        "sites": tables.sites,
         "retest": cells.retest_rows(tables.judgements["retest"]),
         "templates": tables.templates,
-        "detections": cells.detection_rows(tables.detections),
+        "detections": tables.detections,
         "largest_mm": largest_mm,
+        "detectors": detectors,
+        "schemes": schemes,
         **listed,
-        "data": to_json(listed["data"] | {"beside": beside}),
-        "beside": beside,
-        "evidence": inside,
+        "data": to_json(listed["data"]),
+        "evidence": list(evidence.archive_evidence(accepted, said, largest_mm, stored, settings)),
         **provenance.page_values(rows, settings, schema, printed),
     }

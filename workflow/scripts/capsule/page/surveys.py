@@ -11,21 +11,19 @@ import numpy as np
 
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray
-from capsule.geometry.origami import Origami, half_width, pitch, vertices
 from capsule.kinds import Cells, Row
-from capsule.page.packing import pack, rounded, to_json
+from capsule.page.packing import pack, to_json
 from capsule.page.provenance import is_simulated
-from capsule.phantom.parameters import Phantom
 from capsule.survey.cycle import STATES, STATUSES
 from capsule.survey.files import Session, StoredPlace
-from capsule.survey.track import AGAIN, BACK, Pin, Track, folded_part, group_of, simplified
+from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of, simplified
 
 # Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.
 MOST_SAMPLES = 14_000
 MOST_JUDGEMENTS = 6000
 # At this interval a wave of 3.2 s still shows.
 _LEAST_S = 0.2
-_WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.002
+_THRESHOLD = 0.002
 # Largest error of the head's position: in mm, and as a fraction (1 / parts) of the whole way.
 _HEAD_MM, _HEAD_PARTS = 0.4, 5000
 
@@ -36,7 +34,7 @@ def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells
     Parameters
     ----------
     surveys : sequence of mapping
-        Each survey's results (``survey.json``) and its ``pictures``; only ``name`` and ``problem``
+        Each survey's results (``survey.json``) and its ``picture``; only ``name`` and ``problem``
         for a survey that cannot be read.
     passed_over : mapping of str to str
         Folders that are not a finished survey, and why.
@@ -44,10 +42,10 @@ def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells
     Returns
     -------
     dict
-        ``shown``, for each survey what `survey_values` returns, ``pictures`` and ``data`` (JSON for
+        ``shown``, for each survey what `survey_values` returns, ``picture`` and ``data`` (JSON for
         the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
     """
-    carried = ("title", "places", "frames", "player")
+    carried = ("title", "places", "frame", "player")
     readable = [survey for survey in surveys if "problem" not in survey]
     problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]
     return {
@@ -74,8 +72,7 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
     -------
     dict
         ``name``, ``title``, ``simulated``, ``summary`` (a sentence), and ``places`` with
-        ``number``, ``status``, ``where``, ``passes``, ``size``, ``height``, ``place_mm``,
-        ``suspected_s`` and ``decided_s``.
+        ``number``, ``status``, ``where``, ``passes``, ``size``, ``height`` and ``suspected_s``.
     """
     known = track.head_mm[track.known]
     way = f"{words.number(float(known.max()), 0)} mm of gut" if known.size else "no known way"
@@ -94,13 +91,11 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
             {
                 "number": place.number,
                 "status": place.status,
-                "place_mm": place.place_mm,
                 "where": f"{words.number(place.place_mm, 1)} mm",
                 "passes": place.passes,
                 "size": _size(place),
                 "height": words.number(place.height, 2),
                 "suspected_s": pin.suspected_s,
-                "decided_s": pin.decided_s,
             }
             for place, pin in zip(session.places, pins, strict=False)
         ],
@@ -129,7 +124,7 @@ def _size(place: StoredPlace) -> str:
     return said
 
 
-def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> Cells:
+def player(session: Session, track: Track) -> Cells:
     """Return the data that replays a survey.
 
     Parameters
@@ -138,33 +133,24 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
         The survey.
     track : Track
         Position, state and score at each of its judgements.
-    crest_mm : float
-        From `capsule.survey.track.crest_at_mm`.
-    phantom : Phantom
-        The phantom whose geometry is drawn.
 
     Returns
     -------
     dict
-        ``from_s``, ``until_s`` and ``step_s`` of the slider. ``head``, ``wave``, ``folded`` and
-        ``threshold`` as points [s, value]; None marks a gap. ``unknown``, intervals [s, s] in
-        which the survey did not know the position. ``states`` as [s, state, reason]. ``words``
-        for the states, and ``groups``, the group in which each is drawn. ``score``, packed, one
-        value per ``judged_s``. ``signals``. ``capsule`` and ``wall``, in mm.
+        ``from_s``, ``until_s`` and ``step_s`` of the slider. ``head`` and ``threshold`` as points
+        [s, value]; None marks a gap. ``unknown``, intervals [s, s] in which the survey did not
+        know the position. ``states`` as [s, state, reason], and ``words`` for them. ``score``,
+        packed, one value per ``judged_s``. ``signals``.
     """
-    time_s = session.time_s
     step_s = float(np.median(np.diff(track.time_s)))
     judged_s = max(step_s, float(np.ptp(track.time_s)) / MOST_JUDGEMENTS)
     head_mm = max(_HEAD_MM, float(np.ptp(track.head_mm)) / _HEAD_PARTS)
-    wall = phantom.wall
     return {
         "from_s": float(track.time_s[0]),
         "step_s": round(step_s, 3),
-        "until_s": float(time_s[-1]),
+        "until_s": float(session.time_s[-1]),
         "head": _points(track.time_s, track.head_mm, head_mm),
         "unknown": _stretches(track.time_s, ~track.known),
-        "wave": _points(track.time_s, track.wave_mm, _WAVE_MM),
-        "folded": _points(time_s, folded_part(time_s, session.fold), _FOLDED),
         "states": [
             [round(float(track.time_s[0]), 2), "starting", ""],
             *(
@@ -177,44 +163,10 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
             ),
         ],
         "words": STATES,
-        "groups": {state: group_of(state) for state in STATES},
         "judged_s": judged_s,
         "score": _on_grid(track, track.score, judged_s),
         "threshold": _points(track.time_s, track.threshold, _THRESHOLD, digits=4),
         "signals": _signals(session),
-        "capsule": capsule_outline(
-            phantom.origami, phantom.folding.half_width_mm, len(session.values)
-        ),
-        "wall": {
-            "lumen_mm": wall.lumen_mm,
-            "amplitude_mm": wall.amplitude_mm,
-            "wavelength_mm": wall.wavelength_mm,
-            "crest_mm": None if np.isnan(crest_mm) else round(crest_mm, 2),
-        },
-    }
-
-
-def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> Cells:
-    """Return the outline of the capsule in mm; x runs from the first shoulder to the head.
-
-    Returns
-    -------
-    dict
-        ``hexagon``, the six corners of one substructure. ``awns``, the two lines from shoulder to
-        tip. ``pitch_mm`` from one substructure to the next behind it. ``sensors``, their number.
-        ``half_width_mm`` and ``folded_half_mm``, from the axis to the tips.
-    """
-    corners = {name: rounded(at, 4) for name, at in vertices(origami).items()}
-    mirrored = {name: [x, -y] for name, (x, y) in corners.items()}
-    upper = [corners[name] for name in "ACB"]
-    lower = [mirrored[name] for name in "BCA"]
-    return {
-        "hexagon": upper + lower,
-        "awns": [[each["C"], each["D"]] for each in (corners, mirrored)],
-        "pitch_mm": round(pitch(origami), 4),
-        "sensors": sensors,
-        "half_width_mm": half_width(origami),
-        "folded_half_mm": folded_half_mm,
     }
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
 from capsule.kinds import Settings
 from capsule.survey.files import Session
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING
 from capsule.units import pressed_and_period
 
 # Groups of the states of `capsule.survey.cycle` that look the same in a picture.
@@ -129,33 +128,6 @@ def pins_of(session: Session) -> list[Pin]:
         )
         pins.append(Pin(since_s, next(explored, until_s)))
     return pins
-
-
-def folded_part(time_s: FloatArray, fold: TextArray) -> FloatArray:
-    """Return how far an origami is folded, 0 to 1, with straight lines while it moves.
-
-    Parameters
-    ----------
-    time_s : (K,) array
-        Times.
-    fold : (K,) array of str
-        State from the fold board at each time.
-
-    Returns
-    -------
-    (K,) array
-        NaN for any other state, such as ``unknown``.
-    """
-    part = np.select(
-        [fold == UNFOLDED, fold == FOLDED, np.isin(fold, (FOLDING, UNFOLDING))],
-        [0.0, 1.0, np.nan],
-        np.inf,
-    )
-    moving, known = np.isnan(part), np.isfinite(part)
-    if known.any():
-        part[moving] = np.interp(time_s[moving], time_s[known], part[known])
-    part[np.isinf(part)] = np.nan
-    return part
 
 
 def crest_at_mm(session: Session, detector: Settings) -> float:

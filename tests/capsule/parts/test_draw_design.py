@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from capsule.figures.draw_capsule import (
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
+from capsule.geometry.substructure import outline, shape_of
+from capsule.parts.draw_design import (
     capsule_drawing,
     draw_capsule,
     other_readings,
     readings_drawing,
 )
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
-from capsule.geometry.substructure import outline, shape_of
 from capsule.parts.files import shipped_design
 
 DESIGN = shipped_design()
-INPUTS = SimpleNamespace(design=DESIGN, settings={"recording": {"sensors": 4}})
+INPUTS = SimpleNamespace(settings={"recording": {"sensors": 4}})
 WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
 
 

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from capsule.page.project_state import read_project_state
+from capsule.project_state import ProjectState, read_project_state
 from support.marks import needs_programs
 from support.project import ROOT
 
@@ -104,3 +104,19 @@ def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
     shutil.unpack_archive(tmp_path / "archive.zip", unpacked)
     state = read_project_state(unpacked)
     assert (state.commit, state.modified) == (git(clone, "rev-parse", "HEAD"), False)
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (("1.2.0", "0123456789abcdef", False), "origami-capsule 1.2.0, commit 0123456789ab"),
+        (
+            ("1.2.0", "0123456789abcdef", True),
+            "origami-capsule 1.2.0, commit 0123456789ab (modified)",
+        ),
+        (("1.2.0", None, False), "origami-capsule 1.2.0"),
+        ((None, None, False), "origami-capsule, version not known"),
+    ],
+)
+def test_the_project_is_named_by_its_version_and_commit(state, text):
+    assert ProjectState(*state).text() == text

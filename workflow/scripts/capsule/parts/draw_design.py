@@ -1,4 +1,4 @@
-"""Draw the capsule's design, and other designs that the paper's text allows.
+"""Draw the figures of the capsule's design, and of other designs that the paper's text allows.
 
 A *reading* here is one interpretation of the paper's text, not a sensor's value.
 """
@@ -12,22 +12,26 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.arrays import FloatArray
-from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
-    BLUE,
     COLUMN_WIDTH_IN,
-    GREEN,
     INK,
     ORANGE,
     PAGE_WIDTH_IN,
+    Drawing,
     figure_style,
 )
-from capsule.geometry.origami import Origami
 from capsule.geometry.substructure import Choices, outline, shape_of, spacing
 from capsule.kinds import Look
 from capsule.parts.design import Design
 from capsule.parts.drawings import draw_bench, draw_row, draw_substructure, true_scale
+from capsule.parts.files import shipped_design
+
+# The chosen reading, and the one beside it.
+_LOOKS: tuple[Look, ...] = (
+    {"color": INK, "linewidth": 1.6, "label": "chosen"},
+    {"color": ORANGE, "linestyle": (0, (5, 1.5)), "label": "instead"},
+)
 
 # Other choices that the paper's text allows, one change at a time.
 _OTHERS = (
@@ -62,15 +66,15 @@ def outline_table(design: Design, readings: dict[str, Choices]) -> pd.DataFrame:
 
 def capsule_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the substructure, the row of sensors, and the bench in section."""
-    design = inputs.design
+    design = shipped_design()
     table = outline_table(design, {"chosen": design.parts.choice})
     sensors = inputs.settings["recording"]["sensors"]
     return table, lambda width_in: draw_capsule(design, sensors, width_in)
 
 
-def readings_drawing(inputs: FigureInputs) -> Drawing:
+def readings_drawing(_: FigureInputs) -> Drawing:
     """Return the drawing that compares the readings of the paper's text."""
-    design = inputs.design
+    design = shipped_design()
     readings = other_readings(design.parts.choice)
     table = outline_table(design, readings)
     return table, lambda width_in: draw_other_readings(design, readings, width_in)
@@ -139,19 +143,25 @@ def _stack(
 def draw_other_readings(
     design: Design, readings: dict[str, Choices], width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw each other reading over the chosen reading."""
+    """Draw each other reading over the chosen reading, which is the first; C at the same place."""
     origami = design.phantom.origami
+    outlines = {words: outline(shape_of(origami, each)) for words, each in readings.items()}
     chosen, *others = readings
     with figure_style():
         figure = Figure()
         panels, boxes = [], []
         for words in others:
             axes = figure.add_axes((0, 0, 1, 1), label=words)
-            shown = {chosen: readings[chosen], words: readings[words]}
-            boxes.append(draw_readings(axes, origami, shown))
+            for reading, look in zip((chosen, words), _LOOKS, strict=True):
+                for boundary in outlines[reading]:
+                    axes.plot(*np.vstack([boundary, boundary[:1]]).T, **look)
+            corners = np.vstack([outlines[reading][0] for reading in (chosen, words)])
+            box = np.array([corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6])
+            true_scale(axes, tuple(box[:, 0]), tuple(box[:, 1]))
             pitch = spacing(shape_of(origami, readings[words]), origami.adhesive_mm)
             axes.set_title(f"{words}\npitch {pitch:.2f} mm", loc="center")
             panels.append(axes)
+            boxes.append(box)
         left, right = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
         for axes in panels:
             # Leave room for the title.
@@ -160,36 +170,6 @@ def draw_other_readings(
         narrow = width_in <= COLUMN_WIDTH_IN
         rows = [panels[:half], panels[half:]] if narrow else [panels]
         _stack(figure, rows, width_in, title_in=0.42, below_in=0.3)
-        handles, _ = panels[0].get_legend_handles_labels()
-        figure.legend(handles, ["chosen", "instead"], loc="lower center", ncols=2)
+        # Each outline has an outer and an inner boundary.
+        figure.legend(handles=panels[0].lines[::2], loc="lower center", ncols=2)
     return figure
-
-
-def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) -> FloatArray:
-    """Draw the outlines of several readings of the paper's text, with point C at the same place.
-
-    Parameters
-    ----------
-    readings
-        Choices by their description; the first is the chosen reading.
-
-    Returns
-    -------
-    array of shape (2, 2)
-        Lowest and highest corner of the drawing, in mm.
-    """
-    looks: tuple[Look, ...] = (
-        {"color": INK, "linewidth": 1.6},
-        {"color": ORANGE, "linestyle": (0, (5, 1.5))},
-        {"color": BLUE, "linestyle": (0, (1.5, 1.2))},
-        {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5))},
-    )
-    for (words, choices), look in zip(readings.items(), looks, strict=False):
-        outer, inner = outline(shape_of(origami, choices))
-        for index, boundary in enumerate((outer, inner)):
-            closed = np.vstack([boundary, boundary[:1]])
-            axes.plot(*closed.T, **look, label=words if index == 0 else None)
-    corners = np.vstack([outline(shape_of(origami, each))[0] for each in readings.values()])
-    box = np.array([corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6])
-    true_scale(axes, tuple(box[:, 0]), tuple(box[:, 1]))
-    return box

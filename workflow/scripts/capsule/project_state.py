@@ -8,15 +8,40 @@ import os
 import re
 import shutil
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
-from capsule.page.provenance import ProjectState
 from capsule.project import version_in
 
 # Results depend on these files and on the recordings. Only a change of these files marks the commit
 # as modified.
 _CODE = ("Snakefile", "config", "profiles", "workflow", "pyproject.toml")
 _PATIENCE_S = 20
+
+
+@dataclass(frozen=True)
+class ProjectState:
+    """The state of the project that made a page.
+
+    Attributes
+    ----------
+    version : str or None
+        From pyproject.toml; None where it is missing.
+    commit : str or None
+        Commit of the code, in hexadecimal; None outside a clone.
+    modified : bool
+        Whether code or configuration differ from the commit.
+    """
+
+    version: str | None
+    commit: str | None
+    modified: bool
+
+    def text(self) -> str:
+        """Return the state in words."""
+        version = f" {self.version}" if self.version else ", version not known"
+        commit = f", commit {self.commit[:12]}" if self.commit else ""
+        return f"origami-capsule{version}{commit}{' (modified)' if self.modified else ''}"
 
 
 def read_project_state(root: Path) -> ProjectState:
