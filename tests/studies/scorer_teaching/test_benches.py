@@ -130,12 +130,10 @@ def test_an_episode_holds_the_beats_of_each_recording():
     assert not series[0, ..., filled[0] :].any()
 
 
-def test_many_benches_become_episodes_and_are_told_of():
-    told = []
+def test_many_benches_become_episodes():
     makers = [lambda: runs(0, episodes.SIZES_MM), lambda: runs(1, episodes.SIZES_MM)]
-    taken = episodes.episodes_of(makers, lambda done, text: told.append((done, text)))
+    taken = episodes.episodes_of(makers)
     assert taken.series.shape == (2, 60, 4, len(SERIES), episodes.LENGTH)
-    assert [done for done, _ in told] == [1, 2]
     recordings = taken.recordings(1)
     assert len(recordings) == np.count_nonzero(taken.counts[1])
     assert recordings[0].shape == (4, len(SERIES), taken.counts[1, 0])
