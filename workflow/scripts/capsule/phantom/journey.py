@@ -148,9 +148,13 @@ class Chance:
             phantom.folding.drift_return_s,
         )
         rough = roughness(phantom.wall, self._draw("roughness"))
-        sides = (draw_unevenness(phantom.wall, self._draw(side), rough) for side in ("near", "far"))
+        near, far = (
+            draw_unevenness(phantom.wall, self._draw(side), rough) for side in ("near", "far")
+        )
         phase = self._draw("phase").uniform(0, 2 * np.pi)
-        self.pressing = Pressing(phantom.wall, phantom.wave, phantom.contact, *sides, train, phase)
+        self.pressing = Pressing(
+            phantom.wall, phantom.wave, phantom.contact, near, far, train, phase
+        )
 
     def _draw(self, *subject: str) -> np.random.Generator:
         return generator(*self._names, *subject)

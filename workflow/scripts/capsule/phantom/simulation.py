@@ -236,8 +236,8 @@ def simulate_run(
         phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)
     )
     rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
-    sides = (draw_unevenness(wall, place, rough) for _ in range(2))
-    pressing = Pressing(wall, phantom.wave, contact, *sides, train, phase)
+    near, far = draw_unevenness(wall, place, rough), draw_unevenness(wall, place, rough)
+    pressing = Pressing(wall, phantom.wave, contact, near, far, train, phase)
     pressed = pressing.compression(
         [bulge], position_mm, time_s, half_width(origami), wander_mm, strength
     )
