@@ -1,17 +1,19 @@
 """A seed determines the random benches, and runs differ only by the nodule."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from scorer_teaching import episodes
 from scorer_teaching.bench_family import WAVE_FORMS, Effect, draw_bench
-from scorer_teaching.bench_recordings import Streams, followed, jumps, simulate_bench, smooth_noise
+from scorer_teaching.bench_recordings import followed, jumps, simulate_bench, smooth_noise
 from scorer_teaching.episodes import draw_phantom
 
 from capsule.configuration import read_config_file
 from capsule.detectors.beats import SERIES, series_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.seeding import generator
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
@@ -19,11 +21,11 @@ SIZES_MM = np.array([0.0, 1.0, 3.0, 5.0])
 
 
 def streams(number):
-    return Streams(1, "bench", f"{number}")
+    return partial(generator, 1, "bench", f"{number}")
 
 
 def bench(number):
-    return draw_bench(streams(number).of("bench"))
+    return draw_bench(streams(number)("bench"))
 
 
 def runs(number, sizes_mm=SIZES_MM):
@@ -92,13 +94,13 @@ def test_every_form_of_the_wave_is_drawn():
 
 @pytest.mark.parametrize("kind", [0, 1, 2])
 def test_smooth_noise_has_unit_variance(kind):
-    course = smooth_noise(streams(0).of("noise"), (4000,), 100, 20.0, kind)
+    course = smooth_noise(streams(0)("noise"), (4000,), 100, 20.0, kind)
     assert course.shape == (4000, 100)
     assert course.var() == pytest.approx(1.0, rel=0.1)
 
 
 def test_jumps_come_as_often_as_they_should():
-    courses = jumps(streams(0).of("jumps"), (2000,), 500, 2.0, 1.0)
+    courses = jumps(streams(0)("jumps"), (2000,), 500, 2.0, 1.0)
     assert np.count_nonzero(np.diff(courses), axis=1).mean() == pytest.approx(2.0, rel=0.1)
 
 
@@ -109,8 +111,8 @@ def test_a_sensor_follows_a_step_within_its_time():
 
 def test_a_random_phantom_differs_in_what_is_drawn_only():
     base = read_phantom(DEFAULT_TABLE, [])
-    drawn = draw_phantom(base, streams(0).of("parameters"))
-    assert drawn == draw_phantom(base, streams(0).of("parameters"))
+    drawn = draw_phantom(base, streams(0)("parameters"))
+    assert drawn == draw_phantom(base, streams(0)("parameters"))
     assert drawn.sensor.noise != base.sensor.noise
     assert drawn.origami == base.origami
     assert drawn.electronics == base.electronics
@@ -128,12 +130,10 @@ def test_an_episode_holds_the_beats_of_each_recording():
     assert not series[0, ..., filled[0] :].any()
 
 
-def test_many_benches_become_episodes_and_are_told_of():
-    told = []
+def test_many_benches_become_episodes():
     makers = [lambda: runs(0, episodes.SIZES_MM), lambda: runs(1, episodes.SIZES_MM)]
-    taken = episodes.episodes_of(makers, lambda done, text: told.append((done, text)))
+    taken = episodes.episodes_of(makers)
     assert taken.series.shape == (2, 60, 4, len(SERIES), episodes.LENGTH)
-    assert [done for done, _ in told] == [1, 2]
     recordings = taken.recordings(1)
     assert len(recordings) == np.count_nonzero(taken.counts[1])
     assert recordings[0].shape == (4, len(SERIES), taken.counts[1, 0])

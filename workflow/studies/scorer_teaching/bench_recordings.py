@@ -1,11 +1,11 @@
 """Simulate the recordings of a random bench: from wave, way, wall and nodule to counts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import lfilter
 
-from capsule.seeding import generator
 from scorer_teaching.bench_family import RandomBench, Wander, WaveTrain, Way
 
 SENSORS = 4
@@ -22,24 +22,9 @@ _FINE = np.linspace(0, 60, 2400)
 # Only a nodule higher than this holds a sensor.
 _HOLDS_FROM = 0.3
 
-
-class Streams:
-    """Random streams, one for each subject, so that the subjects do not affect one another.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the training.
-    *names : str
-        Names of the streams' purpose, such as the name of a bench.
-    """
-
-    def __init__(self, seed: int, *names: str) -> None:
-        self._seed, self._names = seed, names
-
-    def of(self, subject: str) -> np.random.Generator:
-        """Return the stream of a subject, from its beginning."""
-        return generator(self._seed, *self._names, subject)
+# A function that returns a subject's random stream from its beginning, so that the subjects do not
+# affect one another.
+Streams = Callable[[str], np.random.Generator]
 
 
 def smooth_noise(
@@ -132,7 +117,7 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
     end = np.argmax(head > beyond[:, np.newaxis], axis=1)
     end[end == 0] = _LONGEST
     if bench.way.until_full:
-        end = np.where(streams.of("end").random(sizes_mm.size) < 0.7, _LONGEST, end)
+        end = np.where(streams("end").random(sizes_mm.size) < 0.7, _LONGEST, end)
     end = np.maximum(end, _SHORTEST)
     return [row[:, :stop] for row, stop in zip(counts, end.tolist(), strict=True)]
 
@@ -154,15 +139,15 @@ class _Nodules:
 def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> _Nodules:
     """Return random nodules of the given sizes (n,); size 0 has a place, but no height."""
     lump, way, count = bench.lump, bench.way, len(sizes_mm)
-    known = {size: streams.of(f"size {size:g}").normal() for size in sorted(set(sizes_mm.tolist()))}
+    known = {size: streams(f"size {size:g}").normal() for size in sorted(set(sizes_mm.tolist()))}
     alike = np.array([known[size] for size in sizes_mm.tolist()])
-    own = streams.of("off").standard_normal(count)
+    own = streams("off").standard_normal(count)
     off_mm = lump.miss_mm * (np.sqrt(lump.miss_alike) * alike + np.sqrt(1 - lump.miss_alike) * own)
     met = np.exp(-0.5 * (off_mm / (0.5 * sizes_mm + 0.5 * lump.strip_mm)) ** 2)
-    numbers = streams.of("touch")
+    numbers = streams("touch")
     touch = np.exp(lump.touch_spread * numbers.standard_normal((count, SENSORS)))
     touch *= numbers.random((count, SENSORS)) >= lump.untouched_share
-    lead = way.lead + way.lead_spread * streams.of("lead").standard_normal(count)
+    lead = way.lead + way.lead_spread * streams("lead").standard_normal(count)
     return _Nodules(
         height=lump.height * (sizes_mm / 3) ** lump.growth * met,
         touch=touch,
@@ -173,7 +158,7 @@ def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) ->
 
 def _wave_phase_of(wave: WaveTrain, runs: int, streams: Streams) -> np.ndarray:
     """Return a random phase of the wave at the start of the gut, (n, K), in radians."""
-    numbers = streams.of("phase")
+    numbers = streams("phase")
     begin = numbers.uniform(0, 2 * np.pi, (runs, 1))
     jitter = wave.period_jitter * smooth_noise(numbers, (runs,), _LONGEST, 80, 0)
     return begin + np.cumsum(2 * np.pi / wave.period * (1 + jitter), axis=1)
@@ -193,10 +178,10 @@ def _head_way(
     The nodules slow the capsule; the phase is that of `_wave_phase_of`.
     """
     way, runs = bench.way, len(phase)
-    numbers = streams.of("pace")
+    numbers = streams("pace")
     pace = np.exp(way.run_spread * numbers.standard_normal((runs, 1))) / way.lag
-    free = _free_way(way, bench.wave.period, phase, streams.of("strokes")) * pace
-    numbers = streams.of("holds")
+    free = _free_way(way, bench.wave.period, phase, streams("strokes")) * pace
+    numbers = streams("holds")
     held = (numbers.random((runs, SENSORS)) < 0.5) * numbers.uniform(0, 2, (runs, SENSORS))
     held = held * way.hold * pace
     head = np.stack(
@@ -252,10 +237,10 @@ def _presses(
     )
     strength = _strength(bench, _wave_number(phase), streams)
     reach = strength * (_wave_height(wave, angle) + wave.bias)
-    seat = wandering(streams.of("seat"), disturbances.seat, (runs, SENSORS), count)
+    seat = wandering(streams("seat"), disturbances.seat, (runs, SENSORS), count)
     if disturbances.seat_jumps:
         rate, size = disturbances.seat_jumps, disturbances.seat_jump
-        seat = seat + jumps(streams.of("seat jumps"), (runs, SENSORS), count, rate, size)
+        seat = seat + jumps(streams("seat jumps"), (runs, SENSORS), count, rate, size)
     lead, width, height = (
         each[:, np.newaxis, np.newaxis] for each in (nodules.lead, nodules.width, nodules.height)
     )
@@ -263,7 +248,7 @@ def _presses(
     profile = np.exp(-0.5 * np.abs(off) ** bench.lump.flatness)
     nodule = height * nodules.touch[..., np.newaxis] * profile
     near = reach + seat + effect.adds * nodule
-    uneven = _unevenness(bench, place, streams.of("wall"))
+    uneven = _unevenness(bench, place, streams("wall"))
     near = near * (1 + uneven) if disturbances.unevenness_multiplies else near + uneven
     press = _touched(wave, near) * (1 + 1.5 * effect.multiplies * nodule)
     press = press + 0.5 * effect.lifts * nodule
@@ -275,10 +260,10 @@ def _strength(bench: RandomBench, number: np.ndarray, streams: Streams) -> np.nd
     wave, disturbances = bench.wave, bench.disturbances
     runs, count = number.shape
     shape = (runs, SENSORS)
-    common = wandering(streams.of("common strength"), disturbances.common_strength, (runs,), count)
-    own = wandering(streams.of("own strength"), disturbances.own_strength, shape, count)
+    common = wandering(streams("common strength"), disturbances.common_strength, (runs,), count)
+    own = wandering(streams("own strength"), disturbances.own_strength, shape, count)
     waves = int(number.max()) + 1
-    numbers = streams.of("beats")
+    numbers = streams("beats")
     missing = numbers.random((runs, 1, waves)) < wave.missing_share
     beat = wave.common_beat_spread * numbers.standard_normal((runs, 1, waves))
     beat = beat + wave.own_beat_spread * numbers.standard_normal((*shape, waves))
@@ -341,13 +326,13 @@ def _sensed(bench: RandomBench, press: np.ndarray) -> np.ndarray:
 def _counts(bench: RandomBench, press: np.ndarray, streams: Streams) -> np.ndarray:
     """Return the readings with gain, noise, drift and the converter, (n, S, K) of int16."""
     sensing, shape = bench.sensing, press.shape
-    numbers = streams.of("sensors")
+    numbers = streams("sensors")
     gain = np.exp(sensing.gain_spread * numbers.standard_normal((*shape[:2], 1)))
     rest = np.exp(sensing.rest + sensing.rest_spread * numbers.standard_normal((*shape[:2], 1)))
     noise = sensing.noise * numbers.standard_normal(shape, dtype=np.float32)
     change = press * gain + noise + _drift(bench, shape, streams)
     if sensing.spikes:
-        numbers = streams.of("spikes")
+        numbers = streams("spikes")
         happens = numbers.random(shape, dtype=np.float32) < sensing.spikes
         change = change + happens * numbers.normal(0, 2, shape)
     if sensing.divider:
@@ -361,12 +346,12 @@ def _counts(bench: RandomBench, press: np.ndarray, streams: Streams) -> np.ndarr
 def _drift(bench: RandomBench, shape: tuple[int, ...], streams: Streams) -> np.ndarray:
     """Return the random drift of the sensors, (n, S, K): a random walk, settling and jumps."""
     disturbances, (runs, sensors, count) = bench.disturbances, shape
-    walk = streams.of("drift").standard_normal(shape, dtype=np.float32)
+    walk = streams("drift").standard_normal(shape, dtype=np.float32)
     drift = disturbances.drift / np.sqrt(count) * np.cumsum(walk, axis=-1)
     one_each = (runs, 1 if disturbances.settling_alike else sensors, 1)
-    size = disturbances.settling * streams.of("settling").standard_normal(one_each)
+    size = disturbances.settling * streams("settling").standard_normal(one_each)
     drift = drift + size * np.exp(-np.arange(count) / disturbances.settling_time)
     if disturbances.base_jumps:
         rate, height = disturbances.base_jumps, disturbances.base_jump
-        drift = drift + jumps(streams.of("base jumps"), (runs, sensors), count, rate, height)
+        drift = drift + jumps(streams("base jumps"), (runs, sensors), count, rate, height)
     return drift

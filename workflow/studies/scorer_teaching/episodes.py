@@ -2,18 +2,21 @@
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from capsule.detectors.beats import SERIES, series_of
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.phantom.simulation import simulate_run
+from capsule.seeding import generator
 from scorer_teaching.bench_family import draw_bench
-from scorer_teaching.bench_recordings import SENSORS, Streams, simulate_bench
+from scorer_teaching.bench_recordings import SENSORS, simulate_bench
 
+Item = TypeVar("Item")
 # A function that simulates the recordings of one bench.
 Maker = Callable[[], list[np.ndarray]]
 # Sizes of the nodules in the recordings of every bench, in mm.
@@ -106,8 +109,8 @@ def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def random_recordings(seed: int, name: str) -> list[np.ndarray]:
     """Return simulated recordings of a random bench; seed and name determine the bench."""
-    streams = Streams(seed, "bench", name)
-    return simulate_bench(draw_bench(streams.of("bench")), SIZES_MM, streams)
+    streams = partial(generator, seed, "bench", name)
+    return simulate_bench(draw_bench(streams("bench")), SIZES_MM, streams)
 
 
 def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
@@ -121,7 +124,7 @@ def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
 
 def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
     """Return simulated recordings of a random phantom; seed and name determine the phantom."""
-    numbers = Streams(seed, "random phantom", name).of("parameters")
+    numbers = generator(seed, "random phantom", name, "parameters")
     phantom = draw_phantom(base, numbers)
     runs_seed = int(numbers.integers(1 << 31))
     return [
@@ -155,48 +158,33 @@ def held_out_benches(seed: int, count: int) -> list[Maker]:
     return [partial(random_recordings, seed, f"held out {n}") for n in range(count)]
 
 
-def episodes_of(makers: Sequence[Maker], tell: Callable[[int, str], None]) -> Episodes:
-    """Simulate many benches, and return their episodes.
-
-    Parameters
-    ----------
-    makers : sequence of callable
-        Functions that simulate the recordings of one bench.
-    tell : callable
-        Function that is called with the number of finished benches and a text.
-
-    Returns
-    -------
-    Episodes
-    """
+def episodes_of(makers: Sequence[Maker]) -> Episodes:
+    """Return the episodes of many benches, simulated by the given functions."""
     series = np.zeros((len(makers), SIZES_MM.size, SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros((len(makers), SIZES_MM.size), np.int64)
-    for place, make in enumerate(makers):
+    for place, make in enumerate(progress(makers, "bench")):
         series[place], counts[place] = episode(make())
-        tell(place + 1, f"bench {place + 1} of {len(makers)} simulated")
     return Episodes(series, counts)
 
 
-class Progress:
-    """A printer of progress lines, at intervals of at least 20 s.
+def progress(
+    work: Sequence[Item], name: str, clock: Callable[[], float] = time.monotonic
+) -> Iterator[Item]:
+    """Yield pieces of work; print at most every 20 s how many are done and the time left.
 
     Parameters
     ----------
-    whole : float
-        Amount of the whole work, in the unit of `tell`.
-    clock : callable
+    work, name
+        The pieces, and what the lines call one.
+    clock
         Function that returns the time in seconds.
     """
-
-    def __init__(self, whole: float, clock: Callable[[], float] = time.monotonic) -> None:
-        self._whole, self._clock = whole, clock
-        self._begin = self._last = clock()
-
-    def tell(self, done: float, text: str) -> None:
-        """Print the progress, unless the last line is less than 20 s old."""
-        now = self._clock()
-        if done <= 0 or now - self._last < _SECONDS_BETWEEN:
-            return
-        self._last = now
-        left_min = (now - self._begin) * (self._whole - done) / done / 60
-        print(f"{text}, about {left_min:.1f} min left", file=sys.stderr, flush=True)
+    begin = last = clock()
+    for done, piece in enumerate(work, start=1):
+        yield piece
+        now = clock()
+        if now - last >= _SECONDS_BETWEEN:
+            last = now
+            left_min = (now - begin) * (len(work) - done) / done / 60
+            line = f"{name} {done} of {len(work)}, about {left_min:.1f} min left"
+            print(line, file=sys.stderr, flush=True)

@@ -7,7 +7,8 @@ predictions is differentiated through the closed form of the regression (Bertine
 """
 
 import math
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Sequence
 
 import numpy as np
 import torch
@@ -19,9 +20,9 @@ from capsule.seeding import generator
 from scorer_teaching.episodes import (
     SIZES_MM,
     Episodes,
-    Progress,
     episodes_of,
     held_out_benches,
+    progress,
     random_benches,
 )
 from scorer_teaching.network import Network, checked_weights, reversed_in_time
@@ -142,25 +143,17 @@ def freedom(hat: torch.Tensor) -> torch.Tensor:
     return (1 - torch.diagonal(hat, dim1=1, dim2=2)).clamp(min=0.02)
 
 
-def teach(
-    episodes: Episodes, rounds: int, seed: int, tell: Callable[[float, str], None]
-) -> Network:
+def teach(episodes: Episodes, rounds: int, seed: int) -> Network:
     """Train a network, and return it.
 
     Parameters
     ----------
-    episodes : Episodes
+    episodes
         The training data.
-    rounds : int
+    rounds
         Number of rounds over all benches.
-    seed : int
+    seed
         Seed of the first weights and of the order.
-    tell : callable
-        Function that is called with the finished share of the training and a text.
-
-    Returns
-    -------
-    Network
     """
     torch.manual_seed(seed)
     numbers = generator(seed, "lesson")
@@ -172,7 +165,8 @@ def teach(
         order = numbers.permutation(kept)
         batches = np.array_split(order, max(order.size // _EPISODES_A_STEP, 1))
         losses = []
-        for step, batch in enumerate(batches):
+        name = f"epoch {round_ + 1} of {rounds}"
+        for step, batch in enumerate(progress(batches, f"{name}, step")):
             done = (round_ + step / len(batches)) / rounds
             series = torch.as_tensor(episodes.series[batch]).float()
             counts = torch.as_tensor(episodes.counts[batch])
@@ -183,10 +177,7 @@ def teach(
             descend(optimiser, loss, rate_at(done))
             losses.append(loss.item())
             shares[batch] = told_apart(adapted.numpy())
-            text = (
-                f"epoch {round_ + 1} of {rounds}, loss {np.mean(losses):.3f}, {kept.size} benches"
-            )
-            tell(done, text)
+        print(f"{name}: loss {np.mean(losses):.3f}, {kept.size} benches", file=sys.stderr)
         if round_ + 1 == _SIFT_AFTER:
             kept = kept[shares[kept] >= _SIFT_BELOW]
     return learner.network.eval()
@@ -237,8 +228,5 @@ def network_weights(
     dict of str to array
         Weights without ``projection``.
     """
-    makers = random_benches(seed, 0, benches, base)
-    episodes = episodes_of(makers, Progress(len(makers)).tell)
-    network = teach(episodes, rounds, seed, Progress(1.0).tell)
-    held_out = episodes_of(held_out_benches(seed, _HELD_OUT), Progress(_HELD_OUT).tell)
-    return checked_weights(network, held_out)
+    network = teach(episodes_of(random_benches(seed, 0, benches, base)), rounds, seed)
+    return checked_weights(network, episodes_of(held_out_benches(seed, _HELD_OUT)))

@@ -10,7 +10,8 @@ the fewer nodules it misses; the detector itself uses one of them.
 """
 
 import math
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from capsule.detectors.network import FOLDED, Scorer
 from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom
 from capsule.seeding import generator
-from scorer_teaching.episodes import SIZES_MM, Maker, Progress, episodes_of, random_benches
+from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of, progress, random_benches
 from scorer_teaching.lesson import SIZE_PLACE, descend, freedom, missed
 from scorer_teaching.network import unprojected
 
@@ -57,44 +58,32 @@ class Gradients:
     scores: np.ndarray
 
 
-def gradients_of(
-    makers: Sequence[Maker], scorer: Scorer, tell: Callable[[int, str], None]
-) -> Gradients:
+def gradients_of(makers: Sequence[Maker], scorer: Scorer) -> Gradients:
     """Simulate many benches, and return the scorer's gradients.
+
+    Benches on which a recording has no score are left out.
 
     Parameters
     ----------
-    makers : sequence of callable
+    makers
         Functions that simulate the recordings of one bench.
-    scorer : Scorer
+    scorer
         From `scorer_teaching.network.unprojected`.
-    tell : callable
-        Function that is called with the number of finished benches and a text.
-
-    Returns
-    -------
-    Gradients
-        Only of the benches on which each recording has a score.
     """
     folded = np.zeros((len(makers), SIZES_MM.size, FOLDED), np.float16)
     scores = np.full((len(makers), SIZES_MM.size), np.nan, np.float32)
-    for place, make in enumerate(makers):
-        recordings = episodes_of([make], lambda *_: None).recordings(0)
+    for place, make in enumerate(progress(makers, "bench")):
+        recordings = episodes_of([make]).recordings(0)
         if len(recordings) == SIZES_MM.size:
             features = [scorer.features(series) for series in recordings]
             folded[place] = [each.gradient for each in features]
             scores[place] = [each.score for each in features]
-        tell(place + 1, f"bench {place + 1} of {len(makers)} scored")
     known = ~np.isnan(scores).any(axis=1)
     return Gradients(folded[known], scores[known])
 
 
 def teach_projection(
-    gradients: Gradients,
-    height: float,
-    penalties: Sequence[float],
-    seed: int,
-    tell: Callable[[float, str], None],
+    gradients: Gradients, height: float, penalties: Sequence[float], seed: int
 ) -> np.ndarray:
     """Teach the projection, and return it.
 
@@ -108,8 +97,6 @@ def teach_projection(
         Penalties of the regressions that are tried.
     seed : int
         Seed of the order of the benches.
-    tell : callable
-        Function that is called with the finished share of the work and a text.
 
     Returns
     -------
@@ -124,14 +111,15 @@ def teach_projection(
         order = numbers.permutation(benches)
         batches = np.array_split(order, max(benches // _EPISODES_A_STEP, 1))
         losses = []
-        for step, batch in enumerate(batches):
+        name = f"projection, epoch {round_ + 1} of {_ROUNDS}"
+        for step, batch in enumerate(progress(batches, f"{name}, step")):
             done = (round_ + step / len(batches)) / _ROUNDS
             folded = torch.as_tensor(gradients.folded[batch]).float()
             scores = torch.as_tensor(gradients.scores[batch])
             loss = loss_of(folded @ projection, scores, height, penalties)
             descend(optimiser, loss, _RATE * 0.5 * (1 + math.cos(math.pi * done)))
             losses.append(loss.item())
-            tell(done, f"projection, epoch {round_ + 1} of {_ROUNDS}, loss {np.mean(losses):.3f}")
+        print(f"{name}: loss {np.mean(losses):.3f}", file=sys.stderr)
     return projection.detach().numpy().astype(np.float16)
 
 
@@ -201,7 +189,6 @@ def with_projection(
         Section ``taught`` of the configuration.
     """
     makers = random_benches(seed, first, count, base)
-    gradients = gradients_of(makers, unprojected(weights), Progress(len(makers)).tell)
-    height, penalties, progress = taught["height"], _PENALTIES, Progress(1.0)
-    projection = teach_projection(gradients, height, penalties, seed, progress.tell)
+    gradients = gradients_of(makers, unprojected(weights))
+    projection = teach_projection(gradients, taught["height"], _PENALTIES, seed)
     return weights | {"projection": projection}

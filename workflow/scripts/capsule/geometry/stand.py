@@ -14,7 +14,7 @@ from capsule.arrays import FloatArray
 from capsule.geometry.cam import Cam, relief
 
 # GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth of a groove.
-PITCH_MM = 2.0
+_PITCH_MM = 2.0
 _PITCH_LINE_MM = 0.254
 _DEPTH_MM = 0.76
 # Width of a line, and the lengths of the lines at 1, 5 and 10 mm.
@@ -110,19 +110,6 @@ def bore(bench: Bench, turned: bool = False) -> FloatArray:
     return -points if turned else points
 
 
-def front(bench: Bench, lumen_mm: float, silicone_mm: float) -> float:
-    """Return the distance from a follower's shaft to its front at the silicone, in mm.
-
-    Parameters
-    ----------
-    lumen_mm
-        Distance between the baselines of the two walls.
-    silicone_mm
-        Thickness of wall and sheet together.
-    """
-    return (bench.shaft_distance_mm - lumen_mm) / 2 - silicone_mm
-
-
 def window(bench: Bench, cam: Cam) -> Window:
     """Return the window with which a follower rides on the cam."""
     ridge = cam.radius_mm + bench.play_mm
@@ -139,11 +126,6 @@ def follower_outline(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArra
     outer = rectangle(-back, -height, front_mm, height)
     inner = rectangle(-opening.face_mm, -opening.height_mm, opening.face_mm, opening.height_mm)
     return outer, inner[::-1]
-
-
-def followers(bench: Bench) -> int:
-    """Return the number of followers in one row."""
-    return round(bench.length_mm / bench.follower_mm)
 
 
 def row_length(bench: Bench) -> float:
@@ -181,12 +163,6 @@ def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> FloatArray:
     right.append([half, high])
     edge = np.array(right)
     return np.vstack([edge, edge[::-1] * [-1.0, 1.0]])
-
-
-def platform_outline(bench: Bench) -> FloatArray:
-    """Return the platform, including its ends inside the end plates, in (x, y), anticlockwise."""
-    half = row_length(bench) / 2 + bench.plate_mm
-    return rectangle(-half, -bench.platform_width_mm / 2, half, bench.platform_width_mm / 2)
 
 
 def motor_height(bench: Bench) -> float:
@@ -227,7 +203,7 @@ def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list
 
 def pitch_radius(teeth: int) -> float:
     """Return the radius of the belt's pitch line, in mm."""
-    return teeth * PITCH_MM / (2 * np.pi)
+    return teeth * _PITCH_MM / (2 * np.pi)
 
 
 def outer_radius(teeth: int) -> float:
@@ -237,7 +213,7 @@ def outer_radius(teeth: int) -> float:
 
 def teeth_around(radius_mm: float) -> int:
     """Return the least number of teeth of a pulley whose grooves stay outside a radius."""
-    return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
+    return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / _PITCH_MM))
 
 
 def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> float:

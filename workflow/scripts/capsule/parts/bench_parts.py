@@ -100,7 +100,7 @@ def follower(design: Design) -> Part:
     return Part(
         "follower",
         *solids.mesh(follower_solid(design)),
-        2 * stand.followers(bench),
+        2 * round(bench.length_mm / bench.follower_mm),
         BENCH,
         "Pushes the silicone; the ridge in its window rides on the cam.",
         "bench.shaft_distance_mm",
@@ -138,7 +138,9 @@ def slide(design: Design) -> Part:
 def platform(design: Design) -> Part:
     """Return the platform with its scale, which begins at the row's left end."""
     bench = design.parts.bench
-    outline = stand.platform_outline(bench)
+    # Its ends stand in the end plates.
+    length, width = stand.row_length(bench) + 2 * bench.plate_mm, bench.platform_width_mm
+    outline = stand.rectangle(-length / 2, -width / 2, length / 2, width / 2)
     marks = scale_marks(bench.length_mm, bench.platform_width_mm)
     body = solids.prism([outline], bench.platform_mm)
     engraved = solids.prism(marks, 1.0, bench.platform_mm - _ENGRAVED_MM)

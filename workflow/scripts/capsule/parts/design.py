@@ -9,7 +9,7 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.geometry.cam import Cam
-from capsule.geometry.stand import Bench, front
+from capsule.geometry.stand import Bench
 from capsule.geometry.substructure import Choices, Shape, loop_length, shape_of
 from capsule.phantom.parameters import Phantom, built, value_of
 
@@ -92,9 +92,10 @@ class Design:
 
     @property
     def front_mm(self) -> float:
-        """Distance from a follower's shaft to its front, in mm."""
+        """Distance from a follower's shaft to its front at the silicone, in mm."""
         wall = self.phantom.wall
-        return front(self.parts.bench, wall.lumen_mm, wall.wall_mm + wall.sheet_mm)
+        to_baseline = (self.parts.bench.shaft_distance_mm - wall.lumen_mm) / 2
+        return to_baseline - (wall.wall_mm + wall.sheet_mm)
 
 
 def entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:

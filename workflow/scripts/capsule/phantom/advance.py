@@ -5,13 +5,10 @@ All values of the folded capsule are assumed; nothing was measured.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar, overload
 
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
-
-Numbers = TypeVar("Numbers", float, FloatArray)
 
 
 @dataclass(frozen=True)
@@ -238,9 +235,9 @@ class Motion:
             leg = int(number[some[0]]), float(way[some[0]])
             if leg != self._leg:
                 self._begin_leg(leg, float(part[some[0]]))
-            carried = carried_part(self._advance, part[some])
-            carried = carried - carried_part(self._advance, self._part)
-            slipped = slipped_part(self._advance, part[some])
+            carried = _carried_part(self._advance, part[some])
+            carried = carried - _carried_part(self._advance, self._part)
+            slipped = _slipped_part(self._advance, part[some])
             here_mm = self._from_mm + carried * self._moved_mm - slipped * self._slip_mm
             head_mm[some] = np.clip(here_mm, None, self._length_mm)
             self.head_mm = float(head_mm[some[-1]])
@@ -265,42 +262,32 @@ class Motion:
 
     def _rest_mm(self) -> float:
         """Return the distance that remains in the current leg until the end of its wave, in mm."""
-        begun = float(carried_part(self._advance, np.float64(self._part)))
+        begun = float(_carried_part(self._advance, self._part))
         return (1 - begun) * self._moved_mm - self._slip_mm
 
 
-def carried_part(advance: Advance, part: Numbers) -> Numbers:
-    """Return the fraction of the stroke that is done at a part of the period, 0..1.
-
-    Parameters
-    ----------
-    part
-        Elapsed fraction of the wave's period, 0..1.
-    """
+def _carried_part(advance: Advance, part: FloatArray | float) -> FloatArray:
+    """Return the fraction of the stroke that is done at a part of the wave's period, 0..1."""
     return _smooth_step(part / advance.grip_fraction)
 
 
-def slipped_part(advance: Advance, part: Numbers) -> Numbers:
-    """Return the fraction of the slip back that is done at a part of the period, 0..1."""
+def _slipped_part(advance: Advance, part: FloatArray | float) -> FloatArray:
+    """Return the fraction of the slip back that is done at a part of the wave's period, 0..1."""
     rest = max(1 - advance.grip_fraction, np.finfo(float).eps)
     return _smooth_step((part - advance.grip_fraction) / rest)
 
 
-@overload
-def first_arrival(head_mm: FloatArray, position_mm: float) -> np.intp: ...
-@overload
-def first_arrival(head_mm: FloatArray, position_mm: FloatArray) -> IntArray: ...
-def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntArray | np.intp:
+def _smooth_step(part: FloatArray | float) -> FloatArray:
+    part = np.clip(part, 0.0, 1.0)
+    return part**2 * (3 - 2 * part)
+
+
+def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntArray:
     """Return the first sample at which the head reaches each position; K if it never does.
 
     A capsule that slips back passes a place more than once.
     """
-    return np.searchsorted(np.maximum.accumulate(head_mm), position_mm)
-
-
-def _smooth_step(part: Numbers) -> Numbers:
-    part = np.clip(part, 0.0, 1.0)
-    return part**2 * (3 - 2 * part)
+    return np.asarray(np.searchsorted(np.maximum.accumulate(head_mm), position_mm))
 
 
 @dataclass(frozen=True)

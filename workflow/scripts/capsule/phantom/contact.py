@@ -323,23 +323,6 @@ def bulge_heights(bulges: Sequence[Bulge], position_mm: FloatArray) -> tuple[Flo
 
 
 @dataclass(frozen=True)
-class UnevenWalls:
-    """Both walls of a gut.
-
-    Attributes
-    ----------
-    rough
-        Factor on the usual unevenness.
-    nodule_side, other_side
-        The wall with the nodules, and the wall opposite.
-    """
-
-    rough: float
-    nodule_side: Unevenness
-    other_side: Unevenness
-
-
-@dataclass(frozen=True)
 class Pressing:
     """All that presses a capsule at any position and time.
 
@@ -347,8 +330,8 @@ class Pressing:
     ----------
     wall, wave, contact
         Parts of the phantom.
-    walls
-        The walls of this gut.
+    nodule_side, other_side
+        The wall with the nodules, and the wall opposite.
     train
         The waves of this journey.
     phase
@@ -358,7 +341,8 @@ class Pressing:
     wall: Wall
     wave: Wave
     contact: Contact
-    walls: UnevenWalls
+    nodule_side: Unevenness
+    other_side: Unevenness
     train: WaveTrain
     phase: float
 
@@ -386,10 +370,10 @@ class Pressing:
         wander_mm, strength
             Shift of each substructure in its seat, and the strength of its contact, shape (S, K).
         """
-        wall, walls = self.wall, self.walls
+        wall = self.wall
         wave_mm = wave_height(wall, self.wave, self.train, position_mm, time_s, self.phase)
-        nodule_side = walls.rough * uneven_height(wall, walls.nodule_side, position_mm)
-        other_side = walls.rough * uneven_height(wall, walls.other_side, position_mm)
+        nodule_side = uneven_height(wall, self.nodule_side, position_mm)
+        other_side = uneven_height(wall, self.other_side, position_mm)
         heights, spheres = bulge_heights(bulges, position_mm)
         # A substructure that shifts towards one wall moves away from the other wall.
         near_mm = wave_mm + nodule_side + heights + wander_mm

@@ -23,7 +23,6 @@ from capsule.phantom.advance import (
 from capsule.phantom.contact import (
     Bulge,
     Pressing,
-    UnevenWalls,
     bulge_of,
     climbs,
     looseness,
@@ -149,11 +148,13 @@ class Chance:
             phantom.folding.drift_return_s,
         )
         rough = roughness(phantom.wall, self._draw("roughness"))
-        walls = UnevenWalls(
-            rough, *(draw_unevenness(phantom.wall, self._draw(side)) for side in ("near", "far"))
+        near, far = (
+            draw_unevenness(phantom.wall, self._draw(side), rough) for side in ("near", "far")
         )
         phase = self._draw("phase").uniform(0, 2 * np.pi)
-        self.pressing = Pressing(phantom.wall, phantom.wave, phantom.contact, walls, train, phase)
+        self.pressing = Pressing(
+            phantom.wall, phantom.wave, phantom.contact, near, far, train, phase
+        )
 
     def _draw(self, *subject: str) -> np.random.Generator:
         return generator(*self._names, *subject)

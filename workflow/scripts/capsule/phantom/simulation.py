@@ -12,7 +12,6 @@ from capsule.names import size_label
 from capsule.phantom.advance import Motion, draw_holds, draw_strokes, first_arrival, slips_back
 from capsule.phantom.contact import (
     Pressing,
-    UnevenWalls,
     bulge_of,
     climbs,
     looseness,
@@ -237,8 +236,8 @@ def simulate_run(
         phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)
     )
     rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
-    walls = UnevenWalls(rough, draw_unevenness(wall, place), draw_unevenness(wall, place))
-    pressing = Pressing(wall, phantom.wave, contact, walls, train, phase)
+    near, far = draw_unevenness(wall, place, rough), draw_unevenness(wall, place, rough)
+    pressing = Pressing(wall, phantom.wave, contact, near, far, train, phase)
     pressed = pressing.compression(
         [bulge], position_mm, time_s, half_width(origami), wander_mm, strength
     )

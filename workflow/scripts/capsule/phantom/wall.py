@@ -55,28 +55,33 @@ class Unevenness:
         Wave numbers in rad/mm, shape (waves,).
     phases
         Phases in rad, shape (waves,).
+    rough
+        Factor on the usual unevenness.
     """
 
     wave_numbers: FloatArray
     phases: FloatArray
+    rough: float = 1.0
 
 
-def draw_unevenness(wall: Wall, generator: np.random.Generator, waves: int = 24) -> Unevenness:
-    """Draw one uneven wall.
+def draw_unevenness(
+    wall: Wall, generator: np.random.Generator, rough: float = 1.0, waves: int = 24
+) -> Unevenness:
+    """Draw one uneven wall, `rough` times as uneven as usual.
 
     The wall is a sum of sinusoids of random phase whose wave numbers are normally distributed. This
     is a Gaussian random field with a Gaussian correlation of length ``unevenness_length_mm``. The
     wall belongs to the place: a second pass with a generator in the same state has the same wall.
     """
     wave_numbers = generator.normal(0.0, 1.0 / wall.unevenness_length_mm, waves)
-    return Unevenness(wave_numbers, generator.uniform(0.0, 2 * np.pi, waves))
+    return Unevenness(wave_numbers, generator.uniform(0.0, 2 * np.pi, waves), rough)
 
 
 def uneven_height(wall: Wall, uneven: Unevenness, position_mm: FloatArray) -> FloatArray:
     """Return the unevenness of one wall at the given places, in mm."""
     angles = position_mm[..., np.newaxis] * uneven.wave_numbers + uneven.phases
     scale = wall.unevenness_mm * np.sqrt(2.0 / uneven.phases.size)
-    height_mm: FloatArray = scale * np.cos(angles).sum(axis=-1)
+    height_mm: FloatArray = uneven.rough * (scale * np.cos(angles).sum(axis=-1))
     return height_mm
 
 
