@@ -19,7 +19,7 @@ from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import check_fits, header_of
-from capsule.bench.pass_sizes import PassSizes, pass_sizes
+from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import (
@@ -114,7 +114,7 @@ class SurveyRun:
 
         Parameters
         ----------
-        bench : SurveyBench
+        bench : BoardBench or SimulatedBench
             Boards and capsule.
         stop : StopRequest
             Request to stop, by Ctrl-C.
@@ -416,7 +416,7 @@ def _run(
     raw = None if about["raw"] is None else Path(about["raw"])
     disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
     pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
-    sizes = pass_sizes(task.options.results, task.settings["diagonal"], rate_hz)
+    sizes = PassSizes(task.options.results, task.settings["diagonal"], rate_hz)
     run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, length_mm)
     try:
         yield run
