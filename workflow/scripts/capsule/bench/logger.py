@@ -259,12 +259,8 @@ class SampleFeed(Logger):
 
     Parameters
     ----------
-    board : Board
-        The logger board.
-    log : FrameLog
-        Log of damaged frames and gaps.
-    tell : callable
-        Function that shows a message to the user.
+    board, log, tell
+        As in `Logger`.
     """
 
     def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
