@@ -348,7 +348,7 @@ class Screen(io.StringIO):
 
 @pytest.fixture
 def progress():
-    shown = Progress(0.1, places=754, missing=12, gaps=2, damaged=3, rate_hz=9.98)
+    shown = Progress(0.1, samples=754, missing=12, gaps=2, damaged=3, rate_hz=9.98)
     shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
     return shown
 

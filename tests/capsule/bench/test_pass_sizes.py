@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from capsule.bench.pass_sizes import pass_sizes
+from capsule.bench.pass_sizes import PassSizes
 from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
 from capsule.errors import CapsuleError
@@ -28,7 +28,7 @@ def results(tmp_path_factory):
 def test_one_strange_pass_makes_the_place_strange(results):
     usual = list(healthy_runs(2).values())
     slow = np.repeat(usual[0], 2, axis=1)[:, :900]
-    sizes = pass_sizes(results, BENCH, 10.0)
+    sizes = PassSizes(results, BENCH, 10.0)
     assert sizes.familiarity(usual).familiar is True
     strange = sizes.familiarity([*usual, slow])
     assert strange.familiar is False
@@ -40,10 +40,10 @@ def test_one_strange_pass_makes_the_place_strange(results):
 
 
 def test_without_a_pass_or_what_was_learned_nobody_can_tell(results, tmp_path):
-    assert pass_sizes(results, BENCH, 10.0).familiarity([]).familiar is None
-    nothing = pass_sizes(tmp_path, BENCH, 10.0)
+    assert PassSizes(results, BENCH, 10.0).familiarity([]).familiar is None
+    nothing = PassSizes(tmp_path, BENCH, 10.0)
     assert nothing.familiarity(list(healthy_runs(1).values())).familiar is None
-    other = pass_sizes(results, BENCH | {"pitch_mm": 7.0}, 10.0)
+    other = PassSizes(results, BENCH | {"pitch_mm": 7.0}, 10.0)
     assert other.familiarity(list(healthy_runs(1).values())).familiar is None
 
 
@@ -52,4 +52,4 @@ def test_what_an_earlier_version_has_learned_is_refused(results, tmp_path):
     del content[FAMILIAR]
     (tmp_path / "detectors.json").write_text(json.dumps(content))
     with pytest.raises(CapsuleError, match="or of another version; delete it"):
-        pass_sizes(tmp_path, BENCH, 10.0)
+        PassSizes(tmp_path, BENCH, 10.0)

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import Sample
-from capsule.bench.timeline import MisplacedSampleError, Place, Timeline
+from capsule.bench.timeline import MisplacedSampleError, Slot, Timeline
 
 
 def sample(sequence, device_ms):
@@ -15,19 +15,19 @@ def sample(sequence, device_ms):
 def test_the_first_sample_begins_the_recording():
     timeline = Timeline(10)
     # A board that ran before is welcome: its numbers need not begin at 0.
-    assert timeline.place(sample(4711, 500_000), 3.0) == Place(0, 0, by_computer_clock=False)
+    assert timeline.place(sample(4711, 500_000), 3.0) == Slot(0, 0, by_computer_clock=False)
 
 
 def test_lost_frames_are_missing_samples():
     timeline = Timeline(10)
     timeline.place(sample(0, 100), 1.0)
-    assert timeline.place(sample(4, 500), 1.4) == Place(4, 3, by_computer_clock=False)
+    assert timeline.place(sample(4, 500), 1.4) == Slot(4, 3, by_computer_clock=False)
 
 
 def test_a_pause_is_missing_samples_too():
     timeline = Timeline(10)
     timeline.place(sample(0, 100), 1.0)
-    assert timeline.place(sample(1, 1100), 2.0) == Place(10, 9, by_computer_clock=False)
+    assert timeline.place(sample(1, 1100), 2.0) == Slot(10, 9, by_computer_clock=False)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_a_sample_that_contradicts_the_last_is_not_used(strange):
     timeline.place(sample(5, 600), 1.5)
     with pytest.raises(MisplacedSampleError, match="cannot follow"):
         timeline.place(strange, 1.6)
-    assert timeline.place(sample(6, 700), 1.6) == Place(6, 0, by_computer_clock=False)
+    assert timeline.place(sample(6, 700), 1.6) == Slot(6, 0, by_computer_clock=False)
 
 
 def test_after_a_restart_the_computers_clock_counts():
@@ -53,8 +53,8 @@ def test_after_a_restart_the_computers_clock_counts():
     assert not timeline.continues(uptime_ms=0, running=False, moment_s=55.0)
     timeline.note_restart()
     place = timeline.place(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
-    assert place == Place(57, 37, by_computer_clock=True)
-    assert timeline.place(sample(1, 200), 55.9) == Place(58, 0, by_computer_clock=False)
+    assert place == Slot(57, 37, by_computer_clock=True)
+    assert timeline.place(sample(1, 200), 55.9) == Slot(58, 0, by_computer_clock=False)
 
 
 def test_a_board_that_kept_running_is_not_taken_for_restarted():
@@ -62,7 +62,7 @@ def test_a_board_that_kept_running_is_not_taken_for_restarted():
     timeline.place(sample(0, 100), 1.0)
     assert timeline.continues(uptime_ms=4321, running=True, moment_s=5.3)
     # The board's own clock counts, however late the sample arrives.
-    assert timeline.place(sample(50, 5100), 99.0) == Place(50, 49, by_computer_clock=False)
+    assert timeline.place(sample(50, 5100), 99.0) == Slot(50, 49, by_computer_clock=False)
 
 
 def test_a_restarted_board_that_has_been_up_for_longer_than_the_run_is_noticed():

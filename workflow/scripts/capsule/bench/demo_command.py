@@ -26,7 +26,6 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import Electronics
 from capsule.phantom.simulation import (
-    PlannedRun,
     Run,
     planned_runs,
     simulate_run,
@@ -250,28 +249,22 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     if not (folder / OWN_CONFIG).exists():
         with files.write_whole(folder / OWN_CONFIG) as stream:
             stream.write(own_configuration())
-    for run in _labelled():
-        path = folder / "raw" / f"{run.name}.csv"
-        if not path.exists():
-            write_run(path, run, phantom, LABELLED_SEED, sensors)
+    for size_mm, runs in LABELLED.items():
+        for run in planned_runs([size_mm], runs, 1):
+            path = folder / "raw" / f"{run.name}.csv"
+            if not path.exists():
+                write_run(path, run, phantom, LABELLED_SEED, sensors)
 
 
 def next_seed(folder: Path) -> int:
     """Return the lowest seed whose run is not in the demo's folder."""
-    taken = {path.name for path in (folder / "raw" / UNLABELLED).glob("*")}
-    seeds = count(LABELLED_SEED + 1)
-    return next(seed for seed in seeds if not taken & _names(seed))
+    taken = {
+        path.name.removesuffix(PART).removesuffix(".csv")
+        for path in (folder / "raw" / UNLABELLED).glob("*")
+    }
+    return next(seed for seed in count(LABELLED_SEED + 1) if run_name(seed) not in taken)
 
 
 def run_name(seed: int) -> str:
     """Return the name of the recording of a played run."""
     return f"simulated-{seed}"
-
-
-def _names(seed: int) -> set[str]:
-    return {f"{run_name(seed)}.csv", f"{run_name(seed)}.csv{PART}"}
-
-
-def _labelled() -> Iterator[PlannedRun]:
-    for size_mm, runs in LABELLED.items():
-        yield from planned_runs([size_mm], runs, 1)

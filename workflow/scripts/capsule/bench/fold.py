@@ -39,10 +39,8 @@ class FoldBoard:
     ----------
     board : Board
         The board, which insists on its commands.
-    log : FrameLog
-        Log of damaged frames, refusals and faults.
-    tell : callable
-        Function that shows a message to the user.
+    log, tell
+        As in `capsule.bench.logger.Logger`.
 
     Attributes
     ----------

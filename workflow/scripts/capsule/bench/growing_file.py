@@ -138,9 +138,9 @@ class PartFile(GrowingFile):
         path = final.with_name(final.name + PART)
         try:
             super().__init__(_create(path), path, RECOVER)
-        except FileExistsError as fault:
-            raise NameExistsError(_unfinished_text(path)) from fault
         except OSError as fault:
+            if isinstance(fault, FileExistsError):
+                check_free(final)
             raise explain_write_fault(fault, path) from fault
         self._pending.append(format_header(header, sensors))
         self.flush()
@@ -341,7 +341,9 @@ def check_free(final: Path) -> None:
         )
     part = final.with_name(final.name + PART)
     if part.exists():
-        raise NameExistsError(_unfinished_text(part))
+        raise NameExistsError(
+            f"{part} is an unfinished recording; complete it first: capsule record --recover"
+        )
 
 
 def unfinished(raw: Path) -> list[Path]:
@@ -372,10 +374,6 @@ def _sync_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _unfinished_text(part: Path) -> str:
-    return f"{part} is an unfinished recording; complete it first: capsule record --recover"
 
 
 @contextlib.contextmanager

@@ -15,7 +15,7 @@ from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
 from capsule.bench.protocol import Damaged, Event, Identity, Sample
 from capsule.bench.terminal import Progress
-from capsule.bench.timeline import CLOCK_ENDS_MS, Place, Sieve, Timeline
+from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
 
 START_AGAIN_S = 0.5
 # A reset board waits in its boot loader, which must not get a byte (see identification.QUIET_S).
@@ -104,7 +104,7 @@ class Logger:
     @property
     def received(self) -> int:
         """Number of accepted samples."""
-        return self.progress.places - self.progress.missing
+        return self.progress.samples - self.progress.missing
 
     @property
     def silent_s(self) -> float:
@@ -221,17 +221,17 @@ class Logger:
         """Count a sample that cannot be used, and write it to the log."""
         self.note_damaged(Damaged(repr(sample).encode(), reason))
 
-    def _accept(self, sample: Sample, place: Place) -> None:
+    def _accept(self, sample: Sample, slot: Slot) -> None:
         if self.complete:
             return
-        self.complete = place.index + 1 >= self._limit
-        if place.index >= self._limit:
+        self.complete = slot.index + 1 >= self._limit
+        if slot.index >= self._limit:
             return
-        if place.missing:
-            self._note_gap(place)
-        for index in range(place.index - place.missing, place.index):
+        if slot.missing:
+            self._note_gap(slot)
+        for index in range(slot.index - slot.missing, slot.index):
             self._keep(index, None)
-        self._keep(place.index, sample.counts)
+        self._keep(slot.index, sample.counts)
         if sample.at_end:
             self.at_end = True
             self.complete = self.complete or self._to_end_stop
@@ -242,16 +242,16 @@ class Logger:
         if len(self.samples) < self._kept:
             self.samples.append(counts)
         self.progress.recent.append(counts)
-        self.progress.places = index + 1
+        self.progress.samples = index + 1
         if index % FLUSH_EVERY == 0:
             self._rows.flush()
 
-    def _note_gap(self, place: Place) -> None:
+    def _note_gap(self, slot: Slot) -> None:
         self.progress.gaps += 1
-        self.progress.missing += place.missing
-        clock = "this computer's clock" if place.by_computer_clock else "the board's clock"
-        start_s = (place.index - place.missing) * self.progress.period_s
-        self._log.note(f"gap at {start_s:.1f} s: {place.missing} samples are missing, by {clock}")
+        self.progress.missing += slot.missing
+        clock = "this computer's clock" if slot.by_computer_clock else "the board's clock"
+        start_s = (slot.index - slot.missing) * self.progress.period_s
+        self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
 
 
 class SampleFeed(Logger):
@@ -259,12 +259,8 @@ class SampleFeed(Logger):
 
     Parameters
     ----------
-    board : Board
-        The logger board.
-    log : FrameLog
-        Log of damaged frames and gaps.
-    tell : callable
-        Function that shows a message to the user.
+    board, log, tell
+        As in `Logger`.
     """
 
     def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
@@ -338,7 +334,7 @@ class SampleFeed(Logger):
 
     def _moment_s(self, number: Number) -> Number:
         """Return the times of samples, past or future, by the computer's clock."""
-        newest = self.progress.places - 1
+        newest = self.progress.samples - 1
         return self.taken_s + (number - newest) * self._period_s
 
 

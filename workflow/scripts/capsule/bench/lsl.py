@@ -467,8 +467,8 @@ class SampleOutlet:
 
     def send(self, progress: Progress) -> None:
         """Send the new samples; skip missing ones, so that the time stamps show the gap."""
-        new = min(progress.places - self._sent, len(progress.recent))
-        self._sent = progress.places
+        new = min(progress.samples - self._sent, len(progress.recent))
+        self._sent = progress.samples
         now_s = self._lsl.local_clock()
         for behind in range(new - 1, -1, -1):
             sample = progress.recent[-1 - behind]

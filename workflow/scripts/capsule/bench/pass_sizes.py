@@ -1,7 +1,6 @@
 """The size of the nodule at a place, which the diagonal detector estimates from its passes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,26 +16,32 @@ from capsule.kinds import Settings
 _UNKNOWN = float("nan")
 
 
-@dataclass(frozen=True)
 class PassSizes:
     """An estimator of nodule sizes from passes; without a learned model, all sizes are NaN.
 
-    Attributes
+    A model that was learned with other settings is not used.
+
+    Parameters
     ----------
-    model : ScoredModel or None
-        The detector's learned model.
-    familiar : FamiliarKind or None
-        What recordings like those that teach are like.
+    results : Path
+        The workflow's results, with the learned model.
     detector : mapping
         Section ``diagonal`` of the configuration.
     rate_hz : float
         Sampling rate in Hz.
     """
 
-    model: ScoredModel | None
-    familiar: FamiliarKind | None
-    detector: Settings
-    rate_hz: float
+    def __init__(self, results: Path, detector: Settings, rate_hz: float) -> None:
+        self._detector, self._rate_hz = detector, rate_hz
+        self._model: ScoredModel | None = None
+        self._familiar: FamiliarKind | None = None
+        path = results / "detectors.json"
+        content = read_learned(path) if path.exists() else {}
+        # A model learned with other settings does not fit the features of these passes.
+        same = content.get("settings", {}).get("diagonal") == dict(detector)
+        if same and FAMILIAR in content:
+            self._model = DiagonalModel.restored(content)
+            self._familiar = FamiliarKind.restored(content[FAMILIAR])
 
     def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:
         """Return a size and the ends of its interval, in mm; NaN if unknown.
@@ -47,40 +52,24 @@ class PassSizes:
             Readings of the passes over one place. The size is the mean over them. More passes do
             not narrow its interval: the nodule's height against the capsule is the same in all.
         """
-        if self.model is None or self.model.sizes is None:
+        if self._model is None or self._model.sizes is None:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
-        found = [passage_of(values, self.rate_hz, self.detector) for values in passes]
+        found = [passage_of(values, self._rate_hz, self._detector) for values in passes]
         known = [passage for passage in found if not np.isnan(passage.evidence)]
         if not known:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
         features = np.array([size_features(passage) for passage in known])
-        size_mm = float(np.mean(self.model.sizes.estimate(features)))
-        return size_mm, *self.model.sizes.interval(size_mm)
+        size_mm = float(np.mean(self._model.sizes.estimate(features)))
+        return size_mm, *self._model.sizes.interval(size_mm)
 
     def familiarity(self, passes: Sequence[np.ndarray]) -> Familiarity:
         """Return whether all passes over a place are familiar; else why the first is not."""
-        if self.familiar is None:
+        if self._familiar is None:
             return Familiarity(None)
         found = [
-            self.familiar.judge(wave_traits(values, self.rate_hz, self.detector))
+            self._familiar.judge(wave_traits(values, self._rate_hz, self._detector))
             for values in passes
         ]
         # False comes first, then None.
         order = [False, None, True]
         return min(found, key=lambda each: order.index(each.familiar), default=Familiarity(None))
-
-
-def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
-    """Read the model that the workflow has learned, if there is one; parameters as in `PassSizes`.
-
-    A model that was learned with other settings is not used.
-    """
-    path, model, familiar = results / "detectors.json", None, None
-    if path.exists():
-        content = read_learned(path)
-        # A model learned with other settings does not fit the features of these passes.
-        same = content.get("settings", {}).get("diagonal") == dict(detector)
-        if same and FAMILIAR in content:
-            model = DiagonalModel.restored(content)
-            familiar = FamiliarKind.restored(content[FAMILIAR])
-    return PassSizes(model, familiar, detector, rate_hz)

@@ -313,7 +313,7 @@ def _watcher(
         nonlocal judged_s, told_of_length
         if outlet:
             outlet.send(progress)
-        if progress.places > length and not told_of_length:
+        if progress.samples > length and not told_of_length:
             told_of_length = True
             terminal.note(
                 f"warning: the run is longer than {length} samples "
@@ -372,7 +372,7 @@ def _run(
     log.note(f"ended: {recorder.ended}")
     log.close()
     terminal.clear()
-    if not recorder.progress.places:
+    if not recorder.progress.samples:
         part.discard()
         raise lost or AcquisitionError("the run ended before the first sample; nothing is archived")
     part.finish()

@@ -28,10 +28,8 @@ class BoardBench:
         Result of `open_boards`.
     wave : Wave
         Speed, ramp and direction of the wave.
-    log : FrameLog
-        Log of damaged frames, gaps, refusals and faults.
-    tell : callable
-        Function that shows a message to the user.
+    log, tell
+        As in `capsule.bench.logger.Logger`.
     stop : StopRequest
         Request to stop, by Ctrl-C.
     patience_s : float

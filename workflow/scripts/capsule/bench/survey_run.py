@@ -19,7 +19,7 @@ from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import check_fits, header_of
-from capsule.bench.pass_sizes import PassSizes, pass_sizes
+from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import (
@@ -114,7 +114,7 @@ class SurveyRun:
 
         Parameters
         ----------
-        bench : SurveyBench
+        bench : BoardBench or SimulatedBench
             Boards and capsule.
         stop : StopRequest
             Request to stop, by Ctrl-C.
@@ -382,7 +382,7 @@ def _on_boards(task: _Task) -> SurveyRun:
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports = about["boards"] | given
-    boards = {} if task.resumed else open_boards(ports, options.baud, _tell, task.stop)
+    boards = {} if task.resumed else open_boards(ports, options.baud, print, task.stop)
     try:
         if not task.resumed:
             about |= _known_with(boards, task.settings, wave, folder)
@@ -394,7 +394,7 @@ def _on_boards(task: _Task) -> SurveyRun:
             if task.resumed:
                 run.repeat(*read_stored(folder, task.sensors, rate_hz, run.pilot.every))
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, options.baud, _tell, task.stop)
+                boards = boards or open_boards(ports, options.baud, print, task.stop)
                 _lead(run, boards, wave, task)
     finally:
         for board in boards.values():
@@ -416,7 +416,7 @@ def _run(
     raw = None if about["raw"] is None else Path(about["raw"])
     disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
     pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
-    sizes = pass_sizes(task.options.results, task.settings["diagonal"], rate_hz)
+    sizes = PassSizes(task.options.results, task.settings["diagonal"], rate_hz)
     run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, length_mm)
     try:
         yield run
@@ -431,12 +431,12 @@ def _run(
 
 def _lead(run: SurveyRun, boards: Mapping[str, Board], wave: Wave, task: _Task) -> None:
     """Run the survey; always stop the wave and unfold the origami at its end."""
-    log = FrameLog(task.folder / BOARDS_LOG, _tell)
+    log = FrameLog(task.folder / BOARDS_LOG, print)
     bench = BoardBench(
         boards,
         wave,
         log,
-        _tell,
+        print,
         task.stop,
         patience_s=task.options.patience,
         begin_s=run.next_s,
@@ -471,10 +471,6 @@ def _known_with(
     begun = datetime.now(UTC)
     header = header_of(logger, begun) | wave.entries | {"session": folder.name}
     return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
-
-
-def _tell(text: str) -> None:
-    print(text, flush=True)
 
 
 def _tell_outcome(run: SurveyRun, folder: Path, *, to_targets: bool) -> None:

@@ -172,7 +172,7 @@ class Progress:
         Seconds between samples.
     end_s : float
         Time in seconds at which the recording ends by itself; 0 if it does not.
-    places : int
+    samples : int
         Number of samples so far, missing samples included.
     missing, gaps, damaged : int
         Numbers of missing samples, of gaps, and of damaged frames.
@@ -188,7 +188,7 @@ class Progress:
 
     period_s: float
     end_s: float = 0.0
-    places: int = 0
+    samples: int = 0
     missing: int = 0
     gaps: int = 0
     damaged: int = 0
@@ -199,10 +199,10 @@ class Progress:
 
     def summary(self) -> str:
         """Return the state of the recording in one line."""
-        now = _minutes(self.places * self.period_s)
+        now = _minutes(self.samples * self.period_s)
         parts = [
             f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
-            f"{self.places} samples",
+            f"{self.samples} samples",
             f"{self.rate_hz:.1f} Hz",
             f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
             f"{self.damaged} damaged frames" if self.damaged else "",

@@ -54,8 +54,8 @@ class MisplacedSampleError(Exception):
 
 
 @dataclass(frozen=True)
-class Place:
-    """The place of a sample in the recording.
+class Slot:
+    """The slot of a sample in the recording.
 
     Attributes
     ----------
@@ -124,8 +124,8 @@ class Timeline:
         """Place the next sample by the computer's clock."""
         self._restarted = self._last is not None
 
-    def place(self, sample: Sample, arrived_s: float) -> Place:
-        """Return the place of a sample, which becomes the last one.
+    def place(self, sample: Sample, arrived_s: float) -> Slot:
+        """Return the slot of a sample, which becomes the last one.
 
         Parameters
         ----------
@@ -140,14 +140,14 @@ class Timeline:
             The sample cannot follow the last one, and must not be used.
         """
         steps = self._steps(sample, arrived_s)
-        place = Place(self._index + steps, steps - 1, self._restarted)
+        slot = Slot(self._index + steps, steps - 1, self._restarted)
         if self._restarted:
             self._clock = BoardClock()
         self.taken_s = self._clock.moment_s(sample.device_ms, arrived_s)
         self._restarted = False
         self._last = sample
-        self._index = place.index
-        return place
+        self._index = slot.index
+        return slot
 
     def is_next(self, sample: Sample) -> bool:
         """Return whether no sample is missing between the last sample and this one."""
@@ -233,7 +233,7 @@ class Sieve:
     def __init__(
         self,
         timeline: Timeline,
-        accept: Callable[[Sample, Place], None],
+        accept: Callable[[Sample, Slot], None],
         refuse: Callable[[Sample, str], None],
     ) -> None:
         self._timeline, self._accept, self._refuse = timeline, accept, refuse

@@ -94,15 +94,10 @@ class WavePhase:
             return np.full(moments_s.shape, np.nan)
         knots_s = np.array([knot.moment_s for knot in self._knots])
         way_mm = np.array([knot.wave_mm for knot in self._knots])
+        wave_mm: np.ndarray = np.interp(moments_s, knots_s, way_mm)
         after = np.searchsorted(knots_s, moments_s, side="right")
-        before = np.clip(after - 1, 0, None)
-        wave_mm = np.full(moments_s.shape, np.nan)
-        inside = (after > 0) & (after < knots_s.size)
-        last, following = before[inside], after[inside]
-        apart_s = knots_s[following] - knots_s[last]
-        share = (moments_s[inside] - knots_s[last]) / np.maximum(apart_s, 1e-9)
-        between_mm = way_mm[last] + share * (way_mm[following] - way_mm[last])
-        wave_mm[inside] = np.where(apart_s <= FARTHEST_APART_S, between_mm, np.nan)
+        apart_s = np.diff(knots_s, prepend=-np.inf, append=np.inf)[after]
+        wave_mm[apart_s > FARTHEST_APART_S] = np.nan
         beyond_s = moments_s - knots_s[-1]
         ahead = (after == knots_s.size) & (beyond_s <= AHEAD_S)
         wave_mm[ahead] = way_mm[-1] + self._knots[-1].speed_mm_s * beyond_s[ahead]
