@@ -301,6 +301,7 @@ OLD = {
     "evaluation.bootstrap": 1000,
     "evaluation.permutations": "any",
     "evaluation.groups": ["site", "session"],
+    "report.max_megabytes": 25,
 }
 
 
@@ -319,6 +320,7 @@ def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told
         "evaluation.groups: site has no effect any more; remove it",
         "evaluation.bootstrap has no effect any more; remove it",
         "evaluation.permutations has no effect any more; remove it",
+        "report.max_megabytes has no effect any more; remove it",
     ]
     assert without_effect(CONFIG, SCHEMA) == []
 

@@ -78,14 +78,13 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
     return entries.findLastIndex(([from]) => from <= time);
   }
 
-  /** Return the value of a line of points [s, value] at a time; null in a gap. Beyond its ends, the line is constant. */
+  /** Return the value of a line of points [s, value] at a time; null without a point. Beyond its ends, the line is constant. */
   function valueAt(points, time) {
     if (!points.length) return null;
     const before = lastAt(points, time);
     if (before < 0) return points[0][1];
     const [[from, value], next] = [points[before], points[before + 1]];
     if (!next) return value;
-    if (value === null || next[1] === null) return next[1] === null && time === from ? value : null;
     return value + ((time - from) / (next[0] - from)) * (next[1] - value);
   }
 
@@ -109,7 +108,7 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
 
   /** Return a moment in words. */
   function wordsOf(player, moment) {
-    const where = `${moment.measured ? "head at" : "head near"} ${number(moment.head, 1)} mm`;
+    const where = moment.head === null ? "head anywhere" : `${moment.measured ? "head at" : "head near"} ${number(moment.head, 1)} mm`;
     const unknown = moment.measured ? "" : ", position not measured";
     const judged = moment.score === null ? "no score" : `score ${significant(moment.score)}`;
     const held = moment.threshold === null ? "" : `, threshold ${significant(moment.threshold)}`;

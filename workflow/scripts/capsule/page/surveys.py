@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import pandas as pd
 
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray
@@ -138,7 +139,7 @@ def player(session: Session, track: Track) -> Cells:
     -------
     dict
         ``from_s``, ``until_s`` and ``step_s`` of the slider. ``head`` and ``threshold`` as points
-        [s, value]; None marks a gap. ``unknown``, intervals [s, s] in which the survey did not
+        [s, value]. ``unknown``, intervals [s, s] in which the survey did not
         know the position. ``states`` as [s, state, reason], and ``words`` for them. ``score``,
         packed, one value per ``judged_s``. ``signals``.
     """
@@ -172,18 +173,12 @@ def player(session: Session, track: Track) -> Cells:
 
 def _points(
     time_s: FloatArray, values: FloatArray, tolerance: float, digits: int = 2
-) -> list[list[float | None]]:
-    """Return the fewest points that draw a line within the tolerance; None marks a gap."""
-    points: list[list[float | None]] = []
-    known = np.flatnonzero(~np.isnan(values))
-    for piece in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
-        if piece.size == 0:
-            continue
-        if points:
-            points.append([points[-1][0], None])
-        enough = piece[simplified(time_s[piece], values[piece], tolerance)]
-        points += [[round(float(time_s[at]), 2), round(float(values[at]), digits)] for at in enough]
-    return points
+) -> list[list[float]]:
+    """Return the fewest points that draw a line within the tolerance; none if it is not known."""
+    if np.isnan(values).any():
+        return []
+    enough = simplified(time_s, values, tolerance)
+    return [[round(float(time_s[at]), 2), round(float(values[at]), digits)] for at in enough]
 
 
 def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
@@ -202,13 +197,8 @@ def _signals(session: Session) -> Cells:
     every_s = max(_LEAST_S, step_s, whole_s / MOST_SAMPLES)
     # Bin by time, not by sample number: the time of a resumed survey has a jump.
     bins = np.floor((session.time_s - from_s) / every_s + 1e-6).astype(int)
-    rows = []
-    for row in session.values:
-        known = ~np.isnan(row)
-        counts = np.bincount(bins[known], minlength=bins[-1] + 1)
-        sums = np.bincount(bins[known], row[known], minlength=bins[-1] + 1)
-        means = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-        rows.append(pack(means[np.newaxis], 8))
+    means = pd.DataFrame(session.values.T).groupby(bins).mean().reindex(range(bins[-1] + 1))
+    rows = [pack(row[np.newaxis], 8) for row in means.to_numpy().T]
     return {"from_s": from_s, "every_s": every_s, "rows": rows}
 
 
