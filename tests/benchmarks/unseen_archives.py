@@ -197,7 +197,8 @@ class Description:
     fresh
         Names of the fresh healthy recordings.
     passages, features, no_verdict
-        As in `capsule.detectors.training.TrainingArchive`, of labelled and fresh recordings.
+        Of labelled and fresh recordings: as in `capsule.detectors.base.StoredRecording`, and the
+        reason why no detector judges a recording.
     """
 
     places: Mapping[str, str]

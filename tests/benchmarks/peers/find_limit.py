@@ -37,7 +37,7 @@ from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer, features_of
 from capsule.detectors.search import passage_of
-from capsule.detectors.taught import TaughtModel
+from capsule.detectors.taught import Taught
 from capsule.evaluation.roc import height_at
 from capsule.names import size_mm
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -149,13 +149,13 @@ def _by_taught(
             for values in recordings
         ]
 
-    seen = np.array([TaughtModel.seen(recording) for recording in described(taught)])
+    seen = np.array([Taught.seen(recording) for recording in described(taught)])
     known = ~np.isnan(seen[:, 0])
     # Each recording is a place of its own.
     places = np.arange(np.count_nonzero(known))
-    learned, _ = TaughtModel.learn(seen[known], sizes_mm[known], places, config["taught"])
-    model = TaughtModel(np.nan, learned, None, None)
-    scores = np.array([model.score(recording) for recording in described(fresh)])
+    learned, _ = Taught.learn(seen[known], sizes_mm[known], places, config["taught"])
+    model = Taught(np.nan, learned, None, None)
+    scores = np.array([model.score(Taught.seen(recording)) for recording in described(fresh)])
     return np.where(np.isnan(scores), np.nanmin(scores), scores)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from capsule.acceptance import check_recording
 from capsule.bench.verdict import FinalVerdict
+from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
-from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings
 from capsule.recording import source_of

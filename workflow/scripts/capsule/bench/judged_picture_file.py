@@ -5,7 +5,7 @@ from pathlib import Path
 from capsule import files, words
 from capsule.bench.judged_file import JudgedFile
 from capsule.bench.judged_view import places_s
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.base import Verdict
 from capsule.figures.draw_signals import draw_judged
 from capsule.figures.style import render_figure
 from capsule.kinds import Settings

@@ -9,7 +9,7 @@ from capsule import words
 from capsule.bench.judged_file import JudgedFile
 from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.bench.verdict_table import verdict_table
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.base import Verdict
 from capsule.kinds import Settings
 from capsule.recording import source_of
 

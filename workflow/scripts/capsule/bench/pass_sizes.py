@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.base import ScoredModel
-from capsule.detectors.diagonal import DiagonalModel, size_features
+from capsule.detectors.diagonal import Diagonal, size_features
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
@@ -23,7 +22,7 @@ class PassSizes:
 
     Attributes
     ----------
-    model : ScoredModel or None
+    model : Diagonal or None
         The detector's learned model.
     familiar : FamiliarKind or None
         What recordings like those that teach are like.
@@ -33,7 +32,7 @@ class PassSizes:
         Sampling rate in Hz.
     """
 
-    model: ScoredModel | None
+    model: Diagonal | None
     familiar: FamiliarKind | None
     detector: Settings
     rate_hz: float
@@ -81,6 +80,6 @@ def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
         # A model learned with other settings does not fit the features of these passes.
         same = content.get("settings", {}).get("diagonal") == dict(detector)
         if same and FAMILIAR in content:
-            model = DiagonalModel.restored(content)
+            model = Diagonal.restored(content)
             familiar = FamiliarKind.restored(content[FAMILIAR])
     return PassSizes(model, familiar, detector, rate_hz)

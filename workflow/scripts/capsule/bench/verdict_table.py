@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from capsule import words
+from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
-from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.kinds import Settings
 
 _GAP = "  "

@@ -5,7 +5,7 @@ in its `WaveTraits`, from the recordings at the other places. A recording is unf
 any of them deviates as far as it does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import astuple, dataclass, fields
 from math import ceil
 from typing import Any, NamedTuple
@@ -14,8 +14,8 @@ import numpy as np
 
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray, IntArray, plain
-from capsule.detectors.training import TrainingArchive
-from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
+from capsule.detectors.base import JudgedRecording, TrainingArchive
+from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
 
 # The nominal rate at which recordings of the familiar kind are called unfamiliar, and the number of
@@ -156,6 +156,12 @@ class FamiliarKind:
         taught = f"{least} to {most} {trait.unit} in the recordings that teach"
         return f"{said}, but {taught}{more if others > 0 else ''}"
 
+    @classmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> "FamiliarKind":
+        """Learn from all labelled recordings of an archive except those left out."""
+        traits, _, places = archive.teaching(_traits_of, left_out)
+        return learn_familiar(traits, places)
+
     def stored(self) -> dict[str, Any]:
         """Return the values in a form that JSON can store; NaN becomes None."""
         return {name: plain(value) for name, value in vars(self).items()}
@@ -171,27 +177,8 @@ class FamiliarKind:
         return cls(int(stored["places"]), **arrays)
 
 
-class FamiliarTeacher:
-    """The traits of an archive's recordings, of which some can be left out.
-
-    Parameters
-    ----------
-    archive : TrainingArchive
-        The archive whose labelled recordings teach.
-    """
-
-    def __init__(self, archive: TrainingArchive) -> None:
-        traits = {name: archive.traits.get(name, UNKNOWN_TRAITS) for name in archive.sizes_mm}
-        self._names = [name for name, each in traits.items() if not np.isnan(each.period_s)]
-        rows = [astuple(traits[name]) for name in self._names]
-        self._traits = np.array(rows).reshape(-1, len(_TRAITS))
-        self._places = archive.place_numbers(self._names)
-
-    def without(self, left_out: Sequence[str]) -> FamiliarKind:
-        """Learn from all recordings except those left out."""
-        apart = frozenset(left_out)
-        teaches = np.array([name not in apart for name in self._names], dtype=bool)
-        return learn_familiar(self._traits[teaches], self._places[teaches])
+def _traits_of(recording: JudgedRecording) -> FloatArray:
+    return np.array(astuple(recording.traits))
 
 
 def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:
