@@ -33,9 +33,10 @@ from judge_unseen import simulated as archives_of
 
 from capsule.arguments import natural
 from capsule.configuration import read_config_file
+from capsule.detectors.beats import series_of
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
-from capsule.detectors.network import Scorer, features_of
+from capsule.detectors.network import Scorer
 from capsule.detectors.search import passage_of
 from capsule.detectors.taught import Taught
 from capsule.evaluation.roc import height_at
@@ -143,7 +144,7 @@ def _by_taught(
         rate_hz, bench = config["recording"]["rate_hz"], config["diagonal"]
         return [
             SimpleNamespace(
-                features=features_of(values.astype(float), rate_hz, bench, scorer),
+                features=scorer.features(series_of(values.astype(float), rate_hz, bench)),
                 passage=passage_of(values.astype(float), rate_hz, bench),
             )
             for values in recordings

@@ -121,13 +121,8 @@ class TrainingArchive:
     ) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return what is seen of the recordings that teach, except those left out.
 
-        Parameters
-        ----------
-        seen : callable
-            ``seen(recording)`` returns a row (F,) of numbers, which is kept. A recording whose row
-            begins with NaN teaches nothing.
-        left_out : collection of str
-            Recordings that do not teach.
+        ``seen(recording)`` returns a row (F,) of numbers, which is kept. A recording whose row
+        begins with NaN teaches nothing.
 
         Returns
         -------
@@ -263,14 +258,8 @@ class ScoredDetector(Detector):
     ) -> tuple[Regression | None, FloatArray]:
         """Learn what the score needs; if not defined, nothing.
 
-        Parameters
-        ----------
-        seen : (n, F) array
-            From `seen`, of the training recordings.
-        sizes_mm, places : (n,) array
-            Their true sizes in mm, 0 for none, and the numbers of their places.
-        settings : mapping
-            The detector's section of the configuration.
+        For the first three parameters see `TrainingArchive.teaching`; the settings are the
+        detector's section of the configuration.
 
         Returns
         -------
@@ -338,13 +327,12 @@ class ScoredDetector(Detector):
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet | None = None) -> Self:
-        """Return the detector from the values of `stored`; it needs no template."""
+        """Return the detector from what `stored` gave; it needs no template."""
         values = stored[cls.name]
-        names = ("threshold", "learned", "probability", "sizes")
-        threshold, learned, probability, sizes = (values[name] for name in names)
+        threshold, probability = values["threshold"], values["probability"]
         return cls(
             _UNKNOWN if threshold is None else threshold,
-            learned and Regression.restored(learned),
+            values["learned"] and Regression.restored(values["learned"]),
             probability and Probability(**probability),
-            sizes and SizeModel.restored(sizes),
+            values["sizes"] and SizeModel.restored(values["sizes"]),
         )

@@ -11,8 +11,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
-from capsule.detectors.network import Features, features_of
+from capsule.detectors.network import Features
 from capsule.detectors.search import Passage, passage_of
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.kinds import Settings
@@ -69,7 +70,7 @@ class DescribedRecording:
     @cached_property
     def features(self) -> Features:
         """The taught scorer's features of the recording."""
-        return features_of(*self._wave, read_scorer(WEIGHTS))
+        return read_scorer(WEIGHTS).features(series_of(*self._wave))
 
     @cached_property
     def traits(self) -> WaveTraits:

@@ -15,8 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, RealArray
-from capsule.detectors.beats import series_of
-from capsule.kinds import Settings
 from capsule.seeding import generator
 
 SENSORS = 4
@@ -138,11 +136,6 @@ class Scorer:
             return np.concatenate([gradient[name].ravel() for name in w])
 
         return score, embedding, backward
-
-
-def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
-    """Return the features of one recording; for the other parameters see `series_of`."""
-    return scorer.features(series_of(values, rate_hz, settings))
 
 
 def standardised(series: FloatArray) -> FloatArray:

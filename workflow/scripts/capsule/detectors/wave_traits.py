@@ -54,36 +54,24 @@ UNKNOWN_TRAITS = WaveTraits(*[float("nan")] * len(fields(WaveTraits)))
 
 
 def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveTraits:
-    """Return the traits of the wave in one recording.
+    """Return the traits of the wave in a recording; parameters as in `capsule.wave.missing_wave`.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration.
-
-    Returns
-    -------
-    WaveTraits
-        `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
-        wave; a single sensor has neither `step_s` nor `step_spread_s`.
+    They are `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
+    wave. A single sensor has neither `step_s` nor `step_spread_s`.
     """
     pressed, configured = pressed_and_period(values, rate_hz, settings)
     wave = find_wave(pressed, configured)
     if wave is None:
         return UNKNOWN_TRAITS
-    irregular, offset = wave.irregular, wave.offset
     depth = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
     if not (depth > 0).all():
         return UNKNOWN_TRAITS
     period_s = wave.period * wave.stride / rate_hz
     # A single sensor has no neighbour.
-    steps = np.angle(np.exp(1j * np.diff(offset))) if len(offset) > 1 else np.array([np.nan])
+    alone = wave.offset.size < 2
+    steps = np.array([np.nan]) if alone else np.angle(np.exp(1j * np.diff(wave.offset)))
     steps_s = steps * period_s / (2 * np.pi)
-    change = irregular[wave.window :] - irregular[: -wave.window]
+    change = wave.irregular[wave.window :] - wave.irregular[: -wave.window]
     return WaveTraits(
         period_s=period_s,
         step_s=float(steps_s.mean()),
