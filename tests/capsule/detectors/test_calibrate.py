@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.detectors.calibrate import (
+    Probability,
     Regression,
     SizeModel,
     fit_probability,
@@ -105,6 +106,11 @@ def test_perfectly_parted_scores_give_a_finite_curve():
     assert fitted.of(0.0) < 0.1 < 0.9 < fitted.of(6.0)
     assert fit_probability(scores, np.zeros(4, dtype=bool), apart(4), 0.5) is None
     assert fit_probability(np.array([1.0, 1.0, 2.0]), apart(3) > 1, apart(3), 0.5) is None
+
+
+def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
+    curve = Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
+    np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)
 
 
 def test_a_place_counts_as_much_with_many_passes_as_with_one():

@@ -88,7 +88,8 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.8)
     taught = replace(taught, places=places)
     healthy = [name for name, size in sizes.items() if size == 0]
-    for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
+    every_3mm = [name for name, size in sizes.items() if size == 3.0]
+    for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"], every_3mm):
         fold = templates.without([(sizes[n], particles.get(n)) for n in left_out])
         sought = [RepeatedParticle(template) for template in fold[1:]]
         margins = [
@@ -99,6 +100,25 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
         verdict = TemplateMargin.taught(taught, left_out).verdict(taught.recordings[left_out[0]])
         others = taught.place_numbers([name for name in healthy if name not in left_out])
         assert verdict.threshold == rank_threshold(np.array(margins), others, 0.8)
+
+
+def test_without_a_nodule_there_is_no_margin_and_no_threshold(archive):
+    sizes, _, matrices, _ = archive
+    healthy = {name: size for name, size in sizes.items() if size == 0}
+    nothing = build_templates({}, sensors=4, first_peak=150, length=1000)
+    taught = archive_of_matrices(matrices, healthy, nothing, {}, 0.9)
+    verdict = TemplateMargin.taught(taught).verdict(taught.recordings["0mm/r0"])
+    assert np.isnan([verdict.predicted_mm, verdict.score, verdict.threshold]).all()
+    assert NearestTemplate.taught(taught).verdict(taught.recordings["0mm/r0"]).predicted_mm == 0
+
+
+def test_an_unreadable_matrix_teaches_no_threshold(archive):
+    sizes, particles, matrices, templates = archive
+    known = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    unknown = {**matrices, "0mm/r0": np.full((4, 1000), np.nan)}
+    taught = archive_of_matrices(unknown, sizes, templates, particles, 0.9)
+    expected = TemplateMargin.taught(known, ["0mm/r0"]).threshold
+    assert TemplateMargin.taught(taught).threshold == expected
 
 
 def test_both_detectors_judge_a_recording_of_no_archive_by_what_they_keep(archive):

@@ -160,9 +160,15 @@ class TemplateMargin(NearestTemplate):
     @classmethod
     def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
         """Average the templates of a fold, and learn the threshold of its healthy margins."""
-        apart = frozenset(left_out)
-        templates = _fold(archive, apart)
-        return cls(archive.templates, templates, _margin_threshold(archive, templates, apart))
+        nearest, healthy = super().taught(archive, left_out), _healthy(archive)
+        # T^0 has no gain. An unknown gain counts as the least.
+        gains = [np.full(len(healthy), -np.inf)]
+        gains += [_healthy_gains(archive, template) for template in nearest.templates[1:]]
+        margins, apart = np.max(gains, axis=0), frozenset(left_out)
+        teach = np.isfinite(margins) & np.array([name not in apart for name in healthy], dtype=bool)
+        places = archive.place_numbers(healthy)[teach]
+        specificity = archive.settings["evaluation"]["specificity"]
+        return replace(nearest, threshold=rank_threshold(margins[teach], places, specificity))
 
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
         """Return 0 up to the threshold, otherwise the size of the nearest nodule template."""
@@ -182,20 +188,6 @@ class TemplateMargin(NearestTemplate):
         threshold = stored["margin_threshold"]
         known = _UNKNOWN if threshold is None else float(threshold)
         return replace(super().restored(stored, templates), threshold=known)
-
-
-def _margin_threshold(
-    archive: TrainingArchive, templates: Sequence[RepeatedParticle], left_out: frozenset[str]
-) -> float:
-    """Return the threshold of the margins of the healthy recordings that teach a fold."""
-    healthy = _healthy(archive)
-    # T^0 has no gain. An unknown gain counts as the least.
-    gains = [np.full(len(healthy), -np.inf)]
-    gains += [_healthy_gains(archive, template) for template in templates[1:]]
-    margins = np.max(gains, axis=0)
-    teach = np.isfinite(margins) & np.array([name not in left_out for name in healthy], dtype=bool)
-    places = archive.place_numbers(healthy)[teach]
-    return rank_threshold(margins[teach], places, archive.settings["evaluation"]["specificity"])
 
 
 def _healthy(archive: TrainingArchive) -> list[str]:
