@@ -53,8 +53,6 @@ class Pool:
         What the detector `taught` sees, (n, 194).
     evidence
         Score of the detector `diagonal`, (n,).
-    embedding
-        Input of the network's last layer, (n, 64).
     """
 
     bench: str
@@ -62,7 +60,6 @@ class Pool:
     sizes_mm: np.ndarray
     seen: np.ndarray
     evidence: np.ndarray
-    embedding: np.ndarray
 
 
 def pool_of(
@@ -134,5 +131,4 @@ def _seen(bench: str, described: Description) -> Pool:
         np.array([size_mm(name) for name in names]),
         seen,
         evidence,
-        np.array([each.features.embedding for each in recordings], dtype=float),
     )

@@ -125,7 +125,7 @@ def ranking_by_many(pool: Pool, config: Mapping) -> tuple[list[float], int]:
     parts = [[*range(first, count, 2)] for first in (0, 1)]
     if OUTSIDE not in pool.archive:
         parts = [[number] for number in range(count)]
-    features = np.hstack([pool.seen[:, 1:], pool.embedding])
+    features = pool.seen[:, 1:]
     known, scores = ~np.isnan(pool.seen[:, 0]), np.full(pool.sizes_mm.size, np.nan)
     for part in parts:
         judged = known & np.isin(pool.archive, [*part, OUTSIDE])
