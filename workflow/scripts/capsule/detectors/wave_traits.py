@@ -77,23 +77,17 @@ def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveT
         step_s=float(steps_s.mean()),
         step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
         unsteadiness=float(change.std()) / (2 * np.pi),
-        wave_share=_wave_share(_power(wave.steady), wave.period),
+        wave_share=_wave_share(wave.steady, wave.period),
         noise=float(np.median(_mean_second_difference(pressed) / depth)),
     )
 
 
-def _power(steady: FloatArray) -> FloatArray:
-    """Return the power of each sensor at the lines of its spectrum, (S, K // 2 + 1)."""
-    count = steady.shape[1]
-    centred = steady - steady.mean(axis=1, keepdims=True)
-    power: FloatArray = np.abs(np.fft.rfft(centred * np.hanning(count + 2)[1:-1], axis=1)) ** 2
-    return power
-
-
-def _wave_share(power: FloatArray, period: float) -> float:
+def _wave_share(steady: FloatArray, period: float) -> float:
     """Return the share of the power near the wave and its overtones, of the least sensor."""
-    count = 2 * (power.shape[1] - 1)
-    line = period / count
+    centred = steady - steady.mean(axis=1, keepdims=True)
+    tapered = centred * np.hanning(steady.shape[1] + 2)[1:-1]
+    power = np.abs(np.fft.rfft(tapered, axis=1)) ** 2
+    line = period / (2 * (power.shape[1] - 1))
     frequency = np.arange(power.shape[1]) * line
     # A taper spreads a pure tone over two lines on each side.
     near = [np.abs(frequency - harmonic) < _NEAR + 2 * line for harmonic in _HARMONICS]
