@@ -1,10 +1,14 @@
 """Thresholds, probabilities and sizes, calibrated over places."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.arrays import plain
 from capsule.detectors.calibrate import (
     Probability,
     Regression,
@@ -181,6 +185,14 @@ def test_an_interval_that_reaches_the_largest_size_has_no_upper_end(estimate, ha
     low, high = model.interval(estimate)
     assert low == max(estimate - half_width, 1.0)
     assert high == (estimate + half_width if estimate + half_width < 5 else float("inf"))
+
+
+@pytest.mark.parametrize("half_width", [0.5, float("inf")])
+def test_a_model_of_sizes_survives_the_file_with_its_width(half_width):
+    model = SizeModel(Regression(np.zeros(1), np.ones(1), 1.5), half_width, (1.0, 2.0, 4.0))
+    restored = SizeModel.restored(json.loads(json.dumps(plain(asdict(model)), allow_nan=False)))
+    assert asdict(restored) == asdict(model)
+    assert restored.estimate(np.array([0.25])) == 1.75
 
 
 @pytest.mark.parametrize("passes_of", [1, 4])
