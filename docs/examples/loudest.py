@@ -3,12 +3,11 @@
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.base import ScoredDetector, ScoredModel
-from capsule.detectors.training import JudgedRecording
+from capsule.detectors.base import JudgedRecording, ScoredDetector
 
 
-class LoudestModel(ScoredModel):
-    """Judges by the largest entry of the matrix V."""
+class Loudest(ScoredDetector):
+    """Judges by the largest entry of the matrix V; threshold, probability and size are learned."""
 
     name = "loudest"
 
@@ -16,9 +15,3 @@ class LoudestModel(ScoredModel):
     def seen(recording: JudgedRecording) -> FloatArray:
         """Return the score of one recording, (1,)."""
         return np.array([recording.matrix.max()])
-
-
-class Loudest(ScoredDetector):
-    """Learns the threshold, the probability and the size."""
-
-    Model = LoudestModel

@@ -24,7 +24,7 @@ from unseen_archives import (
 )
 
 from capsule.detectors.described import read_scorer
-from capsule.detectors.taught import TaughtModel
+from capsule.detectors.taught import Taught
 from capsule.names import size_mm
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE
 from capsule.phantom.simulation import SIMULATOR_VERSION
@@ -50,11 +50,9 @@ class Pool:
     sizes_mm
         True sizes, (n,).
     seen
-        What the detector `taught` sees, (n, 130).
+        What the detector `taught` sees, (n, 194).
     evidence
         Score of the detector `diagonal`, (n,).
-    embedding
-        Input of the network's last layer, (n, 64).
     """
 
     bench: str
@@ -62,7 +60,6 @@ class Pool:
     sizes_mm: np.ndarray
     seen: np.ndarray
     evidence: np.ndarray
-    embedding: np.ndarray
 
 
 def pool_of(
@@ -123,7 +120,7 @@ def _seen(bench: str, described: Description) -> Pool:
         SimpleNamespace(features=described.features[name], passage=described.passages[name])
         for name in names
     ]
-    seen = np.array([TaughtModel.seen(each) for each in recordings], dtype=float)
+    seen = np.array([Taught.seen(each) for each in recordings], dtype=float)
     evidence = np.array([each.passage.evidence for each in recordings])
     unknown = np.array([bool(described.no_verdict[name]) for name in names])
     seen[unknown | np.isnan(seen[:, 0])] = np.nan
@@ -134,5 +131,4 @@ def _seen(bench: str, described: Description) -> Pool:
         np.array([size_mm(name) for name in names]),
         seen,
         evidence,
-        np.array([each.features.embedding for each in recordings], dtype=float),
     )

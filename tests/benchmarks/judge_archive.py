@@ -7,6 +7,7 @@ nothing of detectors.
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from judge_rates import mean_or_unknown, rates
@@ -18,9 +19,9 @@ from phantom_study.simulated_archive import (
     fit_archive,
 )
 
+from capsule.detectors.base import Detector, StoredRecording, TrainingArchive, Verdict
+from capsule.detectors.registry import detector_class
 from capsule.detectors.search import passage_of
-from capsule.detectors.training import Model, TrainingArchive, detector_class
-from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import roc
 from capsule.evaluation.sites import COLUMNS, detections_by_passes, passes_by_site
 from capsule.phantom.parameters import Phantom
@@ -68,13 +69,15 @@ def search_archive(archive: Sequence[Recording], config: Mapping) -> TrainingArc
     rate_hz = config["recording"]["rate_hz"]
     return TrainingArchive(
         sizes_mm={recording.name: recording.size_mm for recording in archive},
-        templates=TemplateSet((0.0,), (), (no_nodule_template(1, 1),), 1),
-        particles={},
-        passages={
-            each.name: passage_of(each.run.counts.astype(float), rate_hz, config["diagonal"])
+        recordings={
+            each.name: StoredRecording(
+                {}.popitem,
+                passage_of(each.run.counts.astype(float), rate_hz, config["diagonal"]),
+            )
             for each in archive
         },
-        load={}.__getitem__,
+        templates=TemplateSet((0.0,), (), (no_nodule_template(1, 1),), 1),
+        particles={},
         settings=config,
     )
 
@@ -93,27 +96,28 @@ def judge_diagonal(
     """
     started = time.process_time()
     searched = search_archive(archive, config)
-    detector = detector_class("diagonal")(searched)
+    detector = detector_class("diagonal")
     verdicts = [
-        detector.without([each.name]).verdict(searched.recording(each.name)) for each in archive
+        detector.taught(searched, [each.name]).verdict(searched.recordings[each.name])
+        for each in archive
     ]
     seconds = time.process_time() - started
     return _diagonal_row(archive, verdicts) | {"seconds": seconds}, searched
 
 
-def learn_diagonal(searched: TrainingArchive) -> Model:
+def learn_diagonal(searched: TrainingArchive) -> Detector:
     """Learn from all recordings of an archive."""
-    return detector_class("diagonal")(searched).without([])
+    return detector_class("diagonal").taught(searched)
 
 
 def judge_by_another(
-    archive: Sequence[Recording], searched: TrainingArchive, teacher: Model
+    archive: Sequence[Recording], searched: TrainingArchive, teacher: Detector
 ) -> dict[str, float]:
     """Judge an archive's searched recordings by what another archive taught.
 
     Nothing was set up for both: neither the nodules nor the capsule.
     """
-    verdicts = [teacher.verdict(searched.recording(recording.name)) for recording in archive]
+    verdicts = [teacher.verdict(searched.recordings[recording.name]) for recording in archive]
     return _diagonal_row(archive, verdicts)
 
 
@@ -145,12 +149,13 @@ def judge_template(
     particles = fit_archive(matrices, settings)
     templates = average_fits(particles, settings, config["preprocessing"]["length"])
     sizes_mm = {recording.name: recording.size_mm for recording in archive}
-    taught = TrainingArchive(sizes_mm, templates, particles, {}, matrices.__getitem__, config)
-    detectors = {name: detector_class(name)(taught) for name in ("template", "template_threshold")}
+    recordings = {name: StoredRecording(partial(matrices.__getitem__, name)) for name in sizes_mm}
+    taught = TrainingArchive(sizes_mm, recordings, templates, particles, config)
+    detectors = {name: detector_class(name) for name in ("template", "template_threshold")}
     verdicts: dict[str, list[Verdict]] = {name: [] for name in detectors}
     for name in sizes_mm:
         for label, detector in detectors.items():
-            verdicts[label].append(detector.without([name]).verdict(taught.recording(name)))
+            verdicts[label].append(detector.taught(taught, [name]).verdict(taught.recordings[name]))
     seconds = {"seconds": time.process_time() - started}
     return {label: _row(archive, made) | seconds for label, made in verdicts.items()}
 
@@ -167,7 +172,7 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
     rows = [
         dict.fromkeys(COLUMNS, np.nan)
         | {"recording": recording.name, "size_mm": recording.size_mm}
-        | {"score": searched.passages[recording.name].evidence}
+        | {"score": searched.recordings[recording.name].passage.evidence}
         for recording in archive
     ]
     passes = passes_by_site(rows, {recording.name: recording.site for recording in archive})

@@ -46,10 +46,10 @@ from unseen_report import DETECTORS, filled_page, page_blocks, range_rows, whole
 
 from capsule.arguments import natural
 from capsule.configuration import read_config_file
+from capsule.detectors.base import NO_VERDICT, StoredRecording, TrainingArchive
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
-from capsule.detectors.training import TrainingArchive, detector_class
-from capsule.detectors.verdicts import NO_VERDICT
+from capsule.detectors.registry import detector_class
 from capsule.files import write_csv
 from capsule.forks import Forks
 from capsule.names import size_mm
@@ -95,14 +95,18 @@ def training_archive(
         )
         particles = fit_archive({name: matrix(name) for name in description.places}, settings)
         templates = average_fits(particles, settings, config["preprocessing"]["length"])
+    recordings = {
+        name: StoredRecording(
+            functools.partial(matrix, name), passage, features=description.features[name]
+        )
+        for name, passage in description.passages.items()
+    }
     return TrainingArchive(
         {name: size_mm(name) for name in description.places},
+        recordings,
         templates,
         particles,
-        description.passages,
-        matrix,
         config,
-        description.features,
         description.no_verdict,
         description.places,
     )
@@ -129,20 +133,20 @@ def judge(
     """
     places = places or {name: name for name in archive.no_verdict if name not in set(fresh)}
     started = time.process_time()
-    taught = detector_class(detector)(archive)
+    taught = detector_class(detector)
     verdicts = dict.fromkeys([*places, *fresh], NO_VERDICT)
     together: dict[str, list[str]] = {}
     for name, place in places.items():
         if not archive.no_verdict[name]:
             together.setdefault(place, []).append(name)
     for names in together.values():
-        model = taught.without(names)
-        verdicts.update({name: model.verdict(archive.recording(name)) for name in names})
+        model = taught.taught(archive, names)
+        verdicts.update({name: model.verdict(archive.recordings[name]) for name in names})
     seconds = time.process_time() - started
     if fresh:
-        model = taught.without([])
+        model = taught.taught(archive)
         judged = [name for name in fresh if not archive.no_verdict[name]]
-        verdicts.update({name: model.verdict(archive.recording(name)) for name in judged})
+        verdicts.update({name: model.verdict(archive.recordings[name]) for name in judged})
 
     def column(names: Sequence[str], field: str) -> np.ndarray:
         return np.array([getattr(verdicts[name], field) for name in names])

@@ -14,7 +14,8 @@ from healthy_pools import OUTSIDE, Pool
 from unseen_archives import RUNS
 
 from capsule.detectors.calibrate import Regression, fit_ridge, rank_threshold
-from capsule.detectors.taught import TaughtModel
+from capsule.detectors.network import EMBEDDED
+from capsule.detectors.taught import Taught
 from capsule.evaluation.more_healthy import with_more_healthy
 
 SPECIFICITY = 0.95
@@ -63,8 +64,8 @@ def scores_of(
     seen, unseen = pool.seen[teaching], pool.seen[others]
     scores, known = np.full(teaching.size, np.nan), ~np.isnan(seen[:, 0])
     places = np.arange(np.count_nonzero(known))
-    model, scores[known] = TaughtModel.learn(seen[known], sizes_mm[known], places, config[TAUGHT])
-    return Scores(sizes_mm, scores, unseen[:, 0] + model.of(unseen))
+    model, scores[known] = Taught.learn(seen[known], sizes_mm[known], places, config[TAUGHT])
+    return Scores(sizes_mm, scores, unseen[:, 0] + model.of(unseen[:, :-EMBEDDED]))
 
 
 def archives_of(pool: Pool, draws: int) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
@@ -124,7 +125,7 @@ def ranking_by_many(pool: Pool, config: Mapping) -> tuple[list[float], int]:
     parts = [[*range(first, count, 2)] for first in (0, 1)]
     if OUTSIDE not in pool.archive:
         parts = [[number] for number in range(count)]
-    features = np.hstack([pool.seen[:, 1:], pool.embedding])
+    features = pool.seen[:, 1:]
     known, scores = ~np.isnan(pool.seen[:, 0]), np.full(pool.sizes_mm.size, np.nan)
     for part in parts:
         judged = known & np.isin(pool.archive, [*part, OUTSIDE])

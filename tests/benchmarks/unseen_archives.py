@@ -17,7 +17,8 @@ import numpy as np
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
 from judged_only import simulate_judged_only
 
-from capsule.detectors.network import Features, Scorer, features_of
+from capsule.detectors.beats import series_of
+from capsule.detectors.network import Features, Scorer
 from capsule.detectors.search import Passage, passage_of
 from capsule.errors import CapsuleError
 from capsule.files import write_whole
@@ -197,7 +198,8 @@ class Description:
     fresh
         Names of the fresh healthy recordings.
     passages, features, no_verdict
-        As in `capsule.detectors.training.TrainingArchive`, of labelled and fresh recordings.
+        Of labelled and fresh recordings: as in `capsule.detectors.base.StoredRecording`, and the
+        reason why no detector judges a recording.
     """
 
     places: Mapping[str, str]
@@ -216,7 +218,7 @@ def describe(archive: UnseenArchive, config: Mapping, scorer: Scorer) -> Descrip
         archive.places,
         list(archive.fresh),
         {name: passage_of(each, rate_hz, bench) for name, each in every.items()},
-        {name: features_of(each, rate_hz, bench, scorer) for name, each in every.items()},
+        {name: scorer.features(series_of(each, rate_hz, bench)) for name, each in every.items()},
         {name: missing_wave(each, rate_hz, bench, false_rate) for name, each in every.items()},
     )
 

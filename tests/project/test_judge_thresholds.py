@@ -5,6 +5,7 @@ import importlib
 import numpy as np
 import pytest
 
+from capsule.detectors.network import EMBEDDED
 from support.project import ROOT
 
 CONFIG = {"taught": {"height": 3.0, "penalty": 1.0, "evidence_weight": 1.0}}
@@ -37,10 +38,10 @@ def drawn(pools, outside, archives=ARCHIVES):
     scores = numbers.normal(size=sizes_mm.size)
     for size, rise in NODULE.items():
         scores[sizes_mm == size] += rise
-    # The gradients tell nothing.
+    # Neither gradients nor embeddings tell anything.
     gradients = numbers.normal(size=(scores.size, 5)) * 1e-3
-    seen = np.column_stack([scores, gradients])
-    return pools.Pool("drawn", archive, sizes_mm, seen, scores, gradients)
+    seen = np.column_stack([scores, gradients, np.zeros((scores.size, EMBEDDED))])
+    return pools.Pool("drawn", archive, sizes_mm, seen, scores)
 
 
 def plain_ranking(pool):

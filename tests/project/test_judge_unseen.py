@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.detectors.verdicts import NO_VERDICT, Verdict
+from capsule.detectors.base import NO_VERDICT, Verdict
 from capsule.files import read_csv
 from support.project import ROOT
 
@@ -24,13 +24,9 @@ class Judging:
     def __init__(self, predicted_mm):
         self.predicted_mm, self.left_out = predicted_mm, []
 
-    def __call__(self, archive):
+    def taught(self, archive, left_out=()):
         """Return itself as the detector that the archive has taught."""
-        return self
-
-    def without(self, names):
-        """Return itself as the model without some recordings."""
-        self.left_out.append(sorted(names))
+        self.left_out.append(sorted(left_out))
         return self
 
     def verdict(self, name):
@@ -44,7 +40,7 @@ def judged(module, monkeypatch, predicted_mm, no_verdict=(), **of_archive):
     judge_unseen = module("judge_unseen")
     monkeypatch.setattr(judge_unseen, "detector_class", lambda name: detector)
     reasons = {name: "no wave" if name in no_verdict else "" for name in predicted_mm}
-    archive = SimpleNamespace(no_verdict=reasons, recording=lambda name: name)
+    archive = SimpleNamespace(no_verdict=reasons, recordings={name: name for name in predicted_mm})
     return judge_unseen.judge(archive, "any", **of_archive), detector
 
 

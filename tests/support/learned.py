@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from capsule.detectors import files as detectors_files
-from capsule.detectors.diagonal import DiagonalDetector
-from capsule.detectors.familiar import FAMILIAR, FamiliarTeacher
+from capsule.detectors.diagonal import Diagonal
+from capsule.detectors.familiar import FAMILIAR, FamiliarKind
 from capsule.detectors.search import Passage
-from capsule.detectors.taught import TaughtDetector
+from capsule.detectors.taught import Taught
 from capsule.detectors.wave_traits import wave_traits
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from support.training import archive_of_passages
+from support.training import archive_of_passages, recordings_of
 
 
 def taught_by(healthy_scores=(0.1, 0.2)):
@@ -33,9 +33,9 @@ def stored_of(archive):
     """Return the values that the detectors store of an archive."""
     margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
     learned = {"margin_threshold": margin}
-    for detector in (DiagonalDetector, TaughtDetector):
-        learned |= detector(archive).without([]).stored()
-    return learned | {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
+    for detector in (Diagonal, Taught):
+        learned |= detector.taught(archive).stored()
+    return learned | {FAMILIAR: FamiliarKind.taught(archive).stored()}
 
 
 def write_templates(folder):
@@ -60,8 +60,9 @@ def write_learned(folder, configuration, archive, **changes):
 def teach_familiar(folder, runs, configuration):
     """Write what simulated runs teach as familiar into `folder`/detectors.json, which exists."""
     traits = {name: wave_traits(run, 10.0, configuration["diagonal"]) for name, run in runs.items()}
-    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
-    kind = {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
+    recordings = recordings_of(traits=traits)
+    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), recordings=recordings)
+    kind = {FAMILIAR: FamiliarKind.taught(archive).stored()}
     content = detectors_files.read_learned(folder / "detectors.json")
     made_from = content["settings"], folder / "templates.npz"
     detectors_files.write_learned(folder / "detectors.json", content | kind, *made_from)

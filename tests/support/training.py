@@ -1,9 +1,11 @@
 """Make archives that teach detectors, with only the parts that a test needs."""
 
+from functools import partial
+
 import numpy as np
 
-from capsule.detectors.network import Features
-from capsule.detectors.training import TrainingArchive
+from capsule.detectors.base import StoredRecording, TrainingArchive
+from capsule.detectors.network import EMBEDDED, PROJECTED, Features
 from capsule.templates import TemplateSet, no_nodule_template
 
 TAUGHT = {
@@ -12,8 +14,27 @@ TAUGHT = {
     "evidence_weight": 2.0,
     "size_ridge": 1.0,
 }
-NO_FEATURES = Features(np.nan, np.full(64, np.nan, np.float32), np.full(1024, np.nan, np.float32))
 NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
+
+
+def features_of(score, embedding, gradient):
+    """Return features whose other numbers are 0, so that they teach nothing."""
+    wide = np.zeros(EMBEDDED, np.float32), np.zeros(PROJECTED, np.float32)
+    wide[0][: len(embedding)], wide[1][: len(gradient)] = embedding, gradient
+    return Features(float(score), *wide)
+
+
+def recordings_of(passages=(), features=(), traits=(), matrices=()):
+    """Return what is known of some recordings, each part a dict by name or left out."""
+    known = {"passage": passages, "features": features, "traits": traits}
+    names = dict.fromkeys(name for part in (*known.values(), matrices) for name in part)
+    return {
+        name: StoredRecording(
+            partial(dict(matrices).__getitem__, name),
+            **{key: part[name] for key, part in known.items() if name in part},
+        )
+        for name in names
+    }
 
 
 def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_ridge):
@@ -24,14 +45,14 @@ def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_rid
         "diagonal": {"size_ridge": size_ridge},
         "taught": TAUGHT,
     }
-    features = dict.fromkeys(passages, NO_FEATURES)
-    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, passages, {}.__getitem__, settings, features)
+    return TrainingArchive(sizes_mm, recordings_of(passages), NO_TEMPLATES, {}, settings)
 
 
 def archive_of_matrices(matrices, sizes_mm, templates, particles, specificity):
     """Return an archive with matrices only."""
     settings = {"evaluation": {"specificity": specificity}}
-    return TrainingArchive(sizes_mm, templates, particles, {}, matrices.__getitem__, settings)
+    recordings = recordings_of(matrices=matrices)
+    return TrainingArchive(sizes_mm, recordings, templates, particles, settings)
 
 
 def verdict_values(verdict):

@@ -35,21 +35,21 @@ def main() -> None:
     names, size = arguments.recordings, arguments.batch_size
     results = Results(arguments.results, names, size, arguments.batch)
     checks, scorer = results.checks(names), read_scorer(WEIGHTS)
-    best_places, traits, features, drawn = {}, {}, {}, {}
+    best_places, features, drawn = {}, {}, {}
     for name in names:
         values = results.signal(name)
         # A copy of another recording is described too: only the rule list finds and rejects it.
         if np.isnan(values).all():
             print(f"{name}: rejected, not described")
             continue
-        best_places[name] = passage_of(values, rate_hz, settings["diagonal"])
-        traits[name] = wave_traits(values, rate_hz, settings["diagonal"])
+        place = passage_of(values, rate_hz, settings["diagonal"])
+        best_places[name] = place, wave_traits(values, rate_hz, settings["diagonal"])
         series = series_of(values, rate_hz, settings["diagonal"])
         features[name], stretches = scorer.features(series), score_stretches(scorer, series)
         drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
-        if best_places[name] is UNKNOWN or np.isnan(features[name].score):
+        if place is UNKNOWN or np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on every sensor")
-    write_best_places(arguments.best_places, best_places, traits)
+    write_best_places(arguments.best_places, best_places)
     write_features(arguments.features, features)
     files.write_json(arguments.plot_data, drawn)
     print(f"{len(best_places)} recordings described")

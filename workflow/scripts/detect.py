@@ -5,18 +5,14 @@ import json
 from pathlib import Path
 
 from capsule import files
-from capsule.detectors.files import read_template_set, read_training_archive, write_learned
-from capsule.evaluation.cross_validation import (
-    Detectors,
-    choosing_scheme,
-    judge_unlabelled,
-    unlabelled_folds,
-)
+from capsule.detectors.files import read_training_archive, write_learned
+from capsule.evaluation.cross_validation import Detectors, choosing_scheme, judge_unlabelled
 from capsule.evaluation.sites import COLUMNS, site_rows
 from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
 from capsule.particle import particles_of
 from capsule.results import Results
+from capsule.templates import build_templates, by_size, template_options
 
 
 def main() -> None:
@@ -35,11 +31,9 @@ def main() -> None:
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
     rows = teaching(files.accepted_recordings(arguments.recordings), rules["held_out"])
     unlabelled = sorted(rows.keys() - sizes_of(rows).keys(), key=sort_key)
-    # The fits are needed only to leave recordings at the place of an unlabelled one out.
-    leaves_out = any(left_out for left_out, _ in unlabelled_folds(unlabelled, rows))
-    fitted = recordings_with_fits(arguments.recordings, rules["held_out"]) if leaves_out else []
+    fitted = recordings_with_fits(arguments.recordings, rules["held_out"])
     particles = particles_of(results.fits(fitted))
-    templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
+    templates = build_templates(by_size(particles), **template_options(settings))
     detectors = Detectors(read_training_archive(results, rows, templates, particles, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)

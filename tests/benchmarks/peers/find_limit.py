@@ -33,11 +33,12 @@ from judge_unseen import simulated as archives_of
 
 from capsule.arguments import natural
 from capsule.configuration import read_config_file
+from capsule.detectors.beats import series_of
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
-from capsule.detectors.network import Scorer, features_of
+from capsule.detectors.network import Scorer
 from capsule.detectors.search import passage_of
-from capsule.detectors.taught import TaughtModel
+from capsule.detectors.taught import Taught
 from capsule.evaluation.roc import height_at
 from capsule.names import size_mm
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -143,19 +144,19 @@ def _by_taught(
         rate_hz, bench = config["recording"]["rate_hz"], config["diagonal"]
         return [
             SimpleNamespace(
-                features=features_of(values.astype(float), rate_hz, bench, scorer),
+                features=scorer.features(series_of(values.astype(float), rate_hz, bench)),
                 passage=passage_of(values.astype(float), rate_hz, bench),
             )
             for values in recordings
         ]
 
-    seen = np.array([TaughtModel.seen(recording) for recording in described(taught)])
+    seen = np.array([Taught.seen(recording) for recording in described(taught)])
     known = ~np.isnan(seen[:, 0])
     # Each recording is a place of its own.
     places = np.arange(np.count_nonzero(known))
-    learned, _ = TaughtModel.learn(seen[known], sizes_mm[known], places, config["taught"])
-    model = TaughtModel(np.nan, learned, None, None)
-    scores = np.array([model.score(recording) for recording in described(fresh)])
+    learned, _ = Taught.learn(seen[known], sizes_mm[known], places, config["taught"])
+    model = Taught(np.nan, learned, None, None)
+    scores = np.array([model.score(Taught.seen(recording)) for recording in described(fresh)])
     return np.where(np.isnan(scores), np.nanmin(scores), scores)
 
 

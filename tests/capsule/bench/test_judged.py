@@ -19,8 +19,8 @@ from capsule.bench.judged import (
 )
 from capsule.bench.verdict import FinalVerdict
 from capsule.configuration import read_config_file
+from capsule.detectors.base import NO_VERDICT, Verdict
 from capsule.detectors.familiar import Familiarity
-from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.errors import CapsuleError
 from capsule.files import fingerprint, write_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom

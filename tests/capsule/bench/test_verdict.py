@@ -10,7 +10,7 @@ from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict import FinalVerdict, verdict_table
 from capsule.configuration import read_config_file
 from capsule.detectors import files as detectors_files
-from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
+from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import LEAST_PLACES
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -109,11 +109,11 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
 
 def test_what_is_learned_survives_the_file():
     for archive in (taught_by(), taught_by(healthy_scores=())):
-        model = DiagonalDetector(archive).without([])
+        model = Diagonal.taught(archive)
         content = json.loads(json.dumps(model.stored(), allow_nan=False))
-        read = DiagonalModel.restored(content, archive.templates)
+        read = Diagonal.restored(content, archive.templates)
         assert read.stored() == model.stored()
-        recording = archive.recording("unlabelled/n")
+        recording = archive.recordings["unlabelled/n"]
         np.testing.assert_equal(vars(read.verdict(recording)), vars(model.verdict(recording)))
 
 

@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import beats_of, quantile
+from capsule.detectors.beats import beats_of, quantile, series_of
 from capsule.seeding import generator
 from capsule.wave import fill_missing, wave_period, wave_phase
 
 
-def find_beats(values, period=32.0):
+def find_beats(values, period=32.0, of=beats_of):
     """Return the beats of readings that no divider gives and that a press raises."""
     wave = {"wavelength_mm": 80.0, "wave_speed_mm_s": 10 * 80.0 / period}
     divider = {"full_scale": np.inf, "pressing_lowers_reading": False}
-    return beats_of(values, 10, wave | divider)
+    return of(values, 10, wave | divider)
 
 
 def readings(samples=700, period=32.0, position_mm=None, deeper=0.0, centre=350):
@@ -32,6 +32,14 @@ def test_the_waves_own_period_is_found_within_a_factor_of_two():
 def test_missing_samples_are_bridged_by_straight_lines():
     values = np.array([[np.nan, 1.0, np.nan, 3.0], [4.0, 4.0, np.nan, np.nan]])
     np.testing.assert_array_equal(fill_missing(values), [[1, 1, 2, 3], [4, 4, 4, 4]])
+
+
+@pytest.mark.parametrize("samples", range(696, 706))
+def test_the_networks_beats_reach_the_last_window_a_quarter_of_a_wave_apart(samples):
+    # Two samples are averaged into one, and a window takes 16 of these.
+    last = 2 * (samples // 2 - 16)
+    series = find_beats(readings(samples), of=series_of)
+    assert series.shape == (4, 5, 1 + last // 8)
 
 
 def test_a_steady_wave_has_only_usual_beats():

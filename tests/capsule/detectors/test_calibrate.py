@@ -1,11 +1,16 @@
 """Thresholds, probabilities and sizes, calibrated over places."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.arrays import plain
 from capsule.detectors.calibrate import (
+    Probability,
     Regression,
     SizeModel,
     fit_probability,
@@ -107,6 +112,11 @@ def test_perfectly_parted_scores_give_a_finite_curve():
     assert fit_probability(np.array([1.0, 1.0, 2.0]), apart(3) > 1, apart(3), 0.5) is None
 
 
+def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
+    curve = Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
+    np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)
+
+
 def test_a_place_counts_as_much_with_many_passes_as_with_one():
     scores, nodule = np.array([0.0, 1.0, 0.5, 2.0, 0.8]), np.array([0, 0, 0, 1, 1]) > 0
     once = fit_probability(scores, nodule, apart(5), 0.1)
@@ -175,6 +185,14 @@ def test_an_interval_that_reaches_the_largest_size_has_no_upper_end(estimate, ha
     low, high = model.interval(estimate)
     assert low == max(estimate - half_width, 1.0)
     assert high == (estimate + half_width if estimate + half_width < 5 else float("inf"))
+
+
+@pytest.mark.parametrize("half_width", [0.5, float("inf")])
+def test_a_model_of_sizes_survives_the_file_with_its_width(half_width):
+    model = SizeModel(Regression(np.zeros(1), np.ones(1), 1.5), half_width, (1.0, 2.0, 4.0))
+    restored = SizeModel.restored(json.loads(json.dumps(plain(asdict(model)), allow_nan=False)))
+    assert asdict(restored) == asdict(model)
+    assert restored.estimate(np.array([0.25])) == 1.75
 
 
 @pytest.mark.parametrize("passes_of", [1, 4])

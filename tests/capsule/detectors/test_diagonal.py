@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from capsule.detectors.calibrate import fit_sizes
-from capsule.detectors.diagonal import DiagonalDetector, size_features
+from capsule.detectors.diagonal import Diagonal, size_features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.seeding import generator
-from support.training import archive_of_passages, verdict_values
+from support.training import archive_of_passages, recordings_of, verdict_values
 
 LEARNING = {"specificity": 0.9, "prevalence": 0.5, "size_ridge": 1.0}
 
@@ -31,7 +31,7 @@ def archive_of(count, name, slope):
 
 def judge(archive, name, left_out):
     """Return the verdict on a recording; only the others teach."""
-    return DiagonalDetector(archive).without(left_out).verdict(archive.recording(name))
+    return Diagonal.taught(archive, left_out).verdict(archive.recordings[name])
 
 
 def test_a_recording_does_not_teach_its_own_verdict():
@@ -67,14 +67,13 @@ def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does():
     }
     passages["1mm/r5"] = UNKNOWN
     archive = archive_of_passages(passages, sizes, **LEARNING)
-    detector = DiagonalDetector(archive)
     for left_out in ([], ["0mm/r0"], ["3mm/r7"], ["1mm/r5"], [n for n in sizes if n < "1mm/r4"]):
         taught = {name: size for name, size in sizes.items() if name not in left_out}
-        alone = DiagonalDetector(archive_of_passages(passages, taught, **LEARNING)).without([])
-        model = detector.without(left_out)
+        alone = Diagonal.taught(archive_of_passages(passages, taught, **LEARNING))
+        model = Diagonal.taught(archive, left_out)
         for name in passages:
             verdict, expected = (
-                verdict_values(each.verdict(archive.recording(name))) for each in (model, alone)
+                verdict_values(each.verdict(archive.recordings[name])) for each in (model, alone)
             )
             np.testing.assert_allclose(verdict, expected)
 
@@ -83,11 +82,11 @@ def test_the_interval_comes_from_the_detected_nodules_of_the_fold_each_left_out(
     archive, left_out = archive_of(100, "interval", 1.0), "3mm/r7"
     verdict = judge(archive, left_out, [left_out])
     taught = [name for name in archive.sizes_mm if name != left_out and archive.sizes_mm[name]]
-    features = np.array([size_features(archive.passages[name]) for name in taught])
+    features = np.array([size_features(archive.recordings[name].passage) for name in taught])
     sizes_mm = np.array([archive.sizes_mm[name] for name in taught])
     errors = []
     for place, name in enumerate(taught):
-        if archive.passages[name].evidence > verdict.threshold:
+        if archive.recordings[name].passage.evidence > verdict.threshold:
             others = np.arange(sizes_mm.size) != place
             model = fit_sizes(
                 features[others],
@@ -110,9 +109,8 @@ def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule():
     held = []
     for number in range(12):
         archive = archive_of(160, f"coverage {number}", 0.8)
-        detector = DiagonalDetector(archive)
         for name, size in archive.sizes_mm.items():
-            verdict = detector.without([name]).verdict(archive.recording(name))
+            verdict = Diagonal.taught(archive, [name]).verdict(archive.recordings[name])
             if size and verdict.predicted_mm:
                 held.append(verdict.estimate_low_mm <= size <= verdict.estimate_high_mm)
     # About 900 sizes: the standard error is 0.01.
@@ -125,12 +123,12 @@ def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced():
     for name, sibling in (("0mm/r0", "0mm/r4"), ("3mm/r7", "3mm/r3")):
         assert places[name] == places[sibling]
         left_out = [other for other, place in places.items() if place == places[name]]
-        passages = {**archive.passages, sibling: passage(9.0, 9.0)}
+        changed = {**archive.recordings, **recordings_of({sibling: passage(9.0, 9.0)})}
         verdicts = [
-            DiagonalDetector(replace(archive, passages=each, places=places))
-            .without(left_out)
-            .verdict(archive.recording(name))
-            for each in (archive.passages, passages)
+            Diagonal.taught(replace(archive, recordings=each, places=places), left_out).verdict(
+                archive.recordings[name]
+            )
+            for each in (archive.recordings, changed)
         ]
         np.testing.assert_equal(*map(verdict_values, verdicts))
 
@@ -144,6 +142,6 @@ def test_passes_over_one_place_raise_the_threshold_no_more_than_one_pass():
         passages | dict.fromkeys(again, passage(1.8)), sizes | again, **LEARNING
     )
     one_place = replace(many, places=dict.fromkeys(again, "0mm/r18"))
-    expected = DiagonalDetector(few).without([]).threshold
-    assert DiagonalDetector(one_place).without([]).threshold == expected
-    assert DiagonalDetector(many).without([]).threshold > expected
+    expected = Diagonal.taught(few).threshold
+    assert Diagonal.taught(one_place).threshold == expected
+    assert Diagonal.taught(many).threshold > expected

@@ -9,17 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.familiar import (
     LEAST_PLACES,
     NOMINAL_RATE,
     FamiliarKind,
-    FamiliarTeacher,
     learn_familiar,
 )
-from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.seeding import generator
-from support.training import NO_TEMPLATES
+from support.training import NO_TEMPLATES, recordings_of
 
 USUAL = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
 
@@ -172,9 +171,8 @@ def test_what_is_stored_judges_as_what_was_learned(sensors):
 
 def archive_of(traits, places=None):
     sizes = dict.fromkeys(traits, 0.0)
-    return TrainingArchive(
-        sizes, NO_TEMPLATES, {}, {}, {}.__getitem__, {}, places=places or {}, traits=traits
-    )
+    recordings = recordings_of(traits=traits)
+    return TrainingArchive(sizes, recordings, NO_TEMPLATES, {}, {}, places=places or {})
 
 
 def test_recordings_that_are_left_out_teach_nothing():
@@ -182,17 +180,17 @@ def test_recordings_that_are_left_out_teach_nothing():
     traits = {f"0mm/{number}": WaveTraits(*row) for number, row in enumerate(rows)}
     strange = replace(USUAL, period_s=30.0)
     apart = {f"0mm/s{number}": strange for number in range(9)}
-    with_strange = FamiliarTeacher(archive_of(traits | apart))
-    assert with_strange.without([]).judge(strange).familiar is True
-    left_out = with_strange.without(list(apart))
+    with_strange = archive_of(traits | apart)
+    assert FamiliarKind.taught(with_strange).judge(strange).familiar is True
+    left_out = FamiliarKind.taught(with_strange, list(apart))
     assert left_out.judge(strange).familiar is False
-    alone = FamiliarTeacher(archive_of(traits)).without([])
+    alone = FamiliarKind.taught(archive_of(traits))
     np.testing.assert_equal(left_out.stored(), alone.stored())
 
 
 def test_an_archive_without_traits_tells_nothing():
     archive = archive_of({})
-    assert FamiliarTeacher(archive).without([]).judge(USUAL).because.startswith("only 0 places")
+    assert FamiliarKind.taught(archive).judge(USUAL).because.startswith("only 0 places")
 
 
 @pytest.mark.parametrize(

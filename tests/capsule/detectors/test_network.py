@@ -5,7 +5,7 @@ import pytest
 
 from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
-from capsule.detectors.network import FOLDED, Scorer, features_of, standardised
+from capsule.detectors.network import FOLDED, Scorer, standardised
 from capsule.evaluation.roc import auc
 from capsule.recording import read_recording
 from capsule.seeding import generator
@@ -87,8 +87,8 @@ def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected,
 
 def test_the_score_does_not_depend_on_gain_or_rest(weights):
     scorer = Scorer(weights)
-    plain = features_of(readings(deeper=1.0), 10, LINEAR, scorer)
-    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR, scorer)
+    plain = scorer.features(series_of(readings(deeper=1.0), 10, LINEAR))
+    other = scorer.features(series_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR))
     assert other.score == pytest.approx(plain.score, abs=1e-6)
 
 
@@ -99,7 +99,7 @@ def test_recordings_over_nodules_score_higher_than_those_without(weights):
         for path in sorted((ROOT / "raw" / folder).glob("*.csv")):
             with path.open("rb") as stream:
                 values = read_recording(stream, 4, 10**6).values
-            yield features_of(values, 10, SETTINGS, scorer).score
+            yield scorer.features(series_of(values, 10, SETTINGS)).score
 
     healthy = np.array(list(scores("0mm")))
     # Before any adaptation; 0.5 would be chance.
@@ -110,7 +110,7 @@ def test_recordings_over_nodules_score_higher_than_those_without(weights):
 def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
     scorer = Scorer(weights)
     for values in (readings()[:3], readings(100), np.full((4, 800), 5.0)):
-        features = features_of(values, 10, SETTINGS, scorer)
+        features = scorer.features(series_of(values, 10, SETTINGS))
         assert np.isnan(features.score) and np.isnan(features.gradient).all()
 
 

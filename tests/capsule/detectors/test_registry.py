@@ -2,16 +2,15 @@
 
 import pytest
 
-from capsule.detectors.registry import DETECTORS, PAPER, detector_row
-from capsule.detectors.training import detector_class
+from capsule.detectors.registry import DETECTORS, PAPER, detector_class, detector_row
 from capsule.errors import CapsuleError
 
 
 @pytest.mark.parametrize("name", DETECTORS)
 def test_a_row_leads_to_a_detector_with_its_model(name):
     detector = detector_class(name)
-    assert callable(detector.without)
-    assert callable(detector.Model.restored) and callable(detector.Model.verdict)
+    assert callable(detector.taught)
+    assert callable(detector.restored) and callable(detector.verdict)
 
 
 def test_the_papers_detector_is_the_first():

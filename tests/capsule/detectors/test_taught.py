@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.calibrate import rank_threshold
-from capsule.detectors.network import Features
+from capsule.detectors.network import EMBEDDED, UNKNOWN_FEATURES
 from capsule.detectors.search import UNKNOWN
-from capsule.detectors.taught import TaughtDetector, TaughtModel
-from capsule.detectors.training import TrainingArchive
+from capsule.detectors.taught import Taught
 from capsule.seeding import generator
-from support.training import NO_TEMPLATES, TAUGHT, verdict_values
+from support.training import NO_TEMPLATES, TAUGHT, features_of, recordings_of, verdict_values
 
 SETTINGS = {
     "evaluation": {"specificity": 0.9, "prevalence": 0.1, "size_confidence": 0.9},
@@ -22,8 +22,11 @@ SETTINGS = {
 
 
 def archive_of(sizes_mm, features):
-    passages = dict.fromkeys(features, UNKNOWN)
-    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, passages, {}.__getitem__, SETTINGS, features)
+    return TrainingArchive(sizes_mm, recordings_of(features=features), NO_TEMPLATES, {}, SETTINGS)
+
+
+def features_in(archive):
+    return {name: each.features for name, each in archive.recordings.items()}
 
 
 @pytest.fixture(scope="module")
@@ -32,25 +35,24 @@ def archive():
     numbers = generator(1, "taught")
     sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(60)}
     features = {
-        name: Features(
+        name: features_of(
             float(2 * size + numbers.normal()),
-            np.append(size + 0.2 * numbers.normal(), numbers.normal(size=3)).astype(np.float32),
-            (numbers.normal(size=8) + 0.3 * size).astype(np.float32),
+            np.append(size + 0.2 * numbers.normal(), numbers.normal(size=3)),
+            numbers.normal(size=8) + 0.3 * size,
         )
         for name, size in sizes.items()
     }
-    unknown = np.full(4, np.nan, np.float32), np.full(8, np.nan, np.float32)
-    features["1mm/r5"] = Features(float("nan"), *unknown)
+    features["1mm/r5"] = UNKNOWN_FEATURES
     return archive_of(sizes, features)
 
 
 @pytest.mark.parametrize("left_out", [[], ["0mm/r0"], ["3mm/r7"], ["1mm/r5"], ["0mm/r4", "2mm/r2"]])
 def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does(archive, left_out):
     taught = {name: size for name, size in archive.sizes_mm.items() if name not in left_out}
-    expected = TaughtDetector(archive_of(taught, archive.features)).without([])
-    model = TaughtDetector(archive).without(left_out)
+    expected = Taught.taught(archive_of(taught, features_in(archive)))
+    model = Taught.taught(archive, left_out)
     for name in archive.sizes_mm:
-        recording = archive.recording(name)
+        recording = archive.recordings[name]
         np.testing.assert_allclose(
             verdict_values(model.verdict(recording)),
             verdict_values(expected.verdict(recording)),
@@ -60,26 +62,25 @@ def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does(archive, le
 
 
 def test_large_nodules_are_found_and_sized_with_an_interval(archive):
-    detector = TaughtDetector(archive)
     for name, size in archive.sizes_mm.items():
-        verdict = detector.without([name]).verdict(archive.recording(name))
+        verdict = Taught.taught(archive, [name]).verdict(archive.recordings[name])
         if size == 3.0:
             assert verdict.predicted_mm >= 2
             assert verdict.estimate_low_mm <= verdict.estimate_mm <= verdict.estimate_high_mm
 
 
 def test_a_recording_without_a_score_has_no_verdict(archive):
-    verdict = TaughtDetector(archive).without([]).verdict(archive.recording("1mm/r5"))
+    verdict = Taught.taught(archive).verdict(archive.recordings["1mm/r5"])
     assert np.isnan(verdict.predicted_mm) and np.isnan(verdict.score)
 
 
 def test_what_is_learned_survives_the_file(archive):
     for left_out in ([], [name for name in archive.sizes_mm if name.startswith("0mm")]):
-        model = TaughtDetector(archive).without(left_out)
+        model = Taught.taught(archive, left_out)
         content = json.loads(json.dumps(model.stored(), allow_nan=False))
-        restored = TaughtModel.restored(content, NO_TEMPLATES)
+        restored = Taught.restored(content, NO_TEMPLATES)
         for name in ("3mm/r7", "0mm/r0"):
-            recording = archive.recording(name)
+            recording = archive.recordings[name]
             np.testing.assert_allclose(
                 verdict_values(restored.verdict(recording)),
                 verdict_values(model.verdict(recording)),
@@ -87,16 +88,16 @@ def test_what_is_learned_survives_the_file(archive):
 
 
 def test_a_new_recording_needs_only_its_features(archive):
-    model = TaughtDetector(archive).without([])
-    alone = SimpleNamespace(features=archive.features["3mm/r7"], passage=UNKNOWN)
-    expected = model.verdict(archive.recording("3mm/r7"))
+    model = Taught.taught(archive)
+    alone = SimpleNamespace(features=archive.recordings["3mm/r7"].features, passage=UNKNOWN)
+    expected = model.verdict(archive.recordings["3mm/r7"])
     np.testing.assert_equal(verdict_values(model.verdict(alone)), verdict_values(expected))
 
 
 def test_the_score_is_a_ridge_on_gradient_and_evidence_written_out(archive):
     names = [name for name in archive.sizes_mm if name != "1mm/r5"]
-    seen = np.array([[0.0, *archive.features[name].gradient] for name in names])
-    score = np.array([archive.features[name].score for name in names])
+    seen = np.array([[0.0, *archive.recordings[name].features.gradient] for name in names])
+    score = np.array([archive.recordings[name].features.score for name in names])
     sizes_mm = np.array([archive.sizes_mm[name] for name in names])
     wanted = TAUGHT["height"] * np.array([0.0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - score
 
@@ -108,12 +109,12 @@ def test_the_score_is_a_ridge_on_gradient_and_evidence_written_out(archive):
         return score[row] + intercept + (seen[row] - mean) @ coefficients
 
     everybody = np.arange(len(names))
-    model = TaughtDetector(archive).without([])
+    model = Taught.taught(archive)
     alone = [score_of(row, everybody != row) for row in everybody]
     healthy = np.array(alone)[sizes_mm == 0]
     assert model.threshold == pytest.approx(rank_threshold(healthy, np.arange(healthy.size), 0.9))
     for row, name in enumerate(names):
-        found = model.score(archive.recording(name))
+        found = model.score(Taught.seen(archive.recordings[name]))
         assert found == pytest.approx(score_of(row, everybody), rel=1e-5)
 
 
@@ -125,17 +126,13 @@ def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced(archive):
     for name, sibling in judged.items():
         assert places[name] == places[sibling]
         left_out = [other for other, place in places.items() if place == places[name]]
-        features = dict(archive.features)
-        features[sibling] = Features(
-            9.0,
-            numbers.normal(size=4).astype(np.float32),
-            numbers.normal(size=8).astype(np.float32),
-        )
+        features = features_in(archive)
+        features[sibling] = features_of(9.0, numbers.normal(size=4), numbers.normal(size=8))
         verdicts = [
-            TaughtDetector(replace(archive, features=each, places=places))
-            .without(left_out)
-            .verdict(archive.recording(name))
-            for each in (archive.features, features)
+            Taught.taught(replace(archive, recordings=each, places=places), left_out).verdict(
+                archive.recordings[name]
+            )
+            for each in (archive.recordings, recordings_of(features=features))
         ]
         np.testing.assert_equal(*map(verdict_values, verdicts))
 
@@ -143,16 +140,16 @@ def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced(archive):
 def test_the_threshold_is_learned_from_scores_that_the_place_did_not_teach(archive):
     """A second pass over each healthy place must not lower the threshold."""
     doubled, places = dict(archive.sizes_mm), {}
-    features = dict(archive.features)
+    features = features_in(archive)
     for name, size in archive.sizes_mm.items():
-        doubled[f"{name}b"], features[f"{name}b"] = size, archive.features[name]
+        doubled[f"{name}b"], features[f"{name}b"] = size, archive.recordings[name].features
         places[name] = places[f"{name}b"] = name
-    once = TaughtDetector(archive).without([]).threshold
+    once = Taught.taught(archive).threshold
     settings = {**SETTINGS, "taught": {**TAUGHT, "penalty": 2 * TAUGHT["penalty"]}}
     twice = archive_of(doubled, features)
     twice = replace(twice, settings=settings, places=places)
     # Each recording twice with twice the penalty is the same regression.
-    assert TaughtDetector(twice).without([]).threshold == pytest.approx(once)
+    assert Taught.taught(twice).threshold == pytest.approx(once)
 
 
 @pytest.mark.parametrize(
@@ -161,17 +158,17 @@ def test_the_threshold_is_learned_from_scores_that_the_place_did_not_teach(archi
 )
 def test_the_wanted_score_rises_with_the_size_and_not_beyond_3_mm(size_mm, rise):
     # Features that do not vary teach nothing but the mean of what is wanted.
-    seen, sizes_mm = np.zeros((4, 3)), np.full(4, float(size_mm))
-    learned, without_place = TaughtModel.learn(seen, sizes_mm, np.arange(4), TAUGHT)
+    seen, sizes_mm = np.zeros((4, 3 + EMBEDDED)), np.full(4, float(size_mm))
+    learned, without_place = Taught.learn(seen, sizes_mm, np.arange(4), TAUGHT)
     assert learned.of(np.zeros(3)) == pytest.approx(TAUGHT["height"] * rise)
     np.testing.assert_allclose(without_place, TAUGHT["height"] * rise)
 
 
 def test_recordings_of_a_single_place_teach_no_score():
-    seen, sizes_mm = np.zeros((4, 3)), np.arange(4.0)
-    learned, without_place = TaughtModel.learn(seen, sizes_mm, np.zeros(4, dtype=int), TAUGHT)
+    seen, sizes_mm = np.zeros((4, 3 + EMBEDDED)), np.arange(4.0)
+    learned, without_place = Taught.learn(seen, sizes_mm, np.zeros(4, dtype=int), TAUGHT)
     assert learned is None and np.isnan(without_place).all()
-    assert TaughtModel.learn(seen, sizes_mm, np.array([0, 0, 0, 1]), TAUGHT)[0] is not None
+    assert Taught.learn(seen, sizes_mm, np.array([0, 0, 0, 1]), TAUGHT)[0] is not None
 
 
 @pytest.mark.parametrize(
@@ -179,16 +176,17 @@ def test_recordings_of_a_single_place_teach_no_score():
 )
 def test_evidence_counts_from_minus_1_to_4(archive, evidence, seen):
     passage = replace(UNKNOWN, evidence=evidence)
-    features = archive.features["3mm/r7"]
-    row = TaughtModel.seen(SimpleNamespace(features=features, passage=passage))
-    np.testing.assert_allclose(row, [features.score, seen, *features.gradient])
+    features = archive.recordings["3mm/r7"].features
+    row = Taught.seen(SimpleNamespace(features=features, passage=passage))
+    np.testing.assert_allclose(row, [features.score, seen, *features.gradient, *features.embedding])
 
 
 def test_evidence_is_penalised_by_its_own_weight():
     numbers = generator(1, "evidence")
     seen, sizes_mm = numbers.normal(size=(12, 3)), np.arange(12.0) % 4
     settings = TAUGHT | {"evidence_weight": 3.0}
-    learned, _ = TaughtModel.learn(seen, sizes_mm, np.arange(12), settings)
+    rows = np.column_stack([seen, numbers.normal(size=(12, EMBEDDED))])
+    learned, _ = Taught.learn(rows, sizes_mm, np.arange(12), settings)
     wanted = TAUGHT["height"] * np.array([0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - seen[:, 0]
     centred = seen[:, 1:] - seen[:, 1:].mean(axis=0)
     penalties = TAUGHT["penalty"] * np.diag([1 / 9, 1.0])
@@ -200,9 +198,9 @@ def test_evidence_is_penalised_by_its_own_weight():
 
 
 def test_a_score_at_the_threshold_is_no_nodule(archive):
-    model = TaughtDetector(archive).without([])
-    recording = archive.recording("3mm/r7")
-    score = model.score(recording)
+    model = Taught.taught(archive)
+    recording = archive.recordings["3mm/r7"]
+    score = model.score(Taught.seen(recording))
     at = replace(model, threshold=score).verdict(recording)
     assert (at.predicted_mm, at.score, at.threshold) == (0.0, score, score)
     assert np.isnan([at.estimate_mm, at.location_mm]).all()

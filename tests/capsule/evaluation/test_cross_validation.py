@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.familiar import LEAST_PLACES
 from capsule.detectors.search import Passage
-from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.evaluation import cross_validation
 from capsule.evaluation.cross_validation import (
@@ -31,6 +31,7 @@ from capsule.names import size_mm
 from capsule.particle import Particle, render
 from capsule.seeding import generator
 from capsule.templates import build_templates
+from support.training import recordings_of
 
 RULES = {
     "schemes": [LEAVE_ONE_OUT, RESUBSTITUTION],
@@ -225,7 +226,8 @@ def archive():
     by_size = {2.0: list(particles.values())}
     templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
     passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
-    return TrainingArchive(SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS)
+    recordings = recordings_of(passages, matrices=matrices)
+    return TrainingArchive(SIZES_MM, recordings, templates, particles, SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -318,10 +320,9 @@ def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):
 
 
 def test_an_unlabelled_recording_is_judged_by_all_that_teach(archive):
-    passages = {**archive.passages, "unlabelled/p": passage(9.0)}
-    matrices = {name: archive.load(name) for name in SIZES_MM}
-    matrices["unlabelled/p"] = matrices["2mm/b"]
-    detectors = Detectors(replace(archive, passages=passages, load=matrices.__getitem__))
+    like = replace(archive.recordings["2mm/b"], passage=passage(9.0))
+    recordings = {**archive.recordings, "unlabelled/p": like}
+    detectors = Detectors(replace(archive, recordings=recordings))
     rows = {name: row() for name in (*SIZES_MM, "unlabelled/p")}
     found = judge_unlabelled(detectors, ["unlabelled/p"], rows, ["0mm/c"])
     assert str(found) == str(list(detectors.rows(["unlabelled/p"], ["0mm/c"])))
@@ -354,9 +355,11 @@ def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(arc
     many = replace(
         archive,
         sizes_mm=dict.fromkeys(passages, 0.0),
-        passages=passages,
-        traits=dict.fromkeys(names, usual) | {"0mm/x": strange},
-        load=lambda _: archive.load("0mm/a"),
+        recordings=recordings_of(
+            passages,
+            traits=dict.fromkeys(names, usual) | {"0mm/x": strange},
+            matrices=dict.fromkeys(passages, archive.recordings["0mm/a"].matrix),
+        ),
     )
     told = Detectors(many)
     for left_out, answer in (([], "yes"), (["0mm/x"], "no"), (["0mm/x", "0mm/n1"], "")):

@@ -1,13 +1,13 @@
 """Learning curves of a simple detector, whose rates can be counted by hand."""
 
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from capsule.detectors.training import TrainingArchive
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.base import TrainingArchive, Verdict
 from capsule.evaluation import learning
 from capsule.evaluation.cross_validation import Fold
 from support.training import NO_TEMPLATES
@@ -26,7 +26,7 @@ class Loudest:
         self.healthy = [name for name, size in sizes_mm.items() if size == 0]
         self.threshold = float("nan")
 
-    def without(self, left_out):
+    def taught(self, archive, left_out):
         """Learn from the others."""
         model = Loudest({})
         taught = [SCORES[name] for name in self.healthy if name not in left_out]
@@ -43,15 +43,16 @@ class Loudest:
 
 def archive_of(sizes_mm, places=None):
     settings = {"evaluation": {"seed": 1, "confidence": 0.95}}
-    load = {}.__getitem__
-    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, {}, load, settings, places=places or {})
+    recordings = {name: SimpleNamespace(name=name) for name in sizes_mm}
+    return TrainingArchive(sizes_mm, recordings, NO_TEMPLATES, {}, settings, places=places or {})
 
 
 def left_out_alone(sizes_mm):
     """Return the predictions of leave-one-out, as the evaluation does."""
     archive, detector = archive_of(sizes_mm), Loudest(sizes_mm)
     verdicts = [
-        detector.without([name]).verdict(archive.recording(name)).predicted_mm for name in sizes_mm
+        detector.taught(archive, [name]).verdict(archive.recordings[name]).predicted_mm
+        for name in sizes_mm
     ]
     predictions = pd.DataFrame({"recording": list(sizes_mm), "predicted_mm": verdicts})
     return predictions.assign(detector="loudest", scheme="leave_one_out")
@@ -119,10 +120,10 @@ def test_no_verdict_is_not_a_right_one_unless_the_split_teaches_too_little_for_a
     class Silent(Loudest):
         """Like the other, but silent on one recording."""
 
-        def without(self, left_out):
+        def taught(self, archive, left_out):
             """Learn from the others."""
             model = Silent({})
-            model.threshold = super().without(left_out).threshold
+            model.threshold = super().taught(archive, left_out).threshold
             return model
 
         def verdict(self, recording):

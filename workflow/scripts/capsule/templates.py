@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.kinds import Cells, Settings
 from capsule.names import sizes_of
 from capsule.particle import Particle, render
 
@@ -111,6 +112,15 @@ class TemplateSet:
         for index, remaining in changed.items():
             matrices[index] = render(remaining.mean(), self.first_peak, matrices[index].shape[1])
         return tuple(matrices)
+
+
+def template_options(settings: Settings) -> Cells:
+    """Return the arguments of `build_templates` except the particles, from a configuration."""
+    return {
+        "sensors": settings["recording"]["sensors"],
+        "first_peak": settings["fit"]["first_peak"],
+        "length": settings["preprocessing"]["length"],
+    }
 
 
 def build_templates(

@@ -18,8 +18,8 @@ from capsule.acceptance import check_recording
 from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.bench.verdict import FinalVerdict, note_of_change, verdict_table
 from capsule.configuration import read_settings
+from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
-from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import WrongOptionError
 from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.base import ScoredModel
-from capsule.detectors.diagonal import DiagonalModel, size_features
+from capsule.detectors.diagonal import Diagonal, size_features
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
@@ -33,14 +32,14 @@ class PassSizes:
 
     def __init__(self, results: Path, detector: Settings, rate_hz: float) -> None:
         self._detector, self._rate_hz = detector, rate_hz
-        self._model: ScoredModel | None = None
+        self._model: Diagonal | None = None
         self._familiar: FamiliarKind | None = None
         path = results / "detectors.json"
         content = read_learned(path) if path.exists() else {}
         # A model learned with other settings does not fit the features of these passes.
         same = content.get("settings", {}).get("diagonal") == dict(detector)
         if same and FAMILIAR in content:
-            self._model = DiagonalModel.restored(content)
+            self._model = Diagonal.restored(content)
             self._familiar = FamiliarKind.restored(content[FAMILIAR])
 
     def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:

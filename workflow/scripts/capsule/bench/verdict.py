@@ -9,11 +9,11 @@ import numpy as np
 from capsule import words
 from capsule.acceptance import readings_of
 from capsule.bench.bench_errors import AcquisitionError
+from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned, read_template_set
-from capsule.detectors.training import detector_class
-from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.detectors.registry import detector_class
 from capsule.errors import RecordingError
 from capsule.exporting.provenance import outdated
 from capsule.files import fingerprint
@@ -86,7 +86,7 @@ class FinalVerdict:
                 content["settings"][key] == settings[key] for key in content["settings"]
             )
             self._models = {
-                name: detector_class(name).Model.restored(content, known)
+                name: detector_class(name).restored(content, known)
                 for name in settings["detectors"]
             }
             self._familiar = FamiliarKind.restored(content[FAMILIAR])

@@ -1,18 +1,18 @@
-"""The base of a detector that compares one score with a threshold.
+"""What every detector shares: what teaches it, what it judges, its verdict, and how it is stored.
 
-A detector says only what it sees of a recording, what it learns for its score, and which features
-tell the size. The rest is the same for all: the place that is left out, the threshold, the
-probability, the sizes, and how the model is stored.
+A detector that compares one score with a threshold says only what it sees of a recording, which
+part of this tells the size, and what it learns for its score. The rest is the same for all: the
+places that are left out, the threshold, the probability and the sizes.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, ClassVar
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray, RealArray, plain
+from capsule.arrays import FloatArray, IntArray, plain
 from capsule.detectors.calibrate import (
     Probability,
     Regression,
@@ -21,21 +21,206 @@ from capsule.detectors.calibrate import (
     fit_sizes,
     rank_threshold,
 )
-from capsule.detectors.training import JudgedRecording, TrainingArchive
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.network import UNKNOWN_FEATURES, Features
+from capsule.detectors.search import UNKNOWN, Passage
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.kinds import Settings
+from capsule.particle import Particle
 from capsule.templates import TemplateSet
 
 _UNKNOWN = float("nan")
 # Penalty of the size regression of a detector without a setting for it.
 _SIZE_RIDGE = 1.0
+_Rows = tuple[list[str], FloatArray, FloatArray, IntArray]
+
+
+class JudgedRecording(Protocol):
+    """The interface of a recording for the detectors."""
+
+    def __hash__(self) -> int: ...
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Matrix V, (S, L)."""
+
+    @property
+    def passage(self) -> Passage:
+        """Best candidate for a nodule."""
+
+    @property
+    def traits(self) -> WaveTraits:
+        """Traits of the wave."""
+
+    @property
+    def features(self) -> Features:
+        """Features from the taught scorer."""
+
+
+@dataclass(frozen=True, eq=False)
+class StoredRecording:
+    """A recording whose description is known; ``load()`` reads its matrix, (S, L)."""
+
+    load: Callable[[], FloatArray]
+    passage: Passage = UNKNOWN
+    traits: WaveTraits = UNKNOWN_TRAITS
+    features: Features = UNKNOWN_FEATURES
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Matrix V, (S, L); an archive may hold too many to keep them."""
+        return self.load()
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingArchive:
+    """The recordings of an archive with all data that the detectors learn from.
+
+    Attributes
+    ----------
+    sizes_mm : mapping of str to float
+        The labelled recordings that teach, and their sizes, 0 for no nodule. Recordings that
+        cannot be judged are removed.
+    recordings : mapping of str to JudgedRecording
+        What the detectors see of each recording that can be judged, labelled or not.
+    templates : TemplateSet
+        The templates of all sizes.
+    particles : mapping of str to Particle
+        The fits of the recordings that may be left out of the templates.
+    settings : mapping
+        The section ``evaluation`` of the configuration, and the sections of the detectors.
+    no_verdict : mapping of str to str
+        The reason why no detector judges a recording; empty or absent if it is judged.
+    places : mapping of str to str
+        The place of each recording, from `capsule.held_out.places_of`; one that is absent is a
+        place of its own.
+    """
+
+    sizes_mm: Mapping[str, float]
+    recordings: Mapping[str, JudgedRecording]
+    templates: TemplateSet
+    particles: Mapping[str, Particle]
+    settings: Settings
+    no_verdict: Mapping[str, str] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
+    _rows: dict[Callable[[JudgedRecording], FloatArray], _Rows] = field(
+        default_factory=dict, init=False
+    )
+
+    def __post_init__(self) -> None:
+        judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
+        object.__setattr__(self, "sizes_mm", judged)
+
+    def place_numbers(self, names: Sequence[str]) -> IntArray:
+        """Return the place of each recording as a number, (n,); passes over one place share it."""
+        of_each = [self.places.get(name, name) for name in names]
+        numbers: IntArray = np.unique(of_each, return_inverse=True)[1]
+        return numbers
+
+    def teaching(
+        self, seen: Callable[[JudgedRecording], FloatArray], left_out: Collection[str]
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return what is seen of the recordings that teach, except those left out.
+
+        ``seen(recording)`` returns a row (F,) of numbers, which is kept. A recording whose row
+        begins with NaN teaches nothing.
+
+        Returns
+        -------
+        rows : (n, F) array
+        sizes_mm, places : (n,) array
+            True sizes in mm, 0 for none, and the numbers of the places.
+        """
+        if seen not in self._rows:
+            rows = {name: seen(self.recordings[name]) for name in self.sizes_mm}
+            names = [name for name, row in rows.items() if not np.isnan(row[0])]
+            stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
+            sizes_mm = np.array([self.sizes_mm[name] for name in names], dtype=np.float64)
+            self._rows[seen] = names, stacked, sizes_mm, self.place_numbers(names)
+        names, stacked, sizes_mm, places = self._rows[seen]
+        apart = frozenset(left_out)
+        teaches = np.array([name not in apart for name in names], dtype=bool)
+        return stacked[teaches], sizes_mm[teaches], places[teaches]
 
 
 @dataclass(frozen=True)
-class ScoredModel(ABC):
-    """The model of a detector, learned from the recordings of a training fold.
+class Verdict:
+    """A detector's verdict on one recording, with the same fields for every detector.
 
-    A subclass names itself and defines the score. Its name is also the key of its values in
+    Attributes
+    ----------
+    predicted_mm : float
+        0 for no nodule, otherwise one of the archive's sizes in mm; NaN for no verdict.
+    score : float
+        Higher if a nodule is more likely.
+    threshold : float
+        A score above it means a nodule.
+    probability : float
+        Probability of a nodule at the configured prevalence; NaN for a detector that gives none.
+    estimate_mm : float
+        Size of the nodule in mm; NaN if none is detected.
+    estimate_low_mm, estimate_high_mm : float
+        Ends of the interval of the size in mm; NaN for a detector that gives none.
+    location_samples, location_mm : float
+        When the first sensor passes the nodule, in samples from the start; and how far the capsule
+        has moved until then, in mm. NaN if none is detected, or if unknown.
+    distances : tuple of float, or None
+        Distance to every template, T^0 first; None for a detector that does not use them.
+    """
+
+    predicted_mm: float
+    score: float
+    threshold: float
+    probability: float = _UNKNOWN
+    estimate_mm: float = _UNKNOWN
+    location_samples: float = _UNKNOWN
+    location_mm: float = _UNKNOWN
+    estimate_low_mm: float = _UNKNOWN
+    estimate_high_mm: float = _UNKNOWN
+    distances: tuple[float, ...] | None = None
+
+
+NO_VERDICT = Verdict(_UNKNOWN, _UNKNOWN, _UNKNOWN)
+
+
+def why_unknown(verdict: Verdict) -> str:
+    """Return why a detector gives no verdict; empty if it gives one."""
+    if not np.isnan(verdict.predicted_mm):
+        return ""
+    # If the score is known, only the recordings that teach the threshold are missing.
+    return (
+        "no score: a wave, a sensor or labelled recordings are missing"
+        if np.isnan(verdict.score)
+        else "no threshold: labelled recordings to learn it from are missing"
+    )
+
+
+class Detector(ABC):
+    """A detector that an archive has taught; it judges other recordings without the archive."""
+
+    @classmethod
+    @abstractmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
+        """Learn from all labelled recordings of an archive except those left out."""
+
+    @abstractmethod
+    def verdict(self, recording: JudgedRecording) -> Verdict:
+        """Judge one recording."""
+
+    @abstractmethod
+    def stored(self) -> dict[str, Any]:
+        """Return its own keys and plain values for results/detectors.json."""
+
+    @classmethod
+    @abstractmethod
+    def restored(cls, stored: Settings, templates: TemplateSet) -> Self:
+        """Return the detector from what `stored` gave and the templates of all recordings."""
+
+
+@dataclass(frozen=True)
+class ScoredDetector(Detector):
+    """The base of a detector that compares one score with a threshold.
+
+    A subclass names itself and says what it sees. Its name is also the key of its values in
     results/detectors.json.
 
     Attributes
@@ -47,10 +232,12 @@ class ScoredModel(ABC):
     probability : Probability or None
         Curve from the score to the probability of a nodule.
     sizes : SizeModel or None
-        Model from features of the recording to the size.
+        Model from the columns `sized_by` to the size.
     """
 
     name: ClassVar[str]
+    # The columns of `seen` that tell the size.
+    sized_by: ClassVar[slice] = slice(None)
 
     threshold: float
     learned: Regression | None
@@ -59,49 +246,61 @@ class ScoredModel(ABC):
 
     @staticmethod
     @abstractmethod
-    def seen(recording: JudgedRecording) -> RealArray:
+    def seen(recording: JudgedRecording) -> FloatArray:
         """Return what the detector sees of a recording, (F,); NaN in the first place: no verdict.
 
-        Without anything learned, the first value is the score.
+        If nothing is learned for the score, the first value is the score.
         """
-
-    @classmethod
-    def size_features(cls, recording: JudgedRecording) -> RealArray:
-        """Return the features that tell the size, (P,); if not defined, what the detector sees."""
-        return cls.seen(recording)
 
     @staticmethod
     def learn(
-        seen: RealArray, sizes_mm: FloatArray, places: IntArray, settings: Settings
+        seen: FloatArray, sizes_mm: FloatArray, places: IntArray, settings: Settings
     ) -> tuple[Regression | None, FloatArray]:
         """Learn what the score needs; if not defined, nothing.
 
-        Parameters
-        ----------
-        seen : (n, F) array
-            From `seen`, of the training recordings.
-        sizes_mm, places : (n,) array
-            Their true sizes in mm, 0 for none, and the numbers of their places.
-        settings : mapping
-            The detector's section of the configuration.
+        For the first three parameters see `TrainingArchive.teaching`; the settings are the
+        detector's section of the configuration.
 
         Returns
         -------
         Regression or None
-            From `seen` to what is added to the first value.
+            What `score` needs.
         (n,) array
             Score of each recording by a model that its place did not teach; NaN if unknown.
         """
-        return None, np.asarray(seen[:, 0], dtype=np.float64)
+        return None, seen[:, 0]
 
-    def score(self, recording: JudgedRecording) -> float:
+    def score(self, seen: FloatArray) -> float:
         """Return the score of one recording: higher if a nodule is more likely, NaN if unknown."""
-        seen = self.seen(recording)
-        return float(seen[0]) + (float(self.learned.of(seen)) if self.learned else 0.0)
+        return float(seen[0])
+
+    @classmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
+        """Learn from all labelled recordings of an archive except those left out."""
+        settings, rules = archive.settings.get(cls.name, {}), archive.settings["evaluation"]
+        seen, sizes_mm, places = archive.teaching(cls.seen, left_out)
+        learned, scores = cls.learn(seen, sizes_mm, places, settings)
+        known = ~np.isnan(scores)
+        nodule, healthy = sizes_mm > 0, known & (sizes_mm == 0)
+        threshold = rank_threshold(scores[healthy], places[healthy], rules["specificity"])
+        return cls(
+            threshold,
+            learned,
+            fit_probability(scores[known], nodule[known], places[known], rules["prevalence"]),
+            fit_sizes(
+                seen[nodule, cls.sized_by],
+                sizes_mm[nodule],
+                places[nodule],
+                scores[nodule] > threshold,
+                ridge=settings.get("size_ridge", _SIZE_RIDGE),
+                confidence=rules["size_confidence"],
+            ),
+        )
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
-        score = self.score(recording)
+        seen = self.seen(recording)
+        score = self.score(seen)
         if np.isnan(score) or np.isnan(self.threshold):
             return Verdict(_UNKNOWN, score, self.threshold)
         chance = _UNKNOWN if self.probability is None else float(self.probability.of(score))
@@ -109,8 +308,7 @@ class ScoredModel(ABC):
             return Verdict(0.0, score, self.threshold, chance)
         if self.sizes is None:
             return Verdict(_UNKNOWN, score, self.threshold, chance)
-        estimate = float(self.sizes.estimate(self.size_features(recording)))
-        low, high = self.sizes.interval(estimate)
+        estimate = float(self.sizes.estimate(seen[self.sized_by]))
         where = recording.passage
         return Verdict(
             self.sizes.nearest(estimate),
@@ -120,8 +318,7 @@ class ScoredModel(ABC):
             estimate,
             where.location_samples,
             where.location_mm,
-            estimate_low_mm=low,
-            estimate_high_mm=high,
+            *self.sizes.interval(estimate),
         )
 
     def stored(self) -> dict[str, Any]:
@@ -129,63 +326,13 @@ class ScoredModel(ABC):
         return {self.name: plain(asdict(self))}
 
     @classmethod
-    def restored(cls, stored: Settings, templates: TemplateSet | None = None) -> "ScoredModel":
-        """Return the model from the values of `stored`; it needs no template."""
-        names = ("threshold", "learned", "probability", "sizes")
-        threshold, learned, probability, sizes = (stored[cls.name][name] for name in names)
+    def restored(cls, stored: Settings, templates: TemplateSet | None = None) -> Self:
+        """Return the detector from what `stored` gave; it needs no template."""
+        values = stored[cls.name]
+        threshold, probability = values["threshold"], values["probability"]
         return cls(
             _UNKNOWN if threshold is None else threshold,
-            learned and Regression.restored(learned),
+            values["learned"] and Regression.restored(values["learned"]),
             probability and Probability(**probability),
-            sizes and SizeModel.restored(sizes),
+            values["sizes"] and SizeModel.restored(values["sizes"]),
         )
-
-
-class ScoredDetector:
-    """A detector that an archive teaches, and that can leave recordings out.
-
-    A recording of the archive that the detector sees nothing of teaches nothing.
-    """
-
-    Model: type[ScoredModel]
-
-    def __init__(self, archive: TrainingArchive) -> None:
-        self._settings = archive.settings.get(self.Model.name, {})
-        self._rules = archive.settings["evaluation"]
-        seen = {name: self.Model.seen(archive.recording(name)) for name in archive.sizes_mm}
-        self._names = [name for name, row in seen.items() if not np.isnan(row[0])]
-        self._seen = _table([seen[name] for name in self._names])
-        self._sizes_mm = np.array([archive.sizes_mm[name] for name in self._names], dtype=float)
-        self._places = archive.place_numbers(self._names)
-        self._size_features = _table(
-            [self.Model.size_features(archive.recording(name)) for name in self._names]
-        )
-
-    def without(self, left_out: Sequence[str]) -> ScoredModel:
-        """Learn from all labelled recordings except those left out."""
-        apart = set(left_out)
-        teaches = np.array([name not in apart for name in self._names], dtype=bool)
-        sizes_mm, places = self._sizes_mm[teaches], self._places[teaches]
-        learned, scores = self.Model.learn(self._seen[teaches], sizes_mm, places, self._settings)
-        known = ~np.isnan(scores)
-        nodule, healthy = sizes_mm > 0, known & (sizes_mm == 0)
-        threshold = rank_threshold(scores[healthy], places[healthy], self._rules["specificity"])
-        prevalence = self._rules["prevalence"]
-        return self.Model(
-            threshold,
-            learned,
-            fit_probability(scores[known], nodule[known], places[known], prevalence),
-            fit_sizes(
-                self._size_features[teaches][nodule],
-                sizes_mm[nodule],
-                places[nodule],
-                scores[nodule] > threshold,
-                ridge=self._settings.get("size_ridge", _SIZE_RIDGE),
-                confidence=self._rules["size_confidence"],
-            ),
-        )
-
-
-def _table(rows: list[RealArray]) -> RealArray:
-    """Return rows as one array (n, F), or (0, 1) for none."""
-    return np.array(rows) if rows else np.empty((0, 1))

@@ -55,21 +55,9 @@ class Beats:
 
 
 def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
-    """Return the beats of a recording.
+    """Return the beats of a recording; parameters as in `capsule.wave.missing_wave`.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
-
-    Returns
-    -------
-    Beats or None
-        None for a recording of fewer than four waves, or without a wave on some sensor.
+    None for a recording of fewer than four waves, or without a wave on some sensor.
     """
     wave = find_wave(*pressed_and_period(values, rate_hz, settings))
     if wave is None:

@@ -28,18 +28,11 @@ def place_weights(places: IntArray) -> FloatArray:
 def upper_quantile(values: FloatArray, places: IntArray, share: float) -> float:
     """Return the value that a pass over a new place exceeds with a probability of 1 - share.
 
-    Each of m passes over one of K places weighs 1 / ((K + 1) m), and 1 / (K + 1) lies at infinity.
-    The result is the weighted quantile (hierarchical conformal prediction; Y. Lee, R. F. Barber and
-    R. Willett, Distribution-free inference with hierarchical data, 2023). With one pass a place, it
-    is the value of rank ceil((K + 1) share).
-
-    Parameters
-    ----------
-    values, places : (n,) array
-        Values of recordings, such as scores of healthy ones, and their places.
-    share : float
-        Share of new values that should not exceed the result, such as 0.95. Fewer than
-        share / (1 - share) places are too few: the result is infinite.
+    It is a weighted quantile of `values` (n,): each of m passes over one of K places weighs
+    1 / ((K + 1) m), and 1 / (K + 1) lies at infinity (hierarchical conformal prediction; Y. Lee,
+    R. F. Barber and R. Willett, Distribution-free inference with hierarchical data, 2023). With one
+    pass a place, it is the value of rank ceil((K + 1) share). Fewer than share / (1 - share) places
+    are too few: the result is infinite.
     """
     order = np.argsort(values, kind="stable")
     weights = place_weights(places)[order]
@@ -52,15 +45,9 @@ def upper_quantile(values: FloatArray, places: IntArray, share: float) -> float:
 def rank_threshold(healthy_scores: FloatArray, places: IntArray, specificity: float) -> float:
     """Return the threshold that limits how often a new healthy recording causes a false alarm.
 
-    A score above the threshold means a nodule. It is the `upper_quantile` of the scores; with too
-    few places, it is the largest score, which guarantees less. NaN if there is no score.
-
-    Parameters
-    ----------
-    healthy_scores, places : (n,) array
-        Scores of recordings without a nodule, from a model that their places did not teach.
-    specificity : float
-        The wanted specificity, such as 0.95.
+    A score above the threshold means a nodule. It is the `upper_quantile` of the scores (n,) of
+    healthy recordings, from a model that their places did not teach; with too few places, it is the
+    largest score, which guarantees less. NaN if there is no score.
     """
     if healthy_scores.size == 0:
         return float("nan")
@@ -93,19 +80,12 @@ class Probability:
 def fit_probability(
     scores: FloatArray, nodule: BoolArray, places: IntArray, prevalence: float
 ) -> Probability | None:
-    """Fit a logistic curve, with the recordings weighted to a stated prevalence.
+    """Fit a logistic curve, with the recordings weighted to a stated prevalence of nodules.
 
-    The healthy recordings standardize the score. A weak Gaussian prior on the slope keeps the curve
-    finite if the two kinds do not overlap. There is no curve (None) with fewer than two healthy
-    recordings or no nodule, or if the healthy scores do not vary.
-
-    Parameters
-    ----------
-    scores, nodule, places : (n,) array
-        Scores of the training recordings, each from a model that its place did not teach; and
-        which of them were made over a nodule.
-    prevalence : float
-        Share of recordings with a nodule in the later use of the detector.
+    The scores (n,) come from a model that their places did not teach; `nodule` (n,) tells which
+    were made over a nodule. The healthy recordings standardize the score. A weak Gaussian prior on
+    the slope keeps the curve finite if the two kinds do not overlap. There is no curve (None) with
+    fewer than two healthy recordings or no nodule, or if the healthy scores do not vary.
     """
     healthy = ~nodule
     if np.count_nonzero(healthy) < 2 or not nodule.any():
@@ -166,28 +146,19 @@ class Regression:
 def fit_ridge(
     features: RealArray, values: FloatArray, places: IntArray, penalties: FloatArray | float
 ) -> tuple[Regression, FloatArray]:
-    """Fit values by ridge regression, and predict each recording from the other places alone.
+    """Fit values (n,) of at least one recording to features (n, F) by ridge regression.
 
-    With X the centred features and P the penalties on the diagonal, the coefficients are
-    (X'X + P)^-1 X'y. The hat matrix is H = 1 / n + X (X'X + P)^-1 X'. If the recordings b of a
+    With X the centred features and P the penalties on each squared coefficient, the coefficients
+    are (X'X + P)^-1 X'y. The hat matrix is H = 1 / n + X (X'X + P)^-1 X'. If the recordings b of a
     place teach nothing, the errors of their predictions are (1 - H_bb)^-1 times their residuals
     (R. D. Cook and S. Weisberg, Residuals and Influence in Regression, 1982), so no further fit is
     needed.
-
-    Parameters
-    ----------
-    features : (n, F) array
-        Features of at least one recording.
-    values, places : (n,) array
-        The values to predict, and the places.
-    penalties : float or (F,) array
-        Penalty on each squared coefficient.
 
     Returns
     -------
     Regression
     (n,) array
-        Prediction of each recording without its place; NaN if the others tell nothing about it.
+        Prediction of each recording by the other places; NaN if these tell nothing about it.
     """
     mean, intercept = features.mean(axis=0, dtype=float), float(values.mean())
     centred = features - mean
@@ -267,7 +238,7 @@ def fit_sizes(
 ) -> SizeModel | None:
     """Fit the size of nodules to features, and the width of its interval; None without a nodule.
 
-    The interval holds the size of a detected nodule at a new place with the wanted probability: its
+    The interval holds the size of a detected nodule at a new place with the wanted confidence: its
     half width is the `upper_quantile` of the errors of predictions from the other places (jackknife
     prediction intervals; R. F. Barber et al., Annals of Statistics 49, 2021). Only detected nodules
     get a size, so only their errors count (selection-conditional prediction; Y. Jin and Z. Ren,
@@ -278,12 +249,12 @@ def fit_sizes(
     features : (n, F) array
         Features of the recordings of nodules.
     sizes_mm, places, detected : (n,) array
-        Their true sizes, their places, and which of them are detected by a model that their place
-        did not teach.
+        Their true sizes, their places, and which are detected by a model that their place did not
+        teach.
     ridge : float
         Penalty on the squared coefficients of features that are scaled to a deviation of 1.
     confidence : float
-        Share of the intervals that should hold the size, such as 0.9.
+        Share of the intervals that should hold the size.
     """
     if sizes_mm.size == 0:
         return None

@@ -5,24 +5,22 @@ Estimators of scikit-learn are fitted again for every fold, and get readings wit
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
-from capsule.detectors.network import Features, Scorer, features_of
-from capsule.detectors.registry import detector_row
+from capsule.detectors.network import Features
 from capsule.detectors.search import Passage, passage_of
-from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
-from capsule.kinds import Cells, Settings
-from capsule.particle import Fit, Particle, fit_recording
+from capsule.kinds import Settings
+from capsule.particle import Fit, fit_recording
 from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
 from capsule.seeding import readings_checksum
-from capsule.templates import build_templates
 from capsule.wave import missing_wave
 
 # More recordings than an archive on one machine has; each takes some 60 kB.
@@ -72,7 +70,7 @@ class DescribedRecording:
     @cached_property
     def features(self) -> Features:
         """The taught scorer's features of the recording."""
-        return features_of(*self._wave, _shipped_scorer())
+        return read_scorer(WEIGHTS).features(series_of(*self._wave))
 
     @cached_property
     def traits(self) -> WaveTraits:
@@ -96,57 +94,3 @@ def described(readings: Iterable[FloatArray], settings: Settings) -> list[Descri
 def _described(content: bytes, sensors: int, settings: str) -> DescribedRecording:
     values = np.frombuffer(content).reshape(sensors, -1).copy()
     return DescribedRecording(values, json.loads(settings))
-
-
-@lru_cache(maxsize=1)
-def _shipped_scorer() -> Scorer:
-    return read_scorer(WEIGHTS)
-
-
-def training_archive(
-    sizes_mm: Mapping[str, float],
-    judged: Mapping[str, DescribedRecording],
-    particles: Mapping[str, Particle],
-    settings: Settings,
-    detectors: Iterable[str],
-    **more: Mapping[str, str],
-) -> TrainingArchive:
-    """Return what recordings teach some detectors, without what these do not use.
-
-    Parameters
-    ----------
-    judged : mapping of str to DescribedRecording
-        All recordings that can be judged, labelled or not.
-    particles : mapping of str to Particle
-        The fits of the recordings that teach the templates.
-    detectors : iterable of str
-        Their names.
-    sizes_mm, settings, **more
-        As in `TrainingArchive`.
-    """
-    rows = [detector_row(name) for name in detectors]
-    by_features = any(row.by_features for row in rows)
-    by_passages = not all(row.by_templates for row in rows)
-    groups: dict[float, list[Particle]] = {}
-    for name, particle in particles.items():
-        groups.setdefault(sizes_mm[name], []).append(particle)
-    return TrainingArchive(
-        sizes_mm,
-        build_templates(groups, **template_options(settings)),
-        particles,
-        {name: each.passage for name, each in judged.items()} if by_passages else {},
-        lambda name: judged[name].matrix,
-        settings,
-        {name: each.features for name, each in judged.items()} if by_features else {},
-        traits={name: each.traits for name, each in judged.items()},
-        **more,
-    )
-
-
-def template_options(settings: Settings) -> Cells:
-    """Return the arguments of `capsule.build_templates` except the particles."""
-    return {
-        "sensors": settings["recording"]["sensors"],
-        "first_peak": settings["fit"]["first_peak"],
-        "length": settings["preprocessing"]["length"],
-    }

@@ -1,45 +1,25 @@
-"""The diagonal detector: beats that agree on one place, against a threshold."""
+"""The detector ``diagonal``: beats that agree on one place, against a threshold."""
 
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.base import ScoredDetector, ScoredModel
+from capsule.detectors.base import JudgedRecording, ScoredDetector
 from capsule.detectors.search import Passage
-from capsule.detectors.training import JudgedRecording
 
 # In usual depths. A lower limit, so that a place without raised beats has a logarithm, too.
 _LEAST_CHANNEL = 0.03
-_SIZE_FEATURES = (
-    "level",
-    "depth",
-    "shape",
-    "lag_samples",
-    "level_spread",
-    "depth_spread",
-    "shape_spread",
-)
 
 
-class DiagonalModel(ScoredModel):
-    """The diagonal detector's model: its score is the evidence of the best place."""
+class Diagonal(ScoredDetector):
+    """The diagonal detector: its score is the evidence of the best place."""
 
     name = "diagonal"
+    sized_by = slice(1, None)
 
     @staticmethod
     def seen(recording: JudgedRecording) -> FloatArray:
-        """Return the evidence of the best place, (1,)."""
-        return np.array([recording.passage.evidence])
-
-    @classmethod
-    def size_features(cls, recording: JudgedRecording) -> FloatArray:
-        """Return the `size_features` of the best place, (9,)."""
-        return size_features(recording.passage)
-
-
-class DiagonalDetector(ScoredDetector):
-    """The detector ``diagonal``, taught by an archive; it learns nothing for its score."""
-
-    Model = DiagonalModel
+        """Return the evidence of the best place, and its `size_features`, (10,)."""
+        return np.append(recording.passage.evidence, size_features(recording.passage))
 
 
 def size_features(passage: Passage) -> FloatArray:
@@ -50,6 +30,8 @@ def size_features(passage: Passage) -> FloatArray:
     because the size multiplies depth and shape. The time fits, because a large nodule slows the
     capsule down.
     """
-    values = np.array([getattr(passage, name) for name in _SIZE_FEATURES])
-    risen = np.maximum(values[1:3], _LEAST_CHANNEL)
-    return np.concatenate([values[:4], np.log(risen), np.log(values[4:])])
+    found = passage
+    risen = np.maximum([found.depth, found.shape], _LEAST_CHANNEL)
+    spreads = [found.level_spread, found.depth_spread, found.shape_spread]
+    plain = [found.level, found.depth, found.shape, found.lag_samples]
+    return np.concatenate([plain, np.log(risen), np.log(spreads)])

@@ -5,17 +5,17 @@ in its `WaveTraits`, from the recordings at the other places. A recording is unf
 any of them deviates as far as it does.
 """
 
-from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Collection
+from dataclasses import astuple, dataclass
 from math import ceil
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray, IntArray, plain
-from capsule.detectors.training import TrainingArchive
-from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
+from capsule.detectors.base import JudgedRecording, TrainingArchive
+from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
 
 # The nominal rate at which recordings of the familiar kind are called unfamiliar, and the number of
@@ -27,33 +27,22 @@ LEAST_PLACES = ceil(1 / NOMINAL_RATE) - 1
 _LEAST_DEVIATION = 3.0
 # Parts into which the places are divided; each is compared with the recordings of the others.
 _PARTS = 10
-_PERCENT = 100.0
 # The key of what is familiar in results/detectors.json.
 FAMILIAR = "familiar"
 
 
-class _Trait(NamedTuple):
-    """The words for a trait, with a placeholder, and its unit.
-
-    ``least_spread`` is the smallest spread that matters, on the scale of `_scaled`.
-    """
-
-    sentence: str
-    unit: str
-    factor: float
-    least_spread: float
-
-
-# In the order of `WaveTraits`. The smallest spreads come from seven simulated benches and two
-# others: nodules of 4 and 5 mm move the traits by less than three of them.
+# The traits in words, in the order of `WaveTraits`, and the unit in which each is told.
 _TRAITS = (
-    _Trait("the time from wave to wave is {}", "s", 1.0, 0.03),
-    _Trait("the wave takes {} from sensor to sensor", "s", 1.0, 0.003),
-    _Trait("the wave's times from sensor to sensor differ by {}", "s", 1.0, 0.4),
-    _Trait("the time from wave to wave varies by {} of it", "%", _PERCENT, 0.35),
-    _Trait("the wave makes {} of what a sensor feels", "%", _PERCENT, 1.0),
-    _Trait("from sample to sample a reading bends by {} of a wave's depth", "%", _PERCENT, 0.2),
+    ("the time from wave to wave is {}", "s"),
+    ("the wave takes {} from sensor to sensor", "s"),
+    ("the wave's times from sensor to sensor differ by {}", "s"),
+    ("the time from wave to wave varies by {} of it", "%"),
+    ("the wave makes {} of what a sensor feels", "%"),
+    ("from sample to sample a reading bends by {} of a wave's depth", "%"),
 )
+# Smaller spreads of the traits, on the scale of `_scaled`, do not matter. Seven simulated benches
+# and two others tell: nodules of 4 and 5 mm move the traits by less than three of these.
+_LEAST_SPREADS = (0.03, 0.003, 0.4, 0.35, 1.0, 0.2)
 
 
 @dataclass(frozen=True)
@@ -145,16 +134,22 @@ class FamiliarKind:
     def _words(self, own: FloatArray, typical: FloatArray) -> str:
         """Return the trait that deviates most, with the range of the recordings that teach."""
         number = int(typical.argmax())
-        trait = _TRAITS[number]
+        sentence, unit = _TRAITS[number]
         value, least, most = (
-            words.significant(trait.factor * each)
-            for each in (own[number], self.least[number], self.most[number])
+            words.significant(float(each[number]) * (100.0 if unit == "%" else 1.0))
+            for each in (own, self.least, self.most)
         )
-        said = trait.sentence.format(f"{value} {trait.unit}")
+        said = sentence.format(f"{value} {unit}")
         others = int((typical > _LEAST_DEVIATION).sum()) - 1
         more = f"; {words.plural(others, 'other trait deviates', 'other traits deviate')} too"
-        taught = f"{least} to {most} {trait.unit} in the recordings that teach"
+        taught = f"{least} to {most} {unit} in the recordings that teach"
         return f"{said}, but {taught}{more if others > 0 else ''}"
+
+    @classmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> "FamiliarKind":
+        """Learn from all labelled recordings of an archive except those left out."""
+        traits, _, places = archive.teaching(_traits_of, left_out)
+        return learn_familiar(traits, places)
 
     def stored(self) -> dict[str, Any]:
         """Return the values in a form that JSON can store; NaN becomes None."""
@@ -163,51 +158,21 @@ class FamiliarKind:
     @classmethod
     def restored(cls, stored: Settings) -> "FamiliarKind":
         """Return what `stored` has returned."""
-        names = [field.name for field in fields(cls) if field.name != "places"]
         arrays: dict[str, Any] = {
-            name: np.array(stored[name], dtype=np.intp if name == "part" else np.float64)
-            for name in names
+            name: np.array(values, dtype=np.intp if name == "part" else np.float64)
+            for name, values in stored.items()
         }
-        return cls(int(stored["places"]), **arrays)
+        return cls(**arrays | {"places": stored["places"]})
 
 
-class FamiliarTeacher:
-    """The traits of an archive's recordings, of which some can be left out.
-
-    Parameters
-    ----------
-    archive : TrainingArchive
-        The archive whose labelled recordings teach.
-    """
-
-    def __init__(self, archive: TrainingArchive) -> None:
-        traits = {name: archive.traits.get(name, UNKNOWN_TRAITS) for name in archive.sizes_mm}
-        self._names = [name for name, each in traits.items() if not np.isnan(each.period_s)]
-        rows = [astuple(traits[name]) for name in self._names]
-        self._traits = np.array(rows).reshape(-1, len(_TRAITS))
-        self._places = archive.place_numbers(self._names)
-
-    def without(self, left_out: Sequence[str]) -> FamiliarKind:
-        """Learn from all recordings except those left out."""
-        apart = frozenset(left_out)
-        teaches = np.array([name not in apart for name in self._names], dtype=bool)
-        return learn_familiar(self._traits[teaches], self._places[teaches])
+def _traits_of(recording: JudgedRecording) -> FloatArray:
+    return np.array(astuple(recording.traits))
 
 
 def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:
-    """Learn what is familiar.
+    """Learn what is familiar from the fields of `WaveTraits`, (n, T), and the places, (n,).
 
-    Parameters
-    ----------
-    traits : (n, T) array
-        The fields of `WaveTraits` of each recording that teaches.
-    places : (n,) array of int
-        The place of each; passes over one place share it.
-
-    Returns
-    -------
-    FamiliarKind
-        From fewer than `LEAST_PLACES` places, one that can tell of no recording.
+    What fewer than `LEAST_PLACES` places teach can tell of no recording.
     """
     _, first, place = np.unique(places, return_index=True, return_inverse=True)
     if first.size < LEAST_PLACES:
@@ -240,7 +205,7 @@ def _without_each(scaled: FloatArray, member: BoolArray) -> tuple[FloatArray, Fl
     mean = others @ off / count
     variance = (others @ off**2 - count * mean**2) / (count - 1)
     spread = np.sqrt(np.maximum(variance, 0.0))
-    return middle + mean, np.maximum(spread, [trait.least_spread for trait in _TRAITS])
+    return middle + mean, np.maximum(spread, _LEAST_SPREADS)
 
 
 def _scaled(traits: FloatArray) -> FloatArray:

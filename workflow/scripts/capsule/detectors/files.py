@@ -1,8 +1,9 @@
-"""Read what the detectors learn from, and write and read what they have learned."""
+"""Read and write what the detectors learn from, and what they have learned."""
 
 import json
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,8 @@ import numpy as np
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.detectors.described import read_best_places, read_features, read_wave_traits
-from capsule.detectors.training import TrainingArchive
+from capsule.detectors.base import StoredRecording, TrainingArchive
+from capsule.detectors.described import read_best_places, read_features
 from capsule.errors import CapsuleError
 from capsule.held_out import places_of
 from capsule.kinds import Settings
@@ -19,17 +20,49 @@ from capsule.names import sizes_of
 from capsule.particle import Particle
 from capsule.project import WEIGHTS
 from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain
-from capsule.templates import ParticleTotal, TemplateSet, by_size, total
+from capsule.templates import TemplateSet
+
+
+def read_training_archive(
+    results: Results,
+    rows: Mapping[str, Mapping[str, str]],
+    templates: TemplateSet,
+    particles: Mapping[str, Particle],
+    settings: Settings,
+) -> TrainingArchive:
+    """Read the recordings that the detectors learn from; other parameters as in `TrainingArchive`.
+
+    `results` are the files of the recordings, and `rows` the rows of recordings.csv for all
+    recordings that are judged or that teach.
+    """
+    features = results.described(FEATURES, rows, read_features)
+    recordings = {
+        name: StoredRecording(partial(results.matrix, name), *described, features[name])
+        for name, described in results.described(BEST_PLACES, rows, read_best_places).items()
+    }
+    no_verdict = {name: row["no_verdict"] for name, row in rows.items()}
+    return TrainingArchive(
+        sizes_of(rows), recordings, templates, particles, settings, no_verdict, places_of(rows)
+    )
 
 
 def read_templates(path: Path) -> dict[float, FloatArray]:
     """Read templates.npz: the template of every size in mm, (S, L); size 0 is the first."""
-    return read_or_explain(path, _templates_in)
+
+    def read(path: Path) -> dict[float, FloatArray]:
+        with path.open("rb") as stream, np.load(stream) as stored:
+            return {size: stored[label] for label, size in sizes_of(stored).items()}
+
+    return read_or_explain(path, read)
 
 
-def _templates_in(path: Path) -> dict[float, FloatArray]:
-    with path.open("rb") as stream, np.load(stream) as stored:
-        return {size: stored[label] for label, size in sizes_of(stored).items()}
+def read_template_set(path: Path, first_peak: int) -> TemplateSet:
+    """Read templates.npz as the templates of all recordings, of which none can be left out.
+
+    `first_peak` is u, the column of the first peak.
+    """
+    rendered = read_templates(path)
+    return TemplateSet(tuple(rendered), (), tuple(rendered.values()), first_peak)
 
 
 def write_learned(
@@ -77,46 +110,3 @@ def read_learned(path: Path) -> dict[str, Any]:
 
 def _checksum(content: Mapping[str, Any]) -> str:
     return files.fingerprint_of(json.dumps(content, sort_keys=True).encode())
-
-
-def read_template_set(
-    path: Path, first_peak: int, particles: Mapping[str, Particle] | None = None
-) -> TemplateSet:
-    """Read templates.npz as the templates that are made from all recordings.
-
-    `first_peak` is u, the column of the first peak. `particles` are the fits behind the templates,
-    which are needed only to leave recordings out later.
-    """
-    rendered = read_templates(path)
-    totals: tuple[ParticleTotal, ...] = ()
-    if particles:
-        groups = by_size(particles)
-        sensors = next(iter(rendered.values())).shape[0]
-        totals = tuple(total(groups.get(size, ()), sensors) for size in rendered)
-    return TemplateSet(tuple(rendered), totals, tuple(rendered.values()), first_peak)
-
-
-def read_training_archive(
-    results: Results,
-    rows: Mapping[str, Mapping[str, str]],
-    templates: TemplateSet,
-    particles: Mapping[str, Particle],
-    settings: Settings,
-) -> TrainingArchive:
-    """Read the recordings that the detectors learn from; other parameters as in `TrainingArchive`.
-
-    `results` are the files of the recordings, and `rows` the rows of recordings.csv for all
-    recordings that are judged or that teach.
-    """
-    return TrainingArchive(
-        sizes_of(rows),
-        templates,
-        particles,
-        results.described(BEST_PLACES, rows, read_best_places),
-        results.matrix,
-        settings,
-        results.described(FEATURES, rows, read_features),
-        {name: row["no_verdict"] for name, row in rows.items()},
-        places_of(rows),
-        results.described(BEST_PLACES, rows, read_wave_traits),
-    )

@@ -15,15 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, RealArray
-from capsule.detectors.beats import series_of
-from capsule.kinds import Settings
 from capsule.seeding import generator
 
 SENSORS = 4
 # Samples between the taps of each block's convolution.
 _DILATIONS = (1, 2, 4, 8, 4)
-# Numbers of a folded gradient.
-FOLDED = 1024
+# Numbers of a folded gradient, of a projected one, and of an embedding.
+FOLDED, PROJECTED, EMBEDDED = 1024, 128, 64
 # The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
 # hold the spreads over the whole recording and stay unchanged.
 SERIES_ROWS = 13
@@ -48,6 +46,11 @@ class Features:
     gradient: RealArray
 
 
+UNKNOWN_FEATURES = Features(
+    float("nan"), np.full(EMBEDDED, np.nan, np.float32), np.full(PROJECTED, np.nan, np.float32)
+)
+
+
 class Scorer:
     """The network with its weights.
 
@@ -70,14 +73,12 @@ class Scorer:
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
     def features(self, series: FloatArray | None) -> Features:
-        """Return the features of a recording, all NaN if there is no series of four sensors.
+        """Return the features of a recording; `UNKNOWN_FEATURES` without a series of four sensors.
 
         `series` is an array (4, 5, N) or None, from `capsule.detectors.beats.series_of`.
         """
-        dimensions = self._weights["embed_bias"].size
         if series is None or series.shape[0] != SENSORS:
-            sizes = dimensions, self._projection.shape[1]
-            return Features(float("nan"), *(np.full(size, np.nan, np.float32) for size in sizes))
+            return UNKNOWN_FEATURES
         score, embedding, backward = self.forward(standardised(series))
         folded = np.bincount(self._bucket, self._sign * backward(), FOLDED)
         projected = folded @ self._projection
@@ -135,11 +136,6 @@ class Scorer:
             return np.concatenate([gradient[name].ravel() for name in w])
 
         return score, embedding, backward
-
-
-def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
-    """Return the features of one recording; for the other parameters see `series_of`."""
-    return scorer.features(series_of(values, rate_hz, settings))
 
 
 def standardised(series: FloatArray) -> FloatArray:

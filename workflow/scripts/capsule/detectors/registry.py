@@ -5,8 +5,13 @@ heavy, because the Snakefile reads it at every start.
 """
 
 from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from capsule.errors import CapsuleError
+
+if TYPE_CHECKING:
+    from capsule.detectors.base import Detector
 
 # The paper's own detector: always the first, and the default if nothing was judged.
 PAPER = "template"
@@ -22,13 +27,13 @@ class Row:
         Its name in the configuration and in the tables; a short description for the documentation
         of the configuration; and its way of deciding, for the report.
     module, built_by : str
-        The module and its class, a `capsule.detectors.training.Detector`.
+        The module and its class, a `capsule.detectors.base.Detector`.
     fixed_threshold : float or None
-        The threshold of its score; None for a detector that learns it from healthy recordings.
-    by_distance, by_templates, by_features : bool
-        True if its verdict is the shortest distance to a template; if it compares recordings with
-        templates; and if it judges by the taught scorer's features. To judge many recordings anew,
-        each with other templates, takes too long for every report.
+        The threshold of the score that stands for the paper's rule, the shortest distance to a
+        template; None for a detector that learns it from healthy recordings.
+    by_templates : bool
+        True if it compares recordings with templates. To judge many recordings anew, each with
+        other templates, takes too long for every report.
     drawn : tuple of str
         Parts of its evidence that the report draws, besides score and threshold: ``template``,
         ``beats``, ``passing`` (when each sensor passes the place), ``gut`` and ``stretches``, as
@@ -43,9 +48,7 @@ class Row:
     module: str
     built_by: str
     fixed_threshold: float | None = None
-    by_distance: bool = False
     by_templates: bool = False
-    by_features: bool = False
     drawn: tuple[str, ...] = ()
     needs: str = ""
 
@@ -58,7 +61,6 @@ _ROWS = (
         module="capsule.detectors.template",
         built_by="NearestTemplate",
         fixed_threshold=0.0,
-        by_distance=True,
         by_templates=True,
         drawn=("template",),
     ),
@@ -76,7 +78,7 @@ _ROWS = (
         summary="the detector of this project",
         sentence="beats that agree on one place, against a threshold",
         module="capsule.detectors.diagonal",
-        built_by="DiagonalDetector",
+        built_by="Diagonal",
         drawn=("beats", "passing", "gut"),
         needs="a peristaltic wave on every sensor",
     ),
@@ -85,8 +87,7 @@ _ROWS = (
         summary="a network trained on simulated benches and adapted to the archive",
         sentence="a scorer taught by many simulated benches and adapted to this one",
         module="capsule.detectors.taught",
-        built_by="TaughtDetector",
-        by_features=True,
+        built_by="Taught",
         drawn=("beats", "stretches"),
         needs="four sensors with a peristaltic wave on each",
     ),
@@ -99,3 +100,10 @@ def detector_row(name: str) -> Row:
     if name not in DETECTORS:
         raise CapsuleError(f"there is no detector {name}; allowed are: {', '.join(DETECTORS)}")
     return DETECTORS[name]
+
+
+def detector_class(name: str) -> "type[Detector]":
+    """Import and return the class of a detector; raise `CapsuleError` if there is none."""
+    row = detector_row(name)
+    detector: type[Detector] = getattr(import_module(row.module), row.built_by)
+    return detector

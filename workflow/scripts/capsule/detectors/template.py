@@ -6,17 +6,16 @@ the largest gain of another template, the margin, is above 0. Any other threshol
 another operating point.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, Self
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, plain
+from capsule.detectors.base import Detector, JudgedRecording, TrainingArchive, Verdict
 from capsule.detectors.calibrate import rank_threshold
-from capsule.detectors.training import JudgedRecording, TrainingArchive
-from capsule.detectors.verdicts import Verdict
 from capsule.kinds import Settings
 from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.templates import TemplateSet
@@ -99,8 +98,8 @@ def lag_of_first_peak(sample: float, first_peak: int, length: int) -> int:
 
 
 @dataclass(frozen=True)
-class NearestTemplateModel:
-    """The paper's rule: the size of the nearest of the templates of a fold.
+class NearestTemplate(Detector):
+    """The detector ``template``: the paper's rule, the size of the nearest template of a fold.
 
     Attributes
     ----------
@@ -116,21 +115,26 @@ class NearestTemplateModel:
     templates: tuple[RepeatedParticle, ...]
     threshold: float = 0.0
 
+    @classmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
+        """Average the templates of the recordings that are not left out."""
+        return cls(archive.templates, _fold(archive, frozenset(left_out)))
+
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
         """Return the size of a recording's nodule, 0 for none, NaN if unknown."""
         return nearest_size(distances, self.whole.sizes_mm)
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
-        distances, gains, lags = compare_templates(recording.matrix, self.templates)
+        distances, gains, lags = _compared(recording, self.templates)
         # T^0 comes first and stands for no nodule.
         best = place_of_largest(gains[1:])
         margin = _UNKNOWN if best is None else float(gains[1 + best])
         predicted_mm = self.predicted_mm(distances, margin)
         size_mm = location = _UNKNOWN
         if best is not None and predicted_mm > 0:
-            size_mm, lag = predicted_mm, float(lags[1 + best])
-            location = first_peak_sample(lag, self.whole.first_peak, recording.matrix.shape[1])
+            size_mm, length = predicted_mm, self.templates[0].values.shape[1]
+            location = first_peak_sample(float(lags[1 + best]), self.whole.first_peak, length)
         return Verdict(
             predicted_mm,
             margin,
@@ -145,13 +149,26 @@ class NearestTemplateModel:
         return {}
 
     @classmethod
-    def restored(cls, stored: Settings, templates: TemplateSet) -> "NearestTemplateModel":
-        """Return the model with the templates of all recordings."""
-        return cls(templates, _repeated(templates))
+    def restored(cls, stored: Settings, templates: TemplateSet) -> Self:
+        """Return the detector with the templates of all recordings."""
+        return cls(templates, tuple(map(RepeatedParticle, templates.matrices)))
 
 
-class TemplateMarginModel(NearestTemplateModel):
-    """The comparison of the paper's margin with a threshold."""
+class TemplateMargin(NearestTemplate):
+    """The detector ``template_threshold``: the paper's margin against a learned threshold."""
+
+    @classmethod
+    def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
+        """Average the templates of a fold, and learn the threshold of its healthy margins."""
+        nearest, healthy = super().taught(archive, left_out), _healthy(archive)
+        # T^0 has no gain. An unknown gain counts as the least.
+        gains = [np.full(len(healthy), -np.inf)]
+        gains += [_healthy_gains(archive, template) for template in nearest.templates[1:]]
+        margins, apart = np.max(gains, axis=0), frozenset(left_out)
+        teach = np.isfinite(margins) & np.array([name not in apart for name in healthy], dtype=bool)
+        places = archive.place_numbers(healthy)[teach]
+        specificity = archive.settings["evaluation"]["specificity"]
+        return replace(nearest, threshold=rank_threshold(margins[teach], places, specificity))
 
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
         """Return 0 up to the threshold, otherwise the size of the nearest nodule template."""
@@ -163,103 +180,59 @@ class TemplateMarginModel(NearestTemplateModel):
 
     def stored(self) -> dict[str, Any]:
         """Return the threshold, None if it is unknown."""
-        return {"margin_threshold": None if np.isnan(self.threshold) else self.threshold}
+        return {"margin_threshold": plain(self.threshold)}
 
     @classmethod
-    def restored(cls, stored: Settings, templates: TemplateSet) -> "TemplateMarginModel":
-        """Return the model with the stored threshold and the templates of all recordings."""
+    def restored(cls, stored: Settings, templates: TemplateSet) -> Self:
+        """Return the detector with the stored threshold and the templates of all recordings."""
         threshold = stored["margin_threshold"]
         known = _UNKNOWN if threshold is None else float(threshold)
-        return cls(templates, _repeated(templates), known)
+        return replace(super().restored(stored, templates), threshold=known)
 
 
-class NearestTemplate:
-    """The detector ``template``: the paper's own."""
-
-    Model: ClassVar[type[NearestTemplateModel]] = NearestTemplateModel
-
-    def __init__(self, archive: TrainingArchive) -> None:
-        self._archive = archive
-        self._wholes = _repeated(archive.templates)
-
-    def without(self, left_out: Sequence[str]) -> NearestTemplateModel:
-        """Learn from all labelled recordings except those left out."""
-        sizes_mm, particles = self._archive.sizes_mm, self._archive.particles
-        apart = set(left_out)
-        # In the order of the archive, because rounding makes a sum depend on the order.
-        matrices = self._archive.templates.without(
-            (size_mm, particles.get(name)) for name, size_mm in sizes_mm.items() if name in apart
-        )
-        # Templates that stay are the same objects.
-        templates = tuple(
-            whole if matrix is whole.values else RepeatedParticle(matrix)
-            for whole, matrix in zip(self._wholes, matrices, strict=True)
-        )
-        return self.Model(self._archive.templates, templates, self._threshold(templates, apart))
-
-    def _threshold(self, templates: Sequence[RepeatedParticle], left_out: set[str]) -> float:
-        """Return the threshold of the margins in a fold; that of the paper's rule is fixed."""
-        return 0.0
+def _healthy(archive: TrainingArchive) -> list[str]:
+    return [name for name, size_mm in archive.sizes_mm.items() if size_mm == 0]
 
 
-class TemplateMargin(NearestTemplate):
-    """The detector ``template_threshold``: the paper's templates, with a learned threshold.
-
-    The threshold comes from the margins of the healthy recordings that teach a fold. The templates
-    of a fold differ little from those of all recordings, and so do the margins (`margin_reach`).
-    Only margins that may lie at the threshold are computed anew.
-    """
-
-    Model = TemplateMarginModel
-
-    def __init__(self, archive: TrainingArchive) -> None:
-        super().__init__(archive)
-        self._healthy = [name for name, size_mm in archive.sizes_mm.items() if size_mm == 0]
-        self._places = archive.place_numbers(self._healthy)
-        self._gains = np.empty((len(self._healthy), len(self._wholes) - 1))
-        self._norm = 0.0
-        for row, name in enumerate(self._healthy):
-            matrix = archive.load(name)
-            # T^0 has no gain. An unknown gain counts as the least.
-            self._gains[row] = np.fmax(compare_templates(matrix, self._wholes[1:])[1], -np.inf)
-            self._norm = max(self._norm, float(np.linalg.norm(matrix)))
-        # In every fold, the same few recordings lie near the threshold.
-        self._near = lru_cache(maxsize=128)(lambda name: SlidingComparison(archive.load(name)))
-
-    def _threshold(self, templates: Sequence[RepeatedParticle], left_out: set[str]) -> float:
-        """Return the threshold from the margins of the healthy recordings that teach the fold."""
-        teaches = [row for row, name in enumerate(self._healthy) if name not in left_out]
-        gains, places = self._gains[teaches], self._places[teaches]
-        specificity = self._archive.settings["evaluation"]["specificity"]
-        reach, changed = 0.0, {}
-        for index, (whole, fold) in enumerate(zip(self._wholes[1:], templates[1:], strict=True)):
-            if not fold.is_known:
-                gains[:, index] = -np.inf
-            elif fold is not whole:
-                changed[index] = fold
-                reach = max(reach, margin_reach(self._norm, whole.values, fold.values))
-        margins = gains.max(axis=1, initial=-np.inf)
-        known = np.isfinite(margins)
-        threshold = rank_threshold(margins[known], places[known], specificity)
-        # Neither a margin nor the threshold moves farther than the reach. So every other margin
-        # stays on its side of the threshold.
-        for row in np.flatnonzero(np.abs(margins - threshold) <= 2 * reach):
-            comparison = self._near(self._healthy[teaches[row]])
-            for index, fold in changed.items():
-                gains[row, index], _ = comparison.gain_of(fold)
-        margins = gains.max(axis=1, initial=-np.inf)
-        return rank_threshold(margins[known], places[known], specificity)
+# Most templates are the same in all folds.
+@lru_cache(maxsize=32)
+def _healthy_gains(archive: TrainingArchive, template: RepeatedParticle) -> FloatArray:
+    """Return the gains of a template on the healthy recordings; the least of all if unknown."""
+    comparisons = [_comparison(archive, name) for name in _healthy(archive)]
+    if not template.is_known:
+        return np.full(len(comparisons), -np.inf)
+    return np.fmax([each.gain_of(template)[0] for each in comparisons], -np.inf)
 
 
-def margin_reach(norm: float, whole: FloatArray, fold: FloatArray) -> float:
-    """Return a bound on the change of a margin when T' replaces a template T, both (S, L).
-
-    At every lag, <V, T' - T> is at most |V| |T' - T| (Cauchy and Schwarz). So the best gain
-    2 <V, T shifted> - |T|^2 changes by at most 2 |V| |T' - T| + ||T'|^2 - |T|^2|. `norm` is |V|.
-    """
-    energy = abs(float((fold**2).sum() - (whole**2).sum()))
-    return 2 * norm * float(np.linalg.norm(fold - whole)) + energy
+# One takes some 200 kB.
+@lru_cache(maxsize=256)
+def _comparison(archive: TrainingArchive, name: str) -> SlidingComparison:
+    return SlidingComparison(archive.recordings[name].matrix)
 
 
-def _repeated(templates: TemplateSet) -> tuple[RepeatedParticle, ...]:
-    return tuple(map(RepeatedParticle, templates.matrices))
+@lru_cache(maxsize=1)
+def _compared(
+    recording: JudgedRecording, templates: tuple[RepeatedParticle, ...]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Compare once for both detectors, which judge a recording in turn."""
+    return compare_templates(recording.matrix, templates)
+
+
+@lru_cache(maxsize=1)
+def _fold(archive: TrainingArchive, left_out: frozenset[str]) -> tuple[RepeatedParticle, ...]:
+    """Return the templates without some recordings; those that stay are the same objects."""
+    # In the order of the archive, because rounding makes a sum depend on the order.
+    matrices = archive.templates.without(
+        (size_mm, archive.particles.get(name))
+        for name, size_mm in archive.sizes_mm.items()
+        if name in left_out
+    )
+    return tuple(
+        whole if matrix is whole.values else RepeatedParticle(matrix)
+        for whole, matrix in zip(_wholes(archive), matrices, strict=True)
+    )
+
+
+@lru_cache(maxsize=1)
+def _wholes(archive: TrainingArchive) -> tuple[RepeatedParticle, ...]:
+    return tuple(map(RepeatedParticle, archive.templates.matrices))

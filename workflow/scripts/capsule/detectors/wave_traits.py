@@ -54,58 +54,40 @@ UNKNOWN_TRAITS = WaveTraits(*[float("nan")] * len(fields(WaveTraits)))
 
 
 def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveTraits:
-    """Return the traits of the wave in one recording.
+    """Return the traits of the wave in a recording; parameters as in `capsule.wave.missing_wave`.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration.
-
-    Returns
-    -------
-    WaveTraits
-        `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
-        wave; a single sensor has neither `step_s` nor `step_spread_s`.
+    They are `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
+    wave. A single sensor has neither `step_s` nor `step_spread_s`.
     """
     pressed, configured = pressed_and_period(values, rate_hz, settings)
     wave = find_wave(pressed, configured)
     if wave is None:
         return UNKNOWN_TRAITS
-    irregular, offset = wave.irregular, wave.offset
     depth = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
     if not (depth > 0).all():
         return UNKNOWN_TRAITS
     period_s = wave.period * wave.stride / rate_hz
     # A single sensor has no neighbour.
-    steps = np.angle(np.exp(1j * np.diff(offset))) if len(offset) > 1 else np.array([np.nan])
+    alone = wave.offset.size < 2
+    steps = np.array([np.nan]) if alone else np.angle(np.exp(1j * np.diff(wave.offset)))
     steps_s = steps * period_s / (2 * np.pi)
-    change = irregular[wave.window :] - irregular[: -wave.window]
+    change = wave.irregular[wave.window :] - wave.irregular[: -wave.window]
     return WaveTraits(
         period_s=period_s,
         step_s=float(steps_s.mean()),
         step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
         unsteadiness=float(change.std()) / (2 * np.pi),
-        wave_share=_wave_share(_power(wave.steady), wave.period),
+        wave_share=_wave_share(wave.steady, wave.period),
         noise=float(np.median(_mean_second_difference(pressed) / depth)),
     )
 
 
-def _power(steady: FloatArray) -> FloatArray:
-    """Return the power of each sensor at the lines of its spectrum, (S, K // 2 + 1)."""
-    count = steady.shape[1]
-    centred = steady - steady.mean(axis=1, keepdims=True)
-    power: FloatArray = np.abs(np.fft.rfft(centred * np.hanning(count + 2)[1:-1], axis=1)) ** 2
-    return power
-
-
-def _wave_share(power: FloatArray, period: float) -> float:
+def _wave_share(steady: FloatArray, period: float) -> float:
     """Return the share of the power near the wave and its overtones, of the least sensor."""
-    count = 2 * (power.shape[1] - 1)
-    line = period / count
+    centred = steady - steady.mean(axis=1, keepdims=True)
+    tapered = centred * np.hanning(steady.shape[1] + 2)[1:-1]
+    power = np.abs(np.fft.rfft(tapered, axis=1)) ** 2
+    line = period / (2 * (power.shape[1] - 1))
     frequency = np.arange(power.shape[1]) * line
     # A taper spreads a pure tone over two lines on each side.
     near = [np.abs(frequency - harmonic) < _NEAR + 2 * line for harmonic in _HARMONICS]

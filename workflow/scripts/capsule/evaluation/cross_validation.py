@@ -10,11 +10,9 @@ from dataclasses import dataclass, replace
 from math import ceil
 from typing import TypeVar
 
-from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarTeacher
-from capsule.detectors.registry import detector_row
-from capsule.detectors.training import Detector, TrainingArchive, detector_class
-from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
-from capsule.detectors.wave_traits import UNKNOWN_TRAITS
+from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
+from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
+from capsule.detectors.registry import detector_class, detector_row
 from capsule.held_out import places_of, teaching
 from capsule.kinds import Cells, Settings, Spread
 from capsule.names import size_label, size_mm
@@ -207,20 +205,20 @@ class Detectors:
     def __init__(self, archive: TrainingArchive) -> None:
         self.names = list(archive.settings["detectors"])
         self._archive = archive
-        self._detectors = {name: detector_class(name)(archive) for name in self.names}
-        self._familiar = FamiliarTeacher(archive)
+        self._detectors = {name: detector_class(name) for name in self.names}
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
 
     def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
         """Yield each detector's verdict on some recordings; those left out teach nothing."""
         left_out = sorted(left_out)
-        models = {name: each.without(left_out) for name, each in self._detectors.items()}
-        familiar = self._familiar.without(left_out)
+        models = {
+            name: each.taught(self._archive, left_out) for name, each in self._detectors.items()
+        }
+        familiar = FamiliarKind.taught(self._archive, left_out)
         for name in names:
-            recording, reason = self._archive.recording(name), self._archive.no_verdict.get(name)
-            traits = self._archive.traits.get(name, UNKNOWN_TRAITS)
-            kind = Familiarity(None) if reason else familiar.judge(traits)
+            recording, reason = self._archive.recordings[name], self._archive.no_verdict.get(name)
+            kind = Familiarity(None) if reason else familiar.judge(recording.traits)
             for detector, model in models.items():
                 verdict = NO_VERDICT if reason else model.verdict(recording)
                 cells = verdict_cells(verdict, self._archive.settings["recording"]["rate_hz"])
@@ -229,7 +227,7 @@ class Detectors:
                 cells["no_verdict"] = reason or why_unknown(verdict)
                 yield {"recording": name, "detector": detector, **cells, **kind.cells}
 
-    def learners(self) -> dict[str, Detector]:
+    def learners(self) -> dict[str, type[Detector]]:
         """Return by name the detectors that learn a threshold and can learn it anew quickly."""
         rows = {name: detector_row(name) for name in self.names}
         return {
@@ -242,8 +240,8 @@ class Detectors:
         """Return the models that judge other recordings."""
         content: Cells = {"recordings": len(self._archive.sizes_mm)}
         for detector in self._detectors.values():
-            content |= detector.without([]).stored()
-        content[FAMILIAR] = self._familiar.without([]).stored()
+            content |= detector.taught(self._archive).stored()
+        content[FAMILIAR] = FamiliarKind.taught(self._archive).stored()
         return content
 
 

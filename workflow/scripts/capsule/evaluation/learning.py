@@ -18,7 +18,7 @@ from math import ceil
 import numpy as np
 import pandas as pd
 
-from capsule.detectors.training import Detector, TrainingArchive
+from capsule.detectors.base import Detector, TrainingArchive
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
 from capsule.evaluation.intervals import gain_interval, rate_of
 from capsule.evaluation.rates import interval_columns, is_right
@@ -95,7 +95,7 @@ def counts_in_folds(folds: Sequence[Fold], sizes_mm: Mapping[str, float]) -> dic
 
 
 def mean_right(
-    detector: Detector,
+    detector: type[Detector],
     archive: TrainingArchive,
     splits: Sequence[Sequence[str]],
     apart: Sequence[str] = (),
@@ -108,8 +108,8 @@ def mean_right(
     """
     rights = []
     for judged in splits:
-        model = detector.without([*judged, *apart])
-        verdicts = [model.verdict(archive.recording(name)).predicted_mm for name in judged]
+        model = detector.taught(archive, [*judged, *apart])
+        verdicts = [model.verdict(archive.recordings[name]).predicted_mm for name in judged]
         if not np.isnan(verdicts).all():
             rights.append(_right(pd.Series(verdicts, judged), archive.sizes_mm))
     return pd.DataFrame(rights, columns=list(archive.sizes_mm), dtype=float).mean()
@@ -137,7 +137,7 @@ def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
 
 
 def learning_rows(
-    detectors: Mapping[str, Detector],
+    detectors: Mapping[str, type[Detector]],
     archive: TrainingArchive,
     predictions: pd.DataFrame,
     folds: Sequence[Fold],
@@ -148,7 +148,7 @@ def learning_rows(
     Parameters
     ----------
     detectors, archive
-        The detectors, taught by the archive.
+        The detectors, and the archive that teaches them.
     predictions : DataFrame
         results/evaluation/predictions.csv; the rows of leave-one-out give the last point.
     folds, spread

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from capsule.detectors.training import TrainingArchive
+from capsule.detectors.base import TrainingArchive
 from capsule.evaluation import learning
 from capsule.evaluation.cross_validation import Detectors, Rows, cross_validate, folds_of
 from capsule.evaluation.measures import measure_tables

@@ -12,8 +12,8 @@ import pandas as pd
 from capsule import files, recording, words
 from capsule.acceptance import check_recording
 from capsule.configuration import read_settings
-from capsule.detectors.described_recording import described, template_options, training_archive
-from capsule.detectors.training import TrainingArchive
+from capsule.detectors.base import TrainingArchive
+from capsule.detectors.described_recording import described
 from capsule.errors import CapsuleError
 from capsule.held_out import places_of, teaching
 from capsule.interface.arguments import checked, refuse
@@ -23,7 +23,7 @@ from capsule.names import size_mm, sizes_of
 from capsule.particle import Fit, Particle, fit_options
 from capsule.preprocessing import preprocess_run
 from capsule.seeding import fit_generator
-from capsule.templates import TemplateSet, build_templates, by_size
+from capsule.templates import TemplateSet, build_templates, by_size, template_options
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -237,15 +237,14 @@ class LoadedArchive:
     def training_archive(self) -> TrainingArchive:
         """Return the training data of the configured detectors; the first call makes all fits."""
         index = self.index(self.readings)
-        no_verdict = {name: row["no_verdict"] for name, row in index.items()}
-        return training_archive(
+        return TrainingArchive(
             sizes_of(index),
-            {name: self._described[name] for name in index if not no_verdict[name]},
+            self._described,
+            self.templates,
             self._particles,
             self.settings,
-            self.settings["detectors"],
-            no_verdict=no_verdict,
-            places=places_of(index),
+            {name: row["no_verdict"] for name, row in index.items()},
+            places_of(index),
         )
 
     @cached_property

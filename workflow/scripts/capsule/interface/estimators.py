@@ -16,23 +16,19 @@ import pandas as pd
 
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
-from capsule.detectors.described_recording import (
-    DescribedRecording,
-    described,
-    template_options,
-    training_archive,
-)
-from capsule.detectors.familiar import Familiarity, FamiliarTeacher
-from capsule.detectors.registry import detector_row
-from capsule.detectors.training import detector_class
-from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
+from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict, why_unknown
+from capsule.detectors.described_recording import DescribedRecording, described
+from capsule.detectors.familiar import Familiarity, FamiliarKind
+from capsule.detectors.registry import detector_class, detector_row
 from capsule.errors import CapsuleError
 from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Cells, Settings
+from capsule.particle import Particle
 from capsule.project import how_to_install
+from capsule.templates import build_templates, template_options
 
 try:
     from sklearn.base import BaseEstimator, TransformerMixin, clone, is_classifier, is_regressor
@@ -120,7 +116,7 @@ class DetectorEstimator(_OfReadings):
 
     Attributes
     ----------
-    model_ : capsule.detectors.training.Model
+    model_ : capsule.detectors.base.Detector
         The fitted model.
     """
 
@@ -162,15 +158,17 @@ class DetectorEstimator(_OfReadings):
         # Number the names, because the same readings may occur twice.
         named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
         known_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
-        particles = {}
-        if detector_row(self.detector).by_templates:
-            particles = {name: named[name].fit.particle for name in named if known_mm[name] > 0}
-        archive = training_archive(known_mm, named, particles, self._settings(), [self.detector])
+        groups: dict[float, list[Particle]] = {}
+        for name, each in named.items():
+            if known_mm[name] > 0 and detector_row(self.detector).by_templates:
+                groups.setdefault(known_mm[name], []).append(each.fit.particle)
+        settings = self._settings()
+        templates = build_templates(groups, **template_options(settings))
+        archive = TrainingArchive(known_mm, named, templates, {}, settings)
         detector = detector_class(self.detector)
         # The stored values are all that a verdict needs, and they can be pickled.
-        learned = detector(archive).without([]).stored()
-        self.model_ = detector.Model.restored(learned, archive.templates)
-        self.familiar_ = FamiliarTeacher(archive).without([])
+        self.model_ = detector.restored(detector.taught(archive).stored(), templates)
+        self.familiar_ = FamiliarKind.taught(archive)
         return self
 
     def predict(self, X: object) -> np.ndarray:

@@ -259,7 +259,7 @@ def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
         words), ``distances`` to every template, and `EVIDENCE`. A value that is not known is None.
         A detector that does not use distances has none.
     """
-    by_distance = detector_row(verdict["detector"]).by_distance
+    by_distance = detector_row(verdict["detector"]).fixed_threshold is not None
     labels = [name for name in verdict if name.startswith("rmse_")] if by_distance else []
     return {
         "detector": verdict["detector"],

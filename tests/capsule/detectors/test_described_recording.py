@@ -1,0 +1,60 @@
+"""What is computed of a recording when a detector asks for it."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+
+from capsule.configuration import read_config_file
+from capsule.detectors.beats import series_of
+from capsule.detectors.described import read_scorer
+from capsule.detectors.described_recording import DescribedRecording, described
+from capsule.detectors.search import passage_of
+from capsule.detectors.wave_traits import wave_traits
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import simulate_run
+from capsule.preprocessing import preprocess
+from capsule.project import CONFIG, WEIGHTS
+
+SETTINGS = read_config_file(CONFIG / "config.yaml")
+WINDOW = SETTINGS["preprocessing"]["window"]
+
+
+@pytest.fixture(scope="module")
+def run():
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    return simulate_run(phantom, 3.0, 1, "3mm/r01").counts.astype(float)
+
+
+def test_each_part_is_what_the_detectors_functions_give(run):
+    recording, wave = DescribedRecording(run, SETTINGS), (run, 10.0, SETTINGS["diagonal"])
+    np.testing.assert_array_equal(recording.matrix, preprocess(run, **SETTINGS["preprocessing"]))
+    assert recording.no_verdict == ""
+    assert recording.passage == passage_of(*wave)
+    assert astuple(recording.traits) == astuple(wave_traits(*wave))
+    np.testing.assert_equal(
+        vars(recording.features), vars(read_scorer(WEIGHTS).features(series_of(*wave)))
+    )
+
+
+def test_it_says_why_there_is_no_verdict(run):
+    def reason(values):
+        return DescribedRecording(values, SETTINGS).no_verdict
+
+    short = f"{WINDOW - 1} samples are fewer than the window of {WINDOW}"
+    assert reason(run[:, : WINDOW - 1]) == short
+    assert reason(run[:, :WINDOW]).startswith("the recording is shorter than four waves")
+    for spoilt in (7.0, np.nan):
+        values = run.copy()
+        values[1] = spoilt
+        assert reason(values) == "sensor_2 is constant or missing"
+    noise = np.random.default_rng(1).normal(500, 5, run.shape)
+    assert "no wave on sensor_1" in reason(noise)
+
+
+def test_the_same_readings_are_described_once_for_the_same_settings(run):
+    (first,), (again,) = (described([run.copy()], SETTINGS) for _ in range(2))
+    other = SETTINGS | {"diagonal": SETTINGS["diagonal"] | {"dwell": 9.0}}
+    assert first is again
+    assert described([run], other)[0] is not first
+    assert described([run + 1.0], SETTINGS)[0].name != first.name
