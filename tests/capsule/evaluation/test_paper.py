@@ -17,7 +17,8 @@ def printed():
 
 @pytest.fixture(scope="module")
 def tables(printed):
-    return printed_tables(printed, 0.95)
+    made = printed_tables(printed, 0.95)
+    return {name: table.to_dict("records") for name, table in made.items()}
 
 
 def test_the_counts_give_the_printed_rates(printed, tables):

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule.detectors.registry import PAPER
-from capsule.evaluation.intervals import rate
-from capsule.evaluation.rates import COLUMNS, interval_columns, rate_tables
-from capsule.kinds import Cells, Row, Settings
+from capsule.evaluation.columns import RATES
+from capsule.evaluation.measures import measure_tables
+from capsule.kinds import Settings
 
 NAME = "paper"
-TABLES = tuple(COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ def template_sizes_mm(columns: Iterable[str]) -> list[float]:
     return sorted(float(name.removesuffix("mm")) for name in named if name.endswith("mm"))
 
 
-def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
+def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFrame]:
     """Return the printed rates in the columns of our tables, detector and scheme ``paper``.
 
     The paper prints percentages. The counts follow from the number of recordings of each size: TP
@@ -65,7 +64,7 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     as many verdicts give the intervals.
 
     Each recording counts as a cluster, because the paper names no set-ups. Of ``confusion``, only
-    the rows for recordings without a nodule are known.
+    the rows for recordings without a nodule are known, and of ``sizing`` not the errors.
 
     Parameters
     ----------
@@ -74,32 +73,30 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     confidence : float
         Level of the Wilson intervals, such as 0.95.
     """
-    count, verdicts = printed["recordings_per_size"], []
+    count, tolerance_mm = printed["recordings_per_size"], printed["sizing_tolerance_mm"]
+    sized, verdicts = {row["size_mm"]: row for row in printed["sizing"]}, []
     for row in printed["detection"]:
         hits, size_mm = round(row["recall_percent"] / 100 * count), float(row["size_mm"])
         alarms = round(hits / (row["precision_percent"] / 100)) - hits
-        verdicts += [(size_mm, size_mm)] * hits + [(size_mm, 0.0)] * (count - hits)
-        verdicts += [(0.0, size_mm)] * alarms
+        exact, within = (
+            round(sized.get(size_mm, {}).get(f"{name}_percent", 0) / 100 * count)
+            for name in ("exact", "within")
+        )
+        # Any sizes do that are exact, that are only within the tolerance, and that are neither.
+        for error_mm, of in ((0, exact), (tolerance_mm, within - exact), (9, hits - within)):
+            verdicts += [(size_mm, size_mm + error_mm)] * of
+        verdicts += [(size_mm, 0.0)] * (count - hits) + [(0.0, size_mm)] * alarms
     quiet = count - sum(true_mm == 0 for true_mm, _ in verdicts)
     verdicts += [(0.0, 0.0)] * quiet
     predictions = pd.DataFrame(verdicts, columns=["size_mm", "predicted_mm"])
     predictions = predictions.assign(detector=NAME, scheme=NAME)
     sizes_mm = [0.0, *(float(row["size_mm"]) for row in printed["detection"])]
-    rules = {"tolerance_mm": printed["sizing_tolerance_mm"], "confidence": confidence}
-    made = rate_tables(predictions, sizes_mm, rules)
-    made["confusion"] = made["confusion"].query("size_mm == 0")
-    sizing = [_sizing_row(row, count, confidence) for row in printed["sizing"]]
-    return {name: table.to_dict("records") for name, table in made.items()} | {"sizing": sizing}
-
-
-def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
-    exact, within = (round(row[f"{name}_percent"] / 100 * count) for name in ("exact", "within"))
-    rates = {"exact_rate": rate(exact, count, confidence)}
-    rates |= {"within_rate": rate(within, count, confidence)}
-    counts = {"size_mm": float(row["size_mm"]), "recordings": count, "clusters": count}
-    counts |= {"exact": exact, "within": within, "one_sided": row["one_sided"]}
-    known = {"detector": NAME, "scheme": NAME, **counts, **interval_columns(**rates)}
-    return known | {"mean_absolute_error_mm": float("nan")}
+    rules = {"tolerance_mm": tolerance_mm, "confidence": confidence}
+    made = measure_tables(predictions, sizes_mm, rules, names=RATES)
+    sizing = made["sizing"][made["sizing"]["size_mm"].isin([*sized])]
+    one_sided = [row["one_sided"] for row in printed["sizing"]]
+    made["sizing"] = sizing.assign(one_sided=one_sided, mean_absolute_error_mm=float("nan"))
+    return made | {"confusion": made["confusion"].query("size_mm == 0")}
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
