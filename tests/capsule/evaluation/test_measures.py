@@ -240,6 +240,9 @@ def test_a_recording_without_a_score_enters_no_curve():
     assert area["clusters"] == 4
     curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is measures.ANY]
     assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
+    assert [row["false_positive_rate"] for row in curve] == [
+        twentieth / 20 for twentieth in range(21)
+    ]
 
 
 def test_places_are_compared_where_the_header_tells_them():

@@ -257,14 +257,11 @@ def calibration(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     treated as a verdict. The frequency of nodules in the bin is then a predictive value with its
     interval: five nodules and no healthy recording do not prove 100 %.
     """
-    prevalence, bins, known = (
-        rules["prevalence"],
-        rules["calibration_bins"],
-        _known(rows, "probability"),
-    )
+    known, bins = _known(rows, "probability"), rules["calibration_bins"]
     nodule, stated = known["size_mm"] > 0, known["probability"].to_numpy()
     bin_of = np.minimum((stated * bins).astype(int), bins - 1)
-    weights, odds = prevalence_weights(nodule.to_numpy(), prevalence), prevalence / (1 - prevalence)
+    weights = prevalence_weights(nodule.to_numpy(), rules["prevalence"])
+    odds = rules["prevalence"] / (1 - rules["prevalence"])
     for turn in range(bins if len(known) else 0):
         inside = bin_of == turn
         binned, total = known.assign(inside=inside), weights[inside].sum()

@@ -1,6 +1,6 @@
 """The tables of rates beside the numbers that the paper prints, also as points of figures."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -36,23 +36,15 @@ class Evaluation:
         return self.predictions["detector"].unique().tolist() or [PAPER]
 
     def sizes_mm(self) -> list[float]:
-        """Return the sizes that have a template, including 0, ascending."""
-        return template_sizes_mm(self.predictions.columns)
+        """Return the sizes that have a template, including 0, ascending; each has a column."""
+        named = [name for name in self.predictions.columns if name.startswith("rmse_")]
+        return sorted(float(name.removeprefix("rmse_").removesuffix("mm")) for name in named)
 
     def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
         """Return one detector's rows of a table, followed by the paper's rows if wanted."""
         table = self.tables[name]
         rows = table[table["detector"] == detector]
         return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
-
-
-def template_sizes_mm(columns: Iterable[str]) -> list[float]:
-    """Return the sizes that have a template, including 0, ascending.
-
-    They have a column each in results/evaluation/predictions.csv, whose columns are given.
-    """
-    named = [name.removeprefix("rmse_") for name in columns if name.startswith("rmse_")]
-    return sorted(float(name.removesuffix("mm")) for name in named if name.endswith("mm"))
 
 
 def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFrame]:
@@ -104,16 +96,14 @@ def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
     counted = detection.assign(
         positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
     )
-    precision = _points(counted, "precision", "tp", "positives")
-    return pd.concat([precision, _points(counted, "recall", "tp", "of_size")], ignore_index=True)
+    return _points(counted, precision=("tp", "positives"), recall=("tp", "of_size"))
 
 
 def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
     """Return the exact and the within-tolerance rate per size from the table of sizing."""
-    exact = _points(sizing, "exact_rate", "exact", "recordings")
-    within = _points(sizing, "within_rate", "within", "recordings")
-    within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
-    return pd.concat([exact, within], ignore_index=True)
+    counts = {f"{name}_rate": (name, "recordings") for name in ("exact", "within")}
+    one_sided = [*[False] * len(sizing), *sizing["one_sided"].astype(bool)]
+    return _points(sizing, **counts).assign(one_sided=one_sided)
 
 
 def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
@@ -127,15 +117,17 @@ def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
         of=healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum"),
         size_mm=healthy["predicted_mm"],
     )
-    points = _points(healthy[healthy["of"] > 0], "share", "count", "of")
-    return points.assign(measure="classified").reset_index(drop=True)
+    points = _points(healthy[healthy["of"] > 0], share=("count", "of"))
+    return points.assign(measure="classified")
 
 
-def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
-    """Return a rate of each row, with its counts and the ends of its interval."""
-    columns = {"size_mm": "size_mm", "detector": "detector", "scheme": "scheme"}
-    columns |= {"hits": hits, "of": of, "rate": measure}
-    columns |= {"low": f"{measure}_low", "high": f"{measure}_high"}
-    points = pd.DataFrame({name: table[column] for name, column in columns.items()})
-    points.insert(0, "measure", measure)
-    return points.assign(one_sided=False)
+def _points(table: pd.DataFrame, **measures: tuple[str, str]) -> pd.DataFrame:
+    """Return rates of each row, with the ends of their intervals; hits and count are columns."""
+    points = [
+        table[["size_mm", "detector", "scheme", hits, of, rate, f"{rate}_low", f"{rate}_high"]]
+        .set_axis(["size_mm", "detector", "scheme", "hits", "of", "rate", "low", "high"], axis=1)
+        .assign(measure=rate)
+        for rate, (hits, of) in measures.items()
+    ]
+    joined = pd.concat(points, ignore_index=True).assign(one_sided=False)
+    return joined[["measure", *joined.columns.drop("measure")]]
