@@ -255,6 +255,15 @@ def test_places_are_compared_where_the_header_tells_them():
     assert found[1.0]["bias_mm"] == 2.0
 
 
+def test_a_nodule_may_lie_where_the_capsule_starts():
+    verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=3.0)
+    index = index_of(verdicts)
+    index["1mm/r2"]["nodule_at_mm"] = 0.0
+    (judged,) = of_each(verdicts, index).values()
+    (first, _) = measures.localisation(judged, RULES)
+    assert (first["recordings"], first["bias_mm"]) == (1, 3.0)
+
+
 def test_passes_of_one_site_with_different_labels_are_not_merged():
     # Site "p" was passed twice without a nodule, and twice after one was set in.
     sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4

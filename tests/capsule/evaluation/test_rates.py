@@ -167,13 +167,15 @@ def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_th
     assert cluster_unit(rows, rows[:2]) == "place"
 
 
-def test_detectors_come_in_their_order_and_what_was_held_out_first():
-    schemes = ("resubstitution", "leave_one_out", "leave_one_session_out", "held_out")
+@pytest.mark.parametrize("turned", [False, True])
+def test_detectors_come_in_their_order_and_what_was_held_out_first(turned):
+    order = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
     table_of = pd.concat(
-        [predictions([(0.0, 0.0)], scheme, name) for name in "ba" for scheme in schemes]
+        predictions([(0.0, 0.0)], scheme, name)
+        for name in "ba"
+        for scheme in (order[::-1] if turned else order)
     )
     keys = [tuple(key.values()) for key, _ in of_each(table_of, 1.0)]
-    order = ("held_out", "leave_one_out", "leave_one_session_out", "resubstitution")
     assert keys == [(name, scheme) for name in "ba" for scheme in order]
 
 

@@ -97,7 +97,8 @@ def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
     known = pd.DataFrame({"turn": range(len(index))}, index=list(index))
     known["place"] = pd.factorize(known.index.map(places_of(index)))[0]
     for name in ("setup", "site", "nodule_at_mm"):
-        known[name] = [row.get(name) or None for row in index.values()]
+        cells = (row.get(name) for row in index.values())
+        known[name] = [None if cell == "" else cell for cell in cells]
     known["setup"] = pd.factorize(known["setup"])[0]
     known["site"] = known["site"].fillna(known.index.to_series())
     known["nodule_at_mm"] = pd.to_numeric(known["nodule_at_mm"], errors="coerce")
