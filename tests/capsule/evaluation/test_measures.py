@@ -245,6 +245,12 @@ def test_a_recording_without_a_score_enters_no_curve():
     ]
 
 
+@pytest.mark.parametrize("size_mm", [0.0, 2.0])
+def test_of_one_kind_alone_there_is_no_curve_and_no_area(size_mm):
+    judged = one(rows("one", [0, 2], [size_mm] * 2))
+    assert not list(measures.areas(judged, RULES)) and not list(measures.curves(judged, RULES))
+
+
 def test_places_are_compared_where_the_header_tells_them():
     verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=[5, 5, 7, 9, 11])
     where = index_of(verdicts, nodule_at_mm=["", "", 6.0, 6.0, ""])
