@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 from judge_rates import mean_or_unknown, rates
 from phantom_study.simulated_archive import (
     SIZES_MM,
@@ -23,7 +24,7 @@ from capsule.detectors.base import Detector, StoredRecording, TrainingArchive, V
 from capsule.detectors.registry import detector_class
 from capsule.detectors.search import passage_of
 from capsule.evaluation import roc
-from capsule.evaluation.sites import COLUMNS, detections_by_passes, passes_by_site
+from capsule.evaluation.sites import COLUMNS, detections_by_passes
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
@@ -171,15 +172,14 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
     searched, judged = search_archive(archive, config), config["evaluation"]
     rows = [
         dict.fromkeys(COLUMNS, np.nan)
-        | {"recording": recording.name, "size_mm": recording.size_mm}
+        | {"site": recording.site, "size_mm": recording.size_mm}
         | {"score": searched.recordings[recording.name].passage.evidence}
         for recording in archive
     ]
-    passes = passes_by_site(rows, {recording.name: recording.site for recording in archive})
     shares = {}
     for count in judged["passes"]:
-        true_mm, found = detections_by_passes(passes, "diagonal", count, judged["specificity"])
-        shares[count] = {size: float(found[true_mm == size].mean()) for size in SIZES_MM}
+        made = detections_by_passes(pd.DataFrame(rows), "diagonal", count, judged["specificity"])
+        shares[count] = made.groupby("size_mm")["detected"].mean().to_dict()
     return shares
 
 

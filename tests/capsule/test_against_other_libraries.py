@@ -79,8 +79,9 @@ def test_the_calibration_where_the_archive_has_the_prevalence(scored):
     chance = 1 / (1 + np.exp(-scores))
     verdicts = pd.DataFrame({"size_mm": nodule.astype(float), "probability": chance})
     verdicts = verdicts.assign(detector="one", scheme="leave_one_out", predicted_mm=1.0)
-    ((_, judged),) = of_each(verdicts)
-    made = calibration(judged, nodule.mean(), 5, 0.95)
+    ((_, judged),) = of_each(verdicts, 1.0)
+    rules = {"prevalence": nodule.mean(), "calibration_bins": 5, "confidence": 0.95}
+    made = calibration(judged, rules)
     rows = [row for row in made if row["recordings"]]
     observed, stated = calibration_curve(nodule, chance, n_bins=5)
     assert [row["observed"] for row in rows] == pytest.approx(observed)

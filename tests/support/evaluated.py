@@ -2,10 +2,10 @@
 
 import pandas as pd
 
+from capsule.evaluation.columns import RATES as TABLES
 from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.evaluation.rates import rate_tables
 from capsule.page.rates import Rates
 from support.project import ROOT
 
@@ -48,9 +48,8 @@ def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), schem
     columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
     predictions = pd.DataFrame(rows, columns=columns)
-    ours = rate_tables(predictions, list(sizes_mm), RATES)
-    paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(read_paper(), 0.95).items()}
-    return Evaluation(predictions, ours, paper)
+    ours = measure_tables(predictions, list(sizes_mm), RATES, names=TABLES)
+    return Evaluation(predictions, ours, printed_tables(read_paper(), 0.95))
 
 
 def rates_of(evaluation, settings=SETTINGS, index=None):
@@ -65,7 +64,7 @@ def rates_of(evaluation, settings=SETTINGS, index=None):
     named = named.set_index("recording")
     table = named.assign(nodule_at_mm="").to_dict("index")
     rules = {**RULES, **settings["evaluation"]}
-    judgements = measure_tables(evaluation.predictions, table, rules)
+    judgements = measure_tables(evaluation.predictions, evaluation.sizes_mm(), rules, table)
     return Rates(evaluation, judgements, index, settings)
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.paper import TABLES
+from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.files import write_csv, write_json
 
 LENGTH = 30
@@ -70,10 +69,10 @@ def _evaluation(results):
     _table(results / "evaluation/predictions.csv", _VERDICT, [verdict])
     rates = {"detector": "template", "size_mm": 3.0, "tp": 17, "recall": 17 / 20}
     rates |= {"recall_low": AWKWARD[1], "one_sided": True}
-    for name in TABLES:
+    for name in RATES:
         _table(results / "evaluation" / f"{name}.csv", list(rates), [rates, rates | {"tp": 3}])
-    for name, columns in COLUMNS.items():
-        _table(results / "evaluation" / f"{name}.csv", columns, [])
+    for name in COLUMNS.keys() - RATES.keys():
+        _table(results / "evaluation" / f"{name}.csv", COLUMNS[name], [])
     _table(results / "evaluation/learning.csv", ["detector", "share", "rate"], [])
     _table(results / "detections.csv", _VERDICT, [])
     _table(results / "sites.csv", ["site", "detector", "passes"], [])

@@ -2,12 +2,11 @@
 #
 # takes: results/labelled.csv, results/best_places/, results/features/; results/matrices/ and
 #        results/fits/, which are made before the list and the templates
-# gives: under results/evaluation/ {predictions,detection,specificity,sizing,
-#        confusion,learning}.csv and the tables of capsule.evaluation.columns
+# gives: under results/evaluation/ predictions.csv, learning.csv and the tables of
+#        capsule.evaluation.columns
 
-from capsule.evaluation.columns import COLUMNS as RATINGS
+from capsule.evaluation.columns import COLUMNS as RATES
 
-RATES = ["detection", "specificity", "sizing", "confusion", *RATINGS]
 EVALUATE = step(
     "evaluate",
     sections("detectors", "evaluation", "recording", *DETECTOR_SECTIONS, templates=SHAPE),

@@ -4,10 +4,13 @@ import argparse
 import json
 from pathlib import Path
 
+import pandas as pd
+
 from capsule import files
 from capsule.detectors.files import read_training_archive, write_learned
 from capsule.evaluation.cross_validation import Detectors, choosing_scheme, judge_unlabelled
-from capsule.evaluation.sites import COLUMNS, site_rows
+from capsule.evaluation.files import read_table
+from capsule.evaluation.sites import site_table
 from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
 from capsule.particle import particles_of
@@ -40,12 +43,11 @@ def main() -> None:
     write_learned(arguments.learned, detectors.stored(), settings, arguments.templates)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
     # Thresholds of several passes come from the places that teach.
-    predictions = files.read_csv(arguments.results / "evaluation" / "predictions.csv")
-    judged = [r for r in predictions if r["scheme"] == choosing_scheme(rules["schemes"])]
-    sites = {name: row["site"] for name, row in rows.items()}
-    made = site_rows(judged + files.read_csv(arguments.output), sites, rules["specificity"])
-    files.write_csv(arguments.sites, COLUMNS, made)
-    print(f"{len({row['site'] for row in made})} sites have several passes")
+    predictions = read_table(arguments.results / "evaluation" / "predictions.csv")
+    judged = predictions[predictions["scheme"] == choosing_scheme(rules["schemes"])]
+    made = site_table(pd.concat([judged, pd.DataFrame(verdicts)]), rows, rules["specificity"])
+    files.write_csv(arguments.sites, list(made), made.to_dict("records"))
+    print(f"{made['site'].nunique()} sites have several passes")
 
 
 if __name__ == "__main__":

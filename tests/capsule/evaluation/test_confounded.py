@@ -8,8 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import hypergeom
 
-from capsule.evaluation.confounded import KEYS, OWN, confounded_keys, in_words, of_values
-from capsule.evaluation.value_alone import Told, spoken_for
+from capsule.evaluation.confounded import (
+    KEYS,
+    OWN,
+    Told,
+    confounded_keys,
+    in_words,
+    of_values,
+    spoken_for,
+)
 from capsule.recording import rate_of, source_of, split_header
 from capsule.seeding import generator
 from support.project import ROOT

@@ -49,7 +49,7 @@ def judged(size_mm, predicted_mm, probability=np.nan):
     """Make the verdicts of one detector, each recording a place of its own."""
     verdicts = pd.DataFrame({"size_mm": size_mm, "predicted_mm": predicted_mm})
     verdicts = verdicts.assign(detector="template", scheme="leave_one_out")
-    ((_, rows),) = of_each(verdicts.assign(probability=probability))
+    ((_, rows),) = of_each(verdicts.assign(probability=probability), 1.0)
     return rows
 
 
@@ -62,7 +62,8 @@ def of_counts(detected, quiet):
 @settings(deadline=None)
 @given(COUNTS, COUNTS, st.floats(0.001, 0.999), LEVEL)
 def test_of_predictive_values(detected, quiet, prevalence, level):
-    values = next(iter(measures.predictive(of_counts(detected, quiet), prevalence, level)))
+    rules = {"prevalence": prevalence, "confidence": level}
+    values = next(iter(measures.predictive(of_counts(detected, quiet), rules)))
     for name in ("ppv", "npv"):
         ends = values[f"{name}_low"], values[f"{name}_high"]
         assert holds(values[name], *ends)
@@ -74,7 +75,8 @@ def test_of_predictive_values(detected, quiet, prevalence, level):
 def test_of_a_bin_of_the_calibration(stated, level):
     probability, nodule = (np.array(each) for each in zip(*stated, strict=True))
     rows = judged(nodule.astype(float), nodule.astype(float), probability)
-    for row in measures.calibration(rows, 0.1, 5, level):
+    rules = {"prevalence": 0.1, "calibration_bins": 5, "confidence": level}
+    for row in measures.calibration(rows, rules):
         assert holds(row["observed"], row["observed_low"], row["observed_high"])
 
 
@@ -125,8 +127,8 @@ def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
 @settings(deadline=None)
 @given(COUNTS, COUNTS, LEVEL)
 def test_of_a_balanced_accuracy(first, second, level):
-    key = {"detector": "template", "scheme": "leave_one_out"}
-    row = next(iter(measures.summary([(key, of_counts(first, second))], 1.0, level)))
+    rules = {"confidence": level, "tolerance_mm": 1.0}
+    row = next(iter(measures.summary("leave_one_out", {"one": of_counts(first, second)}, rules)))
     for name in ("accuracy", "sensitivity", "specificity", "balanced_accuracy", "within_rate"):
         assert holds(row[name], row[f"{name}_low"], row[f"{name}_high"])
 

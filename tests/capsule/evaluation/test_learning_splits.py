@@ -4,8 +4,7 @@ from itertools import chain
 
 import pytest
 
-from capsule.evaluation.cross_validation import Fold
-from capsule.evaluation.learning import counts_in_folds, deal, draw_splits, taught_counts
+from capsule.evaluation.learning import deal, draw_splits, mean_taught
 from capsule.seeding import generator
 
 SIZES_MM = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in "ab"}
@@ -74,15 +73,13 @@ def test_passes_over_one_place_and_near_copies_are_never_on_both_sides(seed):
 def test_the_counts_of_splits_are_means_over_the_splits():
     sizes_mm = {"1mm/a": 1.0, "0mm/a": 0.0, "0mm/b": 0.0}
     splits = [["0mm/a", "1mm/a"], ["0mm/a", "0mm/b"], ["0mm/b"]]
-    assert list(taught_counts(splits, sizes_mm).items()) == [(0.0, 2 / 3), (1.0, 2 / 3)]
+    counts = mean_taught([(judged, 1) for judged in splits], sizes_mm)
+    assert counts == pytest.approx({0.0: 2 / 3, 1.0: 2 / 3})
 
 
 def test_the_counts_in_folds_are_means_over_the_recordings_that_are_judged():
     sizes_mm = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "1mm/a": 1.0}
     together = ("0mm/a", "0mm/b", "1mm/a")
     # What is held out does not count, though every fold leaves it out.
-    folds = [
-        Fold("leave_one_out", each, frozenset({*each, "0mm/apart"}))
-        for each in (together, ("0mm/c",))
-    ]
-    assert counts_in_folds(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}
+    folds = [({*each, "0mm/apart"}, len(each)) for each in (together, ("0mm/c",))]
+    assert mean_taught(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from capsule.evaluation import measures
+from capsule.evaluation import measures, rates
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.intervals import rate_of, ratio_interval
-from capsule.evaluation.rates import of_each
 from capsule.seeding import generator
 
 UNKNOWN = float("nan")
@@ -40,15 +39,31 @@ def index_of(verdicts, **columns):
     return made
 
 
+def of_each(verdicts, index=None):
+    """Return the verdicts of each detector, all of one scheme."""
+    each = rates.of_each(verdicts, RULES["tolerance_mm"], index)
+    return {key["detector"]: judged for key, judged in each}
+
+
 def one(verdicts, **columns):
-    ((_, judged),) = of_each(verdicts, index_of(verdicts, **columns))
+    (judged,) = of_each(verdicts, index_of(verdicts, **columns)).values()
     return judged
+
+
+RULES = {
+    "confidence": 0.95,
+    "tolerance_mm": 1.0,
+    "prevalence": 0.5,
+    "specificity": 0.5,
+    "calibration_bins": 2,
+    "passes": [1, 2],
+}
 
 
 def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     both = pd.concat([rows("one", [0, 1, 0, 1, 2]), rows("other", [0, 0, 1, 1, 2])])
-    of_scheme = list(of_each(both))
-    summary = {row["detector"]: row for row in measures.summary(of_scheme, 1.0, 0.95)}
+    of_scheme = of_each(both)
+    summary = {row["detector"]: row for row in measures.summary("leave_one_out", of_scheme, RULES)}
     assert summary["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
     assert summary["always_nodule"]["sensitivity"] == 1.0
     assert summary["always_nodule"]["balanced_accuracy"] == 0.5
@@ -64,22 +79,12 @@ def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     assert low < summary["one"]["balanced_accuracy"] < high
     compared = {
         (row["measure"], row["size_mm"]): row["difference"]
-        for row in measures.comparisons(of_scheme, 1.0, 0.95)
+        for row in measures.comparisons("leave_one_out", of_scheme, RULES)
     }
     assert compared["detection", 0.0] == 0.5
     assert compared["detection", 1.0] == 0.5
     assert compared["detection", measures.ANY] == pytest.approx(1 / 3)
     assert compared["size_within_tolerance", 2.0] == 0.0
-
-
-RULES = {
-    "confidence": 0.95,
-    "tolerance_mm": 1.0,
-    "prevalence": 0.5,
-    "specificity": 0.5,
-    "calibration_bins": 2,
-    "passes": [1, 2],
-}
 
 
 def test_every_table_is_made_of_each_detector_and_scheme():
@@ -91,7 +96,7 @@ def test_every_table_is_made_of_each_detector_and_scheme():
         ]
     )
     index = index_of(verdicts, site=["a", "a", "b", "b", ""], nodule_at_mm=[6.0] * 5)
-    found = measures.measure_tables(verdicts, index, RULES)
+    found = measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index)
     assert list(found) == list(COLUMNS)
     for name, made in found.items():
         assert set(COLUMNS[name]) <= set(made.columns), name
@@ -103,30 +108,30 @@ def test_every_table_is_made_of_each_detector_and_scheme():
 
 def test_without_a_verdict_every_table_is_empty():
     for verdicts in (rows("one", [], []), rows("one", [UNKNOWN] * 5)):
-        found = measures.measure_tables(verdicts, index_of(verdicts), RULES)
+        found = measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index_of(verdicts))
         assert list(found) == list(COLUMNS) and all(made.empty for made in found.values())
 
 
 def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
     verdicts = rows("one", [0, UNKNOWN, 1, UNKNOWN, 2])
-    both = list(of_each(pd.concat([verdicts, rows("other", [0, 0, 1, 1, 2])])))
-    row, _, _ = measures.summary(both, 1.0, 0.95)
+    both = of_each(pd.concat([verdicts, rows("other", [0, 0, 1, 1, 2])]))
+    row, _, _ = measures.summary("leave_one_out", both, RULES)
     assert (row["recordings"], row["accuracy"]) == (5, 3 / 5)
     assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
     assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
     assert row["mean_absolute_error_mm"] == pytest.approx(1 / 3)
     compared = {
         (row["measure"], row["size_mm"]): (row["recordings"], row["only_second"])
-        for row in measures.comparisons(both, 1.0, 0.95)
+        for row in measures.comparisons("leave_one_out", both, RULES)
     }
     assert compared["detection", measures.ANY] == (3, 1)
     assert compared["detection", 0.0] == (2, 1)
-    ((_, judged),) = of_each(verdicts)
-    values = next(iter(measures.predictive(judged, 0.5, 0.95)))
+    judged = one(verdicts)
+    values = next(iter(measures.predictive(judged, RULES)))
     assert values["sensitivity"] == 2 / 3
     # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
     assert (values["ppv"], values["npv"]) == (1.0, 1.0)
-    sized = next(iter(measures.size_errors(judged.assign(estimate_mm=[0, 0, 1, 1, 2]), 0.95)))
+    sized = next(iter(measures.size_errors(judged.assign(estimate_mm=[0, 0, 1, 1, 2]), RULES)))
     assert (sized["recordings"], sized["detected"]) == (3, 2)
 
 
@@ -134,7 +139,7 @@ def test_predictive_values_follow_bayes():
     def predictive(hits, nodules, quiet, healthy, prevalence):
         predicted = [0] * quiet + [1] * (healthy - quiet) + [1] * hits + [0] * (nodules - hits)
         judged = one(rows("one", predicted, [0.0] * healthy + [1.0] * nodules))
-        return next(iter(measures.predictive(judged, prevalence, 0.95)))
+        return next(iter(measures.predictive(judged, RULES | {"prevalence": prevalence})))
 
     values = predictive(90, 100, 80, 100, 0.1)
     assert values["ppv"] == pytest.approx(0.09 / (0.09 + 0.18))
@@ -150,25 +155,25 @@ def test_predictive_values_follow_bayes():
 
 
 def test_the_interval_of_a_predictive_value_is_over_places():
+    rare = RULES | {"prevalence": 0.1}
     sizes, predicted = [0.0] * 20 + [1.0] * 20, [0] * 16 + [1] * 4 + [0] * 4 + [1] * 16
     verdicts = rows("one", predicted, sizes)
-    plain = next(iter(measures.predictive(one(verdicts), 0.1, 0.95)))
+    plain = next(iter(measures.predictive(one(verdicts), rare)))
     sites = [number // 4 for number in range(40)]
-    places = next(iter(measures.predictive(one(verdicts, site=sites), 0.1, 0.95)))
+    places = next(iter(measures.predictive(one(verdicts, site=sites), rare)))
     assert (places["clusters"], plain["clusters"]) == (10, 40)
     for name in ("sensitivity", "ppv", "npv"):
         assert places[name] == plain[name]
         assert places[f"{name}_low"] < plain[f"{name}_low"]
         assert places[f"{name}_high"] > plain[f"{name}_high"]
-    two = next(
-        iter(measures.predictive(one(verdicts, site=[n // 10 for n in range(40)]), 0.1, 0.95))
-    )
+    two = next(iter(measures.predictive(one(verdicts, site=[n // 10 for n in range(40)]), rare)))
     assert two["ppv"] == plain["ppv"] and np.isnan(two["ppv_low"])
 
 
 def calibration(probability, nodule, prevalence, bins):
     judged = one(rows("one", nodule, np.asarray(nodule, dtype=float), probability=probability))
-    return list(measures.calibration(judged, prevalence, bins, 0.95))
+    rules = RULES | {"prevalence": prevalence, "calibration_bins": bins}
+    return list(measures.calibration(judged, rules))
 
 
 def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
@@ -222,7 +227,7 @@ def test_its_probability_is_that_of_the_binomial_test(first, second):
 
 def test_a_missed_nodule_has_no_size_error():
     judged = one(rows("one", [2, 0, 2], [2.0, 2.0, 3.0], estimate_mm=[2.5, UNKNOWN, 2.5]))
-    row = next(iter(measures.size_errors(judged, 0.95)))
+    row = next(iter(measures.size_errors(judged, RULES)))
     assert (row["recordings"], row["detected"]) == (3, 2)
     assert row["bias_mm"] == 0.0
     assert row["absolute_error_mm"] == 0.5
@@ -230,21 +235,39 @@ def test_a_missed_nodule_has_no_size_error():
 
 def test_a_recording_without_a_score_enters_no_curve():
     judged = one(rows("one", [0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
-    area = next(iter(measures.areas(judged, 0.95)))
+    area = next(iter(measures.areas(judged, RULES)))
     assert area["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
     assert area["clusters"] == 4
-    curve = [row for row in measures.curves(judged) if row["size_mm"] is measures.ANY]
+    curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is measures.ANY]
     assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
+    assert [row["false_positive_rate"] for row in curve] == [
+        twentieth / 20 for twentieth in range(21)
+    ]
+
+
+@pytest.mark.parametrize("size_mm", [0.0, 2.0])
+def test_of_one_kind_alone_there_is_no_curve_and_no_area(size_mm):
+    judged = one(rows("one", [0, 2], [size_mm] * 2))
+    assert not list(measures.areas(judged, RULES)) and not list(measures.curves(judged, RULES))
 
 
 def test_places_are_compared_where_the_header_tells_them():
     verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=[5, 5, 7, 9, 11])
     where = index_of(verdicts, nodule_at_mm=["", "", 6.0, 6.0, ""])
-    ((_, judged),) = of_each(verdicts, where)
-    found = {row["size_mm"]: row for row in measures.localisation(judged, where, 0.95)}
+    (judged,) = of_each(verdicts, where).values()
+    found = {row["size_mm"]: row for row in measures.localisation(judged, RULES)}
     assert set(found) == {measures.ANY, 1.0}
     assert found[1.0]["median_absolute_error_mm"] == 2.0
     assert found[1.0]["bias_mm"] == 2.0
+
+
+def test_a_nodule_may_lie_where_the_capsule_starts():
+    verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=3.0)
+    index = index_of(verdicts)
+    index["1mm/r2"]["nodule_at_mm"] = 0.0
+    (judged,) = of_each(verdicts, index).values()
+    (first, _) = measures.localisation(judged, RULES)
+    assert (first["recordings"], first["bias_mm"]) == (1, 3.0)
 
 
 def test_passes_of_one_site_with_different_labels_are_not_merged():
@@ -252,17 +275,16 @@ def test_passes_of_one_site_with_different_labels_are_not_merged():
     sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
     verdicts = rows("diagonal", predicted, sizes)
     sites = ["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2
-    index, judged = index_of(verdicts, site=sites), one(verdicts, site=sites)
+    judged = one(verdicts, site=sites)
     found = {
         (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
-        for row in measures.retests("diagonal", judged, index, RULES)
+        for row in measures.retests(judged, RULES)
     }
     # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
     assert found == {
         (1, 0.0): (4, 0.25), (1, 2.0): (1, 1.0), (2, 0.0): (4, 0.25), (2, 2.0): (1, 1.0),
     }  # fmt: skip
-    single = index_of(verdicts)
-    assert not list(measures.retests("diagonal", judged, single, RULES))
+    assert not list(measures.retests(one(verdicts), RULES))
 
 
 def test_the_intervals_of_every_table_are_over_places():
@@ -279,18 +301,20 @@ def test_the_intervals_of_every_table_are_over_places():
     ]  # fmt: skip
     verdicts = pd.concat(both)
     where = [0.5] * 36
-    single = measures.measure_tables(verdicts, index_of(verdicts, nodule_at_mm=where), RULES)
+    single = measures.measure_tables(
+        verdicts, [0.0, 1.0, 2.0], RULES, index_of(verdicts, nodule_at_mm=where)
+    )
     sites = [number // 3 for number in range(36)]
     index = index_of(verdicts, nodule_at_mm=where, site=sites)
-    for name, made in measures.measure_tables(verdicts, index, RULES).items():
-        if name not in ("brier", "roc", "retest"):
+    for name, made in measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index).items():
+        if name not in ("brier", "roc", "retest", "confusion"):
             assert (made["clusters"] < single[name]["clusters"]).all(), name
 
 
 def test_a_rate_of_the_summary_is_the_rate_over_its_clusters():
     verdicts = rows("one", [0, 1, 0, 1, 2])
-    ((key, judged),) = of_each(verdicts, index_of(verdicts, site=["a", "a", "b", "c", "d"]))
-    row = next(iter(measures.summary([(key, judged)], 1.0, 0.95)))
+    of_scheme = of_each(verdicts, index_of(verdicts, site=["a", "a", "b", "c", "d"]))
+    row = next(iter(measures.summary("leave_one_out", of_scheme, RULES)))
     right, places = np.array([True, False, False, True, True]), np.array([0, 0, 1, 2, 3])
     expected = rate_of(right, places, 0.95)
     assert [row[f"accuracy{end}"] for end in ("", "_low", "_high")] == list(expected)
@@ -327,7 +351,7 @@ def test_the_brier_score_is_the_weighted_mean_square_written_out():
 def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
     predicted = [0] * 7 + [1] * 3 + [1] * 8 + [0] * 4
     verdicts = rows("one", predicted, [0.0] * 10 + [1.0] * 12)
-    row = next(iter(measures.summary(list(of_each(verdicts)), 1.0, 0.95)))
+    row = next(iter(measures.summary("leave_one_out", of_each(verdicts), RULES)))
     value = (7 / 10 + 8 / 12) / 2
     _, *healthy = rate_of(np.arange(10) < 7, None, 0.95)
     _, *nodules = rate_of(np.arange(12) < 8, None, 0.95)
@@ -341,7 +365,7 @@ def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
 
 def test_an_error_and_a_rate_do_not_reach_below_0_or_above_1():
     verdicts = rows("one", [0, 0, 1, 1, 5])
-    row = next(iter(measures.summary(list(of_each(verdicts)), 1.0, 0.95)))
+    row = next(iter(measures.summary("leave_one_out", of_each(verdicts), RULES)))
     assert row["mean_absolute_error_mm"] == pytest.approx(1.0)
     assert row["mean_absolute_error_mm_low"] == 0.0
     assert row["balanced_accuracy"] == row["balanced_accuracy_high"] == 1.0
@@ -351,14 +375,14 @@ def test_an_error_and_a_rate_do_not_reach_below_0_or_above_1():
 def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
     scores = [0.0, 3.0, 1.0, UNKNOWN, 2.0]
     verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], score=scores)
-    area = {row["size_mm"]: row["auc"] for row in measures.areas(one(verdicts), 0.95)}
+    area = {row["size_mm"]: row["auc"] for row in measures.areas(one(verdicts), RULES)}
     # The healthy recording with 3 has no verdict, so both nodules lie above what is left.
     assert area == {measures.ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
 
 
 def test_an_error_of_size_is_signed_and_counts_what_was_found():
     verdicts = rows("one", [0, 0, 1, 1, 2], estimate_mm=[UNKNOWN, UNKNOWN, 0.5, 2.5, 1.0])
-    made = {row["size_mm"]: row for row in measures.size_errors(one(verdicts), 0.95)}
+    made = {row["size_mm"]: row for row in measures.size_errors(one(verdicts), RULES)}
     assert made[1.0]["bias_mm"] == pytest.approx(0.5)
     assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
     assert made[2.0]["bias_mm"] == -1.0 and made[2.0]["absolute_error_mm"] == 1.0
@@ -368,8 +392,8 @@ def test_an_error_of_size_is_signed_and_counts_what_was_found():
 
 def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
     verdicts = rows("one", [1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
-    index = index_of(verdicts, nodule_at_mm=["", "", "7", "7", "7"])
-    made = {row["size_mm"]: row for row in measures.localisation(one(verdicts), index, 0.95)}
+    judged = one(verdicts, nodule_at_mm=["", "", "7", "7", "7"])
+    made = {row["size_mm"]: row for row in measures.localisation(judged, RULES)}
     assert set(made) == {measures.ANY, 1.0}
     assert made[1.0]["recordings"] == 2
     assert made[1.0]["median_absolute_error_mm"] == pytest.approx(1.5)
@@ -382,7 +406,7 @@ def test_what_only_one_of_two_detectors_judges_rightly_is_counted():
     both = [rows("one", [0, 1, 1, 1, 1, 0, 0], sizes), rows("other", [1, 0, 1, 0, 0, 1, 0], sizes)]
     made = {
         (row["measure"], row["size_mm"]): (row["only_first"], row["only_second"])
-        for row in measures.comparisons(list(of_each(pd.concat(both))), 1.0, 0.95)
+        for row in measures.comparisons("leave_one_out", of_each(pd.concat(both)), RULES)
     }
     assert made["detection", measures.ANY] == (2, 1)
     assert made["detection", 0.0] == (1, 1)
@@ -393,7 +417,7 @@ def test_the_brier_table_compares_the_detector_with_the_prevalence_alone():
     # The recording without a verdict has no probability that counts.
     stated = [0.1, 0.5, 0.9, 0.6, 0.8]
     verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], probability=stated)
-    (row,) = measures.brier(one(verdicts), 0.2)
+    (row,) = measures.brier(one(verdicts), RULES | {"prevalence": 0.2})
     expected = 0.8 * 0.1**2 + 0.2 * (0.1**2 + 0.4**2 + 0.2**2) / 3
     assert row["recordings"] == 4
     assert row["brier"] == pytest.approx(expected)

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.intervals import lower_bound, rate, rate_of
-from capsule.evaluation.rates import COLUMNS, cluster_unit, is_right, of_each, rate_tables
+from capsule.evaluation.measures import measure_tables
+from capsule.evaluation.rates import cluster_unit, is_right, of_each
 
 # A set of verdicts that gives every number the paper prints: none/1/2/3/4/5 mm per true size.
 PAPER_COUNTS = {
@@ -32,6 +34,10 @@ def predictions(pairs, scheme="leave_one_out", detector="template"):
     ]
     columns = ["recording", "size_mm", "predicted_mm"]
     return pd.DataFrame(rows, columns=columns).assign(detector=detector, scheme=scheme)
+
+
+def rate_tables(predictions, sizes, rules, index=None):
+    return measure_tables(predictions, sizes, rules, index, RATES)
 
 
 def table(name, pairs, sizes=SIZES, rules=RULES):
@@ -155,19 +161,21 @@ def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_th
 ):
     verdicts = predictions([(0.0, 0.0)] * 6, scheme)
     index = index_of(verdicts["recording"], setup=setups)
-    ((_, rows),) = of_each(verdicts, index)
+    ((_, rows),) = of_each(verdicts, 1.0, index)
     assert cluster_unit(rows) == unit
     # Of two kinds of recordings, both need set-ups of their own.
     assert cluster_unit(rows, rows[:2]) == "place"
 
 
-def test_detectors_come_in_their_order_and_what_was_held_out_first():
-    schemes = ("resubstitution", "leave_one_out", "leave_one_session_out", "held_out")
+@pytest.mark.parametrize("turned", [False, True])
+def test_detectors_come_in_their_order_and_what_was_held_out_first(turned):
+    order = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
     table_of = pd.concat(
-        [predictions([(0.0, 0.0)], scheme, name) for name in "ba" for scheme in schemes]
+        predictions([(0.0, 0.0)], scheme, name)
+        for name in "ba"
+        for scheme in (order[::-1] if turned else order)
     )
-    keys = [tuple(key.values()) for key, _ in of_each(table_of)]
-    order = ("held_out", "leave_one_out", "leave_one_session_out", "resubstitution")
+    keys = [tuple(key.values()) for key, _ in of_each(table_of, 1.0)]
     assert keys == [(name, scheme) for name in "ba" for scheme in order]
 
 
@@ -211,5 +219,5 @@ def test_tables_keep_schemes_apart():
 def test_every_table_has_its_columns_whether_or_not_it_has_rows():
     for pairs in ([(1.0, 1.0)], []):
         made = rate_tables(predictions(pairs), [0.0, 1.0], RULES)
-        assert {name: list(rows) for name, rows in made.items()} == COLUMNS
+        assert {name: list(rows) for name, rows in made.items()} == RATES
         assert made["detection"].empty == (not pairs)

@@ -98,7 +98,9 @@ def test_a_perfect_area_of_few_places_rests_on_their_number():
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
-@pytest.mark.parametrize(("healthy", "nodules", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0)])
+@pytest.mark.parametrize(
+    ("healthy", "nodules", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0), (1, 2, 9.0)]
+)
 def test_the_ends_of_an_area_are_z_standard_errors_away_from_it(
     confidence, healthy, nodules, shift
 ):

@@ -1,13 +1,13 @@
 """Several passes over one site: one verdict, with a threshold learned from other sites."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from capsule.evaluation.sites import (
     COLUMNS,
     detections_by_passes,
-    passes_by_site,
-    site_rows,
+    site_table,
     site_verdicts,
 )
 from capsule.seeding import generator
@@ -17,27 +17,38 @@ OF_A_PASS = ("score", "estimate_mm", "location_mm", "estimate_low_mm", "estimate
 
 
 def passes(size_mm, *scores, estimates=None, locations=None, low=None, high=None):
-    blank = [UNKNOWN] * len(scores)
-    parts = (scores, estimates or blank, locations or blank, low or blank, high or blank)
-    arrays = (np.array(part, dtype=np.float64) for part in parts)
-    return size_mm, dict(zip(OF_A_PASS, arrays, strict=True))
+    """Make the passes over a site; the size is None if it is not known."""
+    parts = (scores, estimates, locations, low, high)
+    columns = {
+        name: UNKNOWN if part is None else part for name, part in zip(OF_A_PASS, parts, strict=True)
+    }
+    return pd.DataFrame(
+        {"size_mm": UNKNOWN if size_mm is None else size_mm, **columns}, dtype=float
+    )
 
 
 def by_site(sites):
-    """Return passes by site and size; a key may name the site with a mark that is cut off."""
-    return {(key.partition("#")[0], size_mm): each for key, (size_mm, each) in sites.items()}
+    """Return passes over sites; a key may name the site with a mark that is cut off."""
+    return pd.concat([each.assign(site=key.partition("#")[0]) for key, each in sites.items()])
 
 
 def verdicts_of(sites, specificity, detector="diagonal"):
     """Return the verdicts by the key of the site."""
-    return dict(zip(sites, site_verdicts(by_site(sites), detector, specificity), strict=True))
+    verdicts = site_verdicts(by_site(sites).reset_index(), detector, specificity)
+    return dict(zip(sites, verdicts.to_dict("records"), strict=True))
 
 
 def detected_at(sites, count, detector="diagonal"):
     """Return the sizes of the sites, and what is detected there by their first passes."""
-    return [each.tolist() for each in detections_by_passes(by_site(sites), detector, count, 0.9)]
+    verdicts = detections_by_passes(by_site(sites).reset_index(), detector, count, 0.9)
+    return [verdicts[name].tolist() for name in ("size_mm", "detected")]
 
 
+def table_of(verdicts, sites, specificity):
+    return site_table(verdicts, {name: {"site": site} for name, site in sites.items()}, specificity)
+
+
+UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | {"familiar": "", "unfamiliar_because": ""}
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
 
 
@@ -54,9 +65,13 @@ def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
 
 def test_a_site_with_too_few_passes_is_not_judged_but_teaches():
     sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    judged = site_verdicts(by_site(sites), "diagonal", 0.95, fewest=2)
-    assert [each["site"] for each in judged] == [*HEALTHY, "n"]
-    assert judged[-1]["threshold"] == 100.0
+    verdicts = (
+        by_site(sites).reset_index().assign(detector="diagonal", familiar="", unfamiliar_because="")
+    )
+    verdicts["recording"] = [f"r{number}" for number in range(len(verdicts))]
+    judged = table_of(verdicts, dict(verdicts[["recording", "site"]].values), 0.95)
+    assert judged["site"].tolist() == [*HEALTHY, "n"]
+    assert judged["threshold"].iloc[-1] == 100.0
 
 
 def test_the_threshold_is_of_as_many_passes_as_were_made():
@@ -88,8 +103,8 @@ def test_the_interval_of_a_place_has_the_mean_ends_of_the_passes_that_found_it()
     )  # fmt: skip
     verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
     assert (verdict["estimate_low_mm"], verdict["estimate_high_mm"]) == (2.75, 4.25)
-    quiet = found[1] | {"score": found[1]["score"] - 9}
-    overruled = verdicts_of(HEALTHY | {"n": (3.0, quiet)}, 0.5)["n"]
+    quiet = found.assign(score=found["score"] - 9)
+    overruled = verdicts_of(HEALTHY | {"n": quiet}, 0.5)["n"]
     ends = [overruled[name] for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm")]
     assert overruled["detected"] is False and np.isnan(ends).all()
 
@@ -100,15 +115,12 @@ def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared
     of_place, of_pass = numbers.normal(size=(4000, 1)), numbers.normal(size=(4000, 3))
     errors = np.sqrt(shared) * of_place + np.sqrt(1 - shared) * of_pass
     reach = np.quantile(np.abs(errors), 0.9)
-    sites = {
-        str(place): passes(
-            3.0, 9.0, 9.0, 9.0, estimates=(3 + each).tolist(),
-            low=(3 + each - reach).tolist(), high=(3 + each + reach).tolist(),
-        )
-        for place, each in enumerate(errors)
-    }  # fmt: skip
-    verdicts = site_verdicts(by_site(sites), "template", 0.9)
-    held = [each["estimate_low_mm"] <= 3.0 <= each["estimate_high_mm"] for each in verdicts]
+    estimates = 3 + errors.ravel()
+    rows = passes(
+        3.0, *[9.0] * 12_000, estimates=estimates, low=estimates - reach, high=estimates + reach
+    )
+    verdicts = site_verdicts(rows.assign(site=np.repeat(np.arange(4000), 3)), "template", 0.9)
+    held = (verdicts["estimate_low_mm"] <= 3.0) & (verdicts["estimate_high_mm"] >= 3.0)
     # The standard error is 0.005.
     assert np.mean(held) >= 0.88
     if shared == 1.0:
@@ -134,7 +146,7 @@ def test_the_first_passes_over_every_place_are_judged_together():
     # If one pass has no verdict, the other one counts.
     partly = sites | {"h1": passes(0.0, UNKNOWN, 0.4)}
     assert detected_at(partly, 2)[1] == [True, False, True]
-    shifted = {key: passes(size, *(each["score"] - 0.15)) for key, (size, each) in sites.items()}
+    shifted = {key: each.assign(score=each["score"] - 0.15) for key, each in sites.items()}
     assert detected_at(shifted, 2, "template")[1] == [True, True, True]
 
 
@@ -158,26 +170,25 @@ def test_a_site_without_a_verdict_is_not_detected():
 
 @pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
 def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
-    blank = dict.fromkeys(OF_A_PASS, "")
-    rows = [
-        {"recording": name, "size_mm": "2.0"} | blank | {"score": str(score)}
-        for score, name in enumerate(names)
-    ]
-    rows.sort(key=lambda row: row["recording"])
-    found = passes_by_site(rows, dict.fromkeys(names, "p"))
-    assert found["p", 2.0]["score"].tolist() == [0.0, 1.0, 2.0]
+    # The threshold of a site with two passes is the mean of the first two of the healthy site.
+    sites = dict.fromkeys(names, "p") | {"3mm/y": "q", "3mm/x": "q"}
+    verdicts = pd.DataFrame({"recording": list(sites), "size_mm": [0.0] * 3 + [3.0] * 2})
+    verdicts = verdicts.assign(detector="diagonal", score=[0.0, 1.0, 5.0, 2.0, 2.0], **UNTOLD)
+    table = table_of(verdicts.sort_values("recording"), sites, 0.5)
+    assert table["threshold"][table["site"] == "q"].tolist() == [0.5]
 
 
 def test_nothing_is_said_of_no_recording():
-    assert site_rows([], {}, 0.9) == []
+    columns = ["recording", "detector", "size_mm", "score", *UNTOLD]
+    assert table_of(pd.DataFrame(columns=columns), {}, 0.9).empty
 
 
 def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
     sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
     predictions = [
-        {"recording": name, "detector": detector, "size_mm": name[0], "score": str(score)}
-        | {"estimate_mm": "2.0", "estimate_low_mm": "1.5", "estimate_high_mm": "2.25"}
-        | {"location_mm": ""}
+        {"recording": name, "detector": detector, "size_mm": float(name[0]), "score": score}
+        | UNTOLD
+        | {"estimate_mm": 2.0, "estimate_low_mm": 1.5, "estimate_high_mm": 2.25}
         for detector in ("template", "diagonal")
         for score, name in enumerate(list(sites)[:4])
     ]
@@ -185,8 +196,9 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     unlabelled = dict(predictions[-1], recording="unlabelled/c")
     del unlabelled["size_mm"]
     # A site that was passed once is not listed either.
-    by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
-    assert by_rule.keys() == set(COLUMNS)
+    made = table_of(pd.DataFrame([*predictions, unlabelled]), sites, 0.6)
+    by_rule, by_threshold = made.to_dict("records")
+    assert list(made) == list(COLUMNS)
     assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
     assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
@@ -195,7 +207,6 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
 
 
 def test_a_place_is_strange_if_a_pass_is_and_says_which():
-    blank = dict.fromkeys(("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"), "")
     kinds = {
         "unlabelled/a": ("yes", ""),
         "unlabelled/b": ("no", "noise"),
@@ -206,11 +217,12 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
     }
     sites = dict(zip(kinds, "ppqqrr", strict=True))
     predictions = [
-        {"recording": name, "detector": "template", "score": "1.0", **blank}
+        {"recording": name, "detector": "template", "size_mm": UNKNOWN, "score": 1.0, **UNTOLD}
         | {"familiar": answer, "unfamiliar_because": because}
         for name, (answer, because) in kinds.items()
     ]
-    found = {row["site"]: row for row in site_rows(predictions, sites, 0.9)}
+    table = table_of(pd.DataFrame(predictions), sites, 0.9)
+    found = table.set_index("site").to_dict("index")
     assert {site: row["familiar"] for site, row in found.items()} == {
         "p": "no",
         "q": "yes",

@@ -11,9 +11,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 from capsule.evaluation import paper
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
+from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.evaluation.rates import rate_tables
 from capsule.figures.draw_curves import curve_table, draw_learning, draw_roc
 from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
 from capsule.figures.draw_signals import (
@@ -51,7 +52,7 @@ def judged(verdicts, sizes_mm):
 
 def tables_of(rows, sizes_mm):
     rules = {"tolerance_mm": 1.0, "confidence": 0.95}
-    return rate_tables(pd.DataFrame(rows), sizes_mm, rules)
+    return measure_tables(pd.DataFrame(rows), sizes_mm, rules, names=RATES)
 
 
 VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]
@@ -186,7 +187,7 @@ def rates_inputs(lead, **verdicts):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
     rows = [row for name, pairs in verdicts.items() for row in verdict_rows(pairs, name)]
     predictions = pd.DataFrame(rows).assign(rmse_0mm=0.0, **{"rmse_2.5mm": 0.0})
-    printed = {name: pd.DataFrame(table) for name, table in printed_tables(PRINTED, 0.95).items()}
+    printed = printed_tables(PRINTED, 0.95)
     evaluation = Evaluation(predictions, tables_of(rows, [0.0, 2.5]), printed)
     rules = {"schemes": SCHEMES, "confidence": 0.95, "tolerance_mm": 1.0}
     return SimpleNamespace(

@@ -6,9 +6,10 @@ import pandas as pd
 import pytest
 
 from capsule import words
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.intervals import rate
 from capsule.evaluation.lead import Lead
-from capsule.evaluation.paper import TABLES, Evaluation
+from capsule.evaluation.paper import Evaluation
 from capsule.page import answers, detector_sections
 from capsule.page.answers import answers_of, paper_answers
 from support.evaluated import SETTINGS, UNKNOWN, evaluated, index_of, rates_of
@@ -296,7 +297,7 @@ def test_beside_held_out_sessions_stands_what_leave_one_out_says():
     ]
     joined = Evaluation(
         pd.concat([each.predictions for each in parts]),
-        {name: pd.concat([each.tables[name] for each in parts]) for name in TABLES},
+        {name: pd.concat([each.tables[name] for each in parts]) for name in RATES},
         parts[0].paper,
     )
     rates = rates_of(joined)

@@ -70,7 +70,7 @@ def judgements(*of_scheme, where=None):
         name: {"site": "", "near_copies": "", "nodule_at_mm": str((where or {}).get(name, ""))}
         for name in predictions["recording"]
     }
-    return measure_tables(predictions, rows, SETTINGS["evaluation"])
+    return measure_tables(predictions, [0.0], SETTINGS["evaluation"], rows)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from capsule.detectors.calibrate import rank_threshold
-from capsule.evaluation.intervals import recordings_needed
+from capsule.evaluation.intervals import rate, recordings_needed
 from capsule.evaluation.learning import COLUMNS
 from capsule.page.more_recordings import (
     FORESEEN_FROM,
@@ -106,6 +106,15 @@ def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing()
     assert healthy["cells"][0]["text"] == "95 %"
     assert healthy["cells"][0]["count"].startswith(f"needs {takes}, at most ")
     assert (nodules["title"], nodules["missing"]) == ("found at 2 mm", 0)
+
+
+@pytest.mark.parametrize(("hits", "widest"), [(18, "low"), (2, "high"), (10, "half")])
+def test_of_all_rates_in_an_interval_the_one_nearest_to_a_half_needs_most(hits, widest):
+    verdicts = [(f"2mm/{run}", 2.0, 2.0 * (run < hits)) for run in range(20)]
+    (row,) = needed_rows(rates_of(evaluated(verdicts, (0.0, 2.0))))["rows"]
+    _, low, high = rate(hits, 20, 0.95)
+    most = recordings_needed({"low": low, "high": high, "half": 0.5}[widest], 0.1, 0.95)
+    assert row["cells"][0]["count"].endswith(f", at most {most}")
 
 
 def test_a_specificity_that_the_threshold_sets_needs_no_recording():

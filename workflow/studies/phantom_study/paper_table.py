@@ -42,7 +42,8 @@ class PaperTable:
     @classmethod
     def from_printed(cls, printed: Mapping) -> "PaperTable":
         """Return the table, computed from the content of ``paper.yaml``."""
-        paper = printed_tables(printed, _CONFIDENCE)
+        tables = printed_tables(printed, _CONFIDENCE)
+        paper = {name: table.to_dict("records") for name, table in tables.items()}
         # The printed pie chart has no slice for a size that no run was classified as.
         paper["confusion"] = [row for row in paper["confusion"] if row["count"] > 0]
         tolerance_mm = printed["sizing_tolerance_mm"]

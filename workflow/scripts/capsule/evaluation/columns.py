@@ -3,15 +3,37 @@
 This module imports nothing, because the Snakefile reads the names.
 """
 
+_KEY = ("detector", "scheme")
+# Rates by the paper's definitions.
+RATES = {
+    "detection": [
+        *(*_KEY, "size_mm", "tp", "fp", "fn"),
+        *("precision", "precision_low", "precision_high", "precision_at_least"),
+        *("recall", "recall_low", "recall_high", "recall_at_least", "clusters"),
+    ],
+    "specificity": [
+        *(*_KEY, "healthy", "true_negatives", "specificity", "specificity_low"),
+        *("specificity_high", "specificity_at_least", "clusters"),
+    ],
+    "sizing": [
+        *(*_KEY, "size_mm", "recordings", "exact", "exact_rate", "exact_rate_low"),
+        *("exact_rate_high", "within", "within_rate", "within_rate_low", "within_rate_high"),
+        *("one_sided", "mean_absolute_error_mm", "clusters"),
+    ],
+    "confusion": [
+        *(*_KEY, "size_mm", "predicted_mm", "count", "share", "share_low", "share_high"),
+    ],
+}
 COLUMNS = {
-    "summary": ["detector", "scheme", "recordings", "accuracy", "sensitivity", "specificity"],
-    "predictive_values": ["detector", "scheme", "size_mm", "prevalence", "ppv", "npv"],
-    "size_error": ["detector", "scheme", "size_mm", "recordings", "detected", "bias_mm"],
-    "calibration": ["detector", "scheme", "stated_low", "stated_high", "recordings", "stated"],
-    "brier": ["detector", "scheme", "recordings", "prevalence", "brier", "brier_uninformed"],
-    "localisation": ["detector", "scheme", "size_mm", "recordings", "median_absolute_error_mm"],
+    **RATES,
+    "summary": [*_KEY, "recordings", "accuracy", "sensitivity", "specificity"],
+    "predictive_values": [*_KEY, "size_mm", "prevalence", "ppv", "npv"],
+    "size_error": [*_KEY, "size_mm", "recordings", "detected", "bias_mm"],
+    "calibration": [*_KEY, "stated_low", "stated_high", "recordings", "stated"],
+    "brier": [*_KEY, "recordings", "prevalence", "brier", "brier_uninformed"],
+    "localisation": [*_KEY, "size_mm", "recordings", "median_absolute_error_mm"],
     "comparison": ["scheme", "first", "second", "measure", "size_mm", "recordings"],
-    "retest": ["detector", "scheme", "passes", "size_mm", "sites", "detected"],
-    "auc": ["detector", "scheme", "size_mm", "auc"],
-    "roc": ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"],
+    "retest": [*_KEY, "passes", "size_mm", "sites", "detected"],
+    "auc": [*_KEY, "size_mm", "auc"],
+    "roc": [*_KEY, "size_mm", "false_positive_rate", "true_positive_rate"],
 }

@@ -1,16 +1,17 @@
 """Find the keys of the header from which the nodule follows, among the recordings that teach.
 
-A detector may then learn the value, such as the source, instead of the nodule.
+A detector may then learn the value, such as the source, instead of the nodule. So the class of each
+recording is guessed from its value alone, and right guesses are counted by place.
 
 It imports nothing heavy, because the end of a run uses it.
 """
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
+from math import ceil, exp, fsum, inf, lgamma
 
-from capsule.evaluation.value_alone import Told, spoken_for, told
 from capsule.held_out import places_of, teaching
 from capsule.kinds import Row
 from capsule.names import size_mm
@@ -22,6 +23,62 @@ KEYS = {"source": "source", "session": "session", "unit": "unit", "rate_hz": "sa
 OWN = "\0"
 # A simulated source ends with its seed, which differs between sessions.
 _SEED = re.compile(r", seed [^,]*$")
+# A value speaks for a class that has it at least so many times as often as all others together.
+TIMES = 3
+# The mean of the two classes' rates; guessing has 0.5.
+LEAST = 0.8
+# The largest probability that chance alone gives such rates.
+CHANCE = 0.01
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Told:
+    """The number of places of a class, and of the others, that a value alone tells rightly.
+
+    Attributes
+    ----------
+    found, of : float
+        Places of the class; a place whose recordings have several values counts in parts.
+    passed, others : float
+        Places of the others.
+    """
+
+    found: float
+    of: float
+    passed: float
+    others: float
+
+    @property
+    def all_right(self) -> bool:
+        """Return whether every place is told rightly."""
+        right = self.found + self.passed > self.of + self.others - _ROUNDING
+        return bool(self.of and self.others) and right
+
+    def too_well(self, of_tests: int = 1) -> bool:
+        """Return whether the mean of both rates is at least `LEAST`, and not by chance.
+
+        This is one of a number of tests (Bonferroni 1936).
+        """
+        if not self.of or not self.others:
+            return False
+        mean = (self.found / self.of + self.passed / self.others) / 2
+        return mean >= LEAST - _ROUNDING and self.chance() <= CHANCE / of_tests
+
+    def chance(self) -> float:
+        """Return the one-sided p-value of Fisher's exact test; parts of places count as wrong."""
+        of, others = ceil(self.of - _ROUNDING), ceil(self.others - _ROUNDING)
+        hits = int(self.found + _ROUNDING)
+        called = hits + others - int(self.passed + _ROUNDING)
+        ways = (_choose(of, n) + _choose(others, called - n) for n in range(hits, of + 1))
+        return sum(exp(each - _choose(of + others, called)) for each in ways)
+
+
+def _choose(of: int, count: int) -> float:
+    """Return the logarithm of a binomial coefficient, minus infinity if it is 0."""
+    if not 0 <= count <= of:
+        return -inf
+    return lgamma(of + 1) - lgamma(count + 1) - lgamma(of - count + 1)
 
 
 @dataclass(frozen=True)
@@ -92,8 +149,7 @@ def confounded_keys(rows: Mapping[str, Row], held_out: Iterable[str]) -> list[Co
     sizes_mm, places = {name: size_mm(name) or 0.0 for name in able}, places_of(able)
     values = {key: {name: str(row.get(key) or "") for name, row in able.items()} for key in KEYS}
     values["source"] = {name: _SEED.sub("", text) for name, text in values["source"].items()}
-    of_keys = (of_values(key, said, sizes_mm, places) for key, said in values.items())
-    return [each for each in of_keys if each]
+    return list(filter(None, (of_values(key, values[key], sizes_mm, places) for key in KEYS)))
 
 
 def of_values(
@@ -107,18 +163,61 @@ def of_values(
     kinds = spoken_for({name: float(name in nodules) for name in said}, said, places)
     sizes = spoken_for(nodules, said, places)
     found = {name for name, kind in kinds.items() if kind}
-    nodules_mm, alone_mm = [], []
     all_mm = sorted(set(nodules.values()))
+    nodules_mm, alone_mm = [], []
     for each in all_mm:
         those = {name for name, size in nodules.items() if size == each}
+        right = {name for name, size in sizes.items() if size == each}
         if told(found, those, healthy, places).too_well(len(all_mm)):
             nodules_mm.append(each)
-        right = {name for name, size in sizes.items() if size == each}
         if told(right, those, nodules.keys() - those, places).too_well(len(all_mm)):
             alone_mm.append(each)
-    counts: dict[str, Counter[float]] = {}
+    counts: defaultdict[str, Counter[float]] = defaultdict(Counter)
     for name, value in said.items():
-        counts.setdefault(value, Counter())[sizes_mm[name]] += 1
-    of_all = told(found, nodules.keys(), healthy, places)
+        counts[value][sizes_mm[name]] += 1
     ordered = sorted(counts.items(), key=lambda each: (-each[1].total(), each[0]))
+    of_all = told(found, nodules.keys(), healthy, places)
     return Confounded(key, of_all, tuple(nodules_mm), tuple(alone_mm), dict(ordered))
+
+
+def spoken_for(
+    classes: Mapping[str, float], values: Mapping[str, str], places: Mapping[str, str]
+) -> dict[str, float | None]:
+    """Return the class for which the value of each recording speaks, by all other places.
+
+    It is the class whose share of places with the value is at least `TIMES` times the sum of those
+    of all other classes; None if there is none. Class, value and place are those of each recording.
+    """
+    several = Counter((each, places[name]) for name, each in classes.items())
+    # Weights of the places that have a value, by class, and the same at each place.
+    held: defaultdict[tuple[float, str], float] = defaultdict(float)
+    own: defaultdict[tuple[float, str, str], float] = defaultdict(float)
+    for name, each in classes.items():
+        held[each, values[name]] += 1 / several[each, places[name]]
+        own[each, values[name], places[name]] += 1 / several[each, places[name]]
+    totals = Counter(each for each, _ in several)
+    spoken: dict[str, float | None] = {}
+    for name in classes:
+        value, place = values[name], places[name]
+        shares = {
+            each: (held[each, value] - own[each, value, place])
+            / max(total - ((each, place) in several), 1)
+            for each, total in totals.items()
+        }
+        best = max(shares, key=lambda each: shares[each])
+        others = sum(shares.values()) - shares[best]
+        clear = shares[best] > _ROUNDING and shares[best] >= TIMES * others - _ROUNDING
+        spoken[name] = best if clear else None
+    return spoken
+
+
+def told(called: Set[str], wanted: Set[str], others: Set[str], places: Mapping[str, str]) -> Told:
+    """Return how many places of a class, and of the others, are told rightly.
+
+    The recordings that are called are taken for recordings of the wanted class.
+    """
+    at, elsewhere = (Counter(places[name] for name in each) for each in (wanted, others))
+    # The same in any order, as Python's own sum is not.
+    found = fsum(1 / at[places[name]] for name in wanted & called)
+    passed = fsum(1 / elsewhere[places[name]] for name in others - called)
+    return Told(found, len(at), passed, len(elsewhere))

@@ -6,7 +6,7 @@ held-out session teach nothing under any scheme.
 
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil
 from typing import TypeVar
 
@@ -29,17 +29,8 @@ LEAST_HEALTHY, LEAST_NODULES = 3, 1
 # Most recordings of a fold that one process judges in turn.
 _IN_TURN = 512
 _COLUMNS = (
-    "score",
-    "threshold",
-    "probability",
-    "estimate_mm",
-    "estimate_low_mm",
-    "estimate_high_mm",
-    "location_s",
-    "location_mm",
-    "no_verdict",
-    "familiar",
-    "unfamiliar_because",
+    *("score", "threshold", "probability", "estimate_mm", "estimate_low_mm", "estimate_high_mm"),
+    *("location_s", "location_mm", "no_verdict", "familiar", "unfamiliar_because"),
 )
 # Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
@@ -99,26 +90,23 @@ def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
     rules : mapping
         Section ``evaluation`` of the configuration.
     """
-    taught = teaching(rows, rules["held_out"])
+    taught, place = teaching(rows, rules["held_out"]), places_of(rows)
     apart = [name for name in rows if name not in taught]
-    place = places_of(rows)
     members, shared = grouped(rows, place), {place[name] for name in taught}
     together = _together(taught, place, rules["most_folds"])
     groups = {
         # A held-out recording at a place that teaches, too, has a fold of its own.
         HELD_OUT: {name: place[name] if place[name] in shared else "" for name in apart},
         LEAVE_ONE_OUT: together if LEAVE_ONE_OUT in rules["schemes"] else {},
+        **{group_scheme(key): _header_groups(key, taught, together) for key in rules["groups"]},
+        RESUBSTITUTION: dict.fromkeys(taught, "") if RESUBSTITUTION in rules["schemes"] else {},
     }
-    for key in rules["groups"]:
-        groups[group_scheme(key)] = _header_groups(key, taught, together)
     folds = []
     for scheme, group_of in groups.items():
         for judged in grouped(group_of, group_of).values():
             # The places of the judged recordings teach nothing, nor does what is held out.
-            own = (other for name in judged for other in members[place[name]])
-            folds.append(Fold(scheme, tuple(judged), frozenset(apart).union(own)))
-    if RESUBSTITUTION in rules["schemes"] and taught:
-        folds.append(Fold(RESUBSTITUTION, tuple(taught), frozenset(apart)))
+            own = () if scheme == RESUBSTITUTION else (members[place[name]] for name in judged)
+            folds.append(Fold(scheme, tuple(judged), frozenset(apart).union(*own)))
     return folds
 
 
@@ -139,8 +127,7 @@ def _header_groups(key: str, rows: Rows, alone: Mapping[str, str]) -> dict[str, 
             return {}
     for kind, least in ((healthy, LEAST_HEALTHY), (nodules, LEAST_NODULES)):
         teach = Counter(named.get(name) for name in kind if not rows[name].get("no_verdict"))
-        total = teach.total()
-        if any(total - teach[group] < least for group in set(named.values())):
+        if any(teach.total() - teach[group] < least for group in named.values()):
             return {}
     # No header holds a line feed, so no group has the name of a place.
     return {name: named.get(name, f"\n{alone[name]}") for name in rows}
@@ -270,39 +257,28 @@ def cross_validate(
     spread : callable
         Calls a function with each part of the work, like `map`.
     """
-    short = [
-        replace(fold, judged=fold.judged[start : start + _IN_TURN])
+    parts = [
+        (fold.scheme, (fold.judged[start : start + _IN_TURN], fold.left_out))
         for fold in folds
         for start in range(0, len(fold.judged), _IN_TURN)
     ]
     # No part needs the results of another.
-    parts = list(dict.fromkeys((fold.judged, fold.left_out) for fold in short))
+    different = list(dict.fromkeys(part for _, part in parts))
 
     def judge(part: tuple[tuple[str, ...], frozenset[str]]) -> list[Cells]:
         return [row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(*part)]
 
-    judged = dict(zip(parts, spread(judge, parts), strict=True))
-    rows = [
-        row | {"scheme": fold.scheme}
-        for fold in short
-        for row in judged[fold.judged, fold.left_out]
-    ]
+    judged = dict(zip(different, spread(judge, different), strict=True))
+    rows = [row | {"scheme": scheme} for scheme, part in parts for row in judged[part]]
     return sorted(rows, key=lambda row: detectors.names.index(row["detector"]))
 
 
 def judge_unlabelled(
     detectors: Detectors, names: Sequence[str], rows: Rows, apart: Sequence[str] = ()
 ) -> list[Cells]:
-    """Return the verdicts on unlabelled recordings.
-
-    All labelled recordings teach, except those of held-out sessions and those of the same place.
-    For the parameters see `unlabelled_folds`, for the verdicts `Detectors.rows`.
-    """
-    return [
-        row
-        for left_out, judged in unlabelled_folds(names, rows, apart)
-        for row in detectors.rows(judged, left_out)
-    ]
+    """Return the verdicts of `Detectors.rows` on unlabelled recordings, by `unlabelled_folds`."""
+    folds = unlabelled_folds(names, rows, apart)
+    return [row for left_out, judged in folds for row in detectors.rows(judged, left_out)]
 
 
 def unlabelled_folds(
@@ -310,8 +286,8 @@ def unlabelled_folds(
 ) -> list[tuple[frozenset[str], list[str]]]:
     """Return the labelled recordings that do not teach, and the recordings judged without them.
 
-    Unlabelled recordings are named, and the rows are those of all accepted ones. The labelled
-    recordings of held-out sessions stand apart.
+    All labelled recordings teach, except those apart, of held-out sessions, and those of the same
+    place. Unlabelled recordings are named, and the rows are those of all accepted ones.
     """
     place = places_of(rows)
     labelled = grouped((name for name in rows if size_mm(name) is not None), place)

@@ -7,7 +7,7 @@ import pandas as pd
 import yaml
 
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.paper import TABLES, Evaluation, printed_tables
+from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.kinds import Settings
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
@@ -24,24 +24,15 @@ def read_table(path: Path) -> pd.DataFrame:
         dtype=dict.fromkeys(TEXT.intersection(columns), str),
         keep_default_na=False,
         na_values={name: [""] for name in columns},
+        float_precision="round_trip",
     )
 
 
 def read_evaluation(folder: Path, printed: Settings, confidence: float) -> Evaluation:
     """Read results/evaluation, and add the paper's numbers."""
-    paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
-    tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
+    tables = {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
+    paper = printed_tables(printed, confidence)
     return Evaluation(read_table(folder / "predictions.csv"), tables, paper)
-
-
-def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
-    """Read the tables that compare the detectors."""
-    return {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
-
-
-def read_learning(folder: Path) -> pd.DataFrame:
-    """Read the rates that the detectors reach with parts of the archive."""
-    return pd.read_csv(folder / "learning.csv")
 
 
 def read_printed(path: Path) -> dict[str, Any]:

@@ -313,11 +313,3 @@ def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
     count = square * (spread + root) / (2 * half_width**2) - square
     # Slightly less, because rounding can lift a count above a whole number.
     return max(math.ceil(count - 1e-9), 1)
-
-
-def recordings_needed_within(low: float, high: float, half_width: float, confidence: float) -> int:
-    """Return how many recordings are enough for every rate between two ends.
-
-    That is `recordings_needed` for the rate nearest to one half, where the interval is widest.
-    """
-    return recordings_needed(min(max(0.5, low), high), half_width, confidence)

@@ -11,7 +11,7 @@ of the recordings that it judges; all others teach.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from math import ceil
 
@@ -20,8 +20,8 @@ import pandas as pd
 
 from capsule.detectors.base import Detector, TrainingArchive
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
-from capsule.evaluation.intervals import gain_interval, rate_of
-from capsule.evaluation.rates import interval_columns, is_right
+from capsule.evaluation.intervals import gain_interval
+from capsule.evaluation.rates import cells_over, is_right, rate_over
 from capsule.kinds import Cells, Spread
 from capsule.seeding import generator
 
@@ -75,23 +75,20 @@ def draw_splits(
     }
 
 
-def taught_counts(
-    splits: Sequence[Sequence[str]], sizes_mm: Mapping[str, float]
+def mean_taught(
+    left_out: Collection[tuple[Collection[str], int]], sizes_mm: Mapping[str, float]
 ) -> dict[float, float]:
-    """Return how many recordings of each size teach, on average over the splits."""
-    judged = Counter(sizes_mm[name] for split in splits for name in split)
-    counts = sorted(Counter(sizes_mm.values()).items())
-    return {size: (len(splits) * count - judged[size]) / len(splits) for size, count in counts}
+    """Return how many recordings of each size teach, as a weighted mean.
 
-
-def counts_in_folds(folds: Sequence[Fold], sizes_mm: Mapping[str, float]) -> dict[float, float]:
-    """Return how many recordings of each size teach, on average over the judged recordings."""
-    judged, left_out = sum(len(fold.judged) for fold in folds), Counter[float]()
-    for fold in folds:
-        for name in fold.left_out & sizes_mm.keys():
-            left_out[sizes_mm[name]] += len(fold.judged)
+    What is left out stands in pairs of its names, which may be of other recordings too, and the
+    weight.
+    """
+    left, total = Counter[float](), sum(weight for _, weight in left_out)
+    for names, weight in left_out:
+        for name in sizes_mm.keys() & names:
+            left[sizes_mm[name]] += weight
     counts = Counter(sizes_mm.values())
-    return {size: count - left_out[size] / judged for size, count in counts.items()}
+    return {size: count - left[size] / total for size, count in counts.items()}
 
 
 def mean_right(
@@ -168,31 +165,33 @@ def learning_rows(
     sizes_mm = {name: size for name, size in archive.sizes_mm.items() if name not in set(apart)}
     places = {name: archive.places.get(name, name) for name in sizes_mm}
     by_share = draw_splits(sizes_mm, rules["seed"], places)
-    points_of = [(name, share) for name in detectors for share in by_share]
+    taught = {
+        share: mean_taught([(judged, 1) for judged in splits], sizes_mm)
+        for share, splits in by_share.items()
+    }
+    points = [(name, share) for name in detectors for share in by_share]
 
     def right_at(point: tuple[str, float]) -> pd.Series:
         name, share = point
         return mean_right(detectors[name], archive, by_share[share], apart)
 
-    right = dict(zip(points_of, spread(right_at, points_of), strict=True))
-    recordings = pd.DataFrame({"size_mm": pd.Series(sizes_mm, dtype=float)})
-    recordings["place"] = pd.factorize(pd.Series(places))[0]
+    right = dict(zip(points, spread(right_at, points), strict=True))
     alone = predictions[predictions["scheme"] == LEAVE_ONE_OUT].set_index("recording")
-    alone = alone[alone.index.isin(recordings.index)]
+    alone = alone[alone.index.isin([*sizes_mm])]
+    if len(alone):
+        of_scheme = [fold for fold in folds if fold.scheme == LEAVE_ONE_OUT]
+        counted = [(fold.left_out, len(fold.judged)) for fold in of_scheme]
+        taught[ALL_BUT_ONE] = mean_taught(counted, sizes_mm)
+    recordings = pd.DataFrame({"size_mm": pd.Series(sizes_mm, dtype=float), "setup": -1})
+    recordings["place"] = pd.factorize(pd.Series(places))[0]
     rows = []
     for name in detectors:
         last = _right(alone.loc[alone["detector"] == name, "predicted_mm"], sizes_mm)
-        points = {
-            share: (len(splits), right[name, share], taught_counts(splits, sizes_mm))
-            for share, splits in by_share.items()
-        }
-        if len(last):
-            of_scheme = [fold for fold in folds if fold.scheme == LEAVE_ONE_OUT]
-            points[ALL_BUT_ONE] = len(last), last, counts_in_folds(of_scheme, sizes_mm)
-        for share, (splits, now, counts) in points.items():
+        for share, counts in taught.items():
             # The last point has nothing to gain.
-            rated = recordings.assign(right=now, after=last if share < ALL_BUT_ONE else np.nan)
-            key = {"detector": name, "share": share, "splits": splits}
+            after = last if share < ALL_BUT_ONE else np.nan
+            rated = recordings.assign(right=right.get((name, share), last), after=after)
+            key = {"detector": name, "share": share, "splits": len(by_share.get(share, last))}
             rows += [key | row for row in _rate_rows(rated, counts, rules["confidence"])]
     return rows
 
@@ -203,19 +202,17 @@ def _rate_rows(
     """Yield the rates at one share for each range of sizes; `after` is under leave-one-out."""
     for first, last in size_ranges(rated["size_mm"]):
         of_range = rated[rated["size_mm"].between(first, last)]
-        clusters, right, after = (of_range[name].to_numpy() for name in ("place", "right", "after"))
         # In a large archive not every recording is judged at every share.
-        known = ~np.isnan(right)
-        yield {
-            "taught": round(sum(counts.values()), 6),
-            "taught_healthy": counts.get(0.0, 0.0),
-            "size_from_mm": first,
-            "size_to_mm": last,
-            "taught_of_size": sum(n for size, n in counts.items() if first <= size <= last),
-            "judged": int(known.sum()),
-            "clusters": np.unique(clusters[known]).size,
-            **interval_columns(
-                rate=rate_of(right[known], clusters[known], confidence),
-                gain=gain_interval(right, after, confidence, clusters),
-            ),
-        }
+        known = of_range[of_range["right"].notna()]
+        right, after, places = (of_range[name].to_numpy() for name in ("right", "after", "place"))
+        yield cells_over(
+            known,
+            taught=round(sum(counts.values()), 6),
+            taught_healthy=counts.get(0.0, 0.0),
+            size_from_mm=first,
+            size_to_mm=last,
+            taught_of_size=sum(n for size, n in counts.items() if first <= size <= last),
+            judged=len(known),
+            rate=rate_over(known, confidence),
+            gain=gain_interval(right, after, confidence, places),
+        )

@@ -1,7 +1,7 @@
-"""The measures that rate the detectors, as tables with detector and scheme in each row."""
+"""The tables of measures that rate the detectors, with detector and scheme in each row."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -21,16 +21,19 @@ from capsule.evaluation.intervals import (
     ratio_interval,
 )
 from capsule.evaluation.rates import (
-    cluster_count,
+    cells_over,
     cluster_unit,
     clusters_of,
-    interval_columns,
-    is_within,
+    confusion,
+    detection,
     of_each,
     rate_over,
+    sizing,
+    specificity,
+    with_ends,
 )
 from capsule.evaluation.roc import auc_interval, height_at
-from capsule.evaluation.sites import detections_by_passes, number, passes_by_site
+from capsule.evaluation.sites import detections_by_passes
 from capsule.kinds import Cells, Settings
 
 ALWAYS = "always_nodule"
@@ -39,37 +42,35 @@ _GRID = np.linspace(0.0, 1.0, 21)
 
 
 def measure_tables(
-    predictions: pd.DataFrame, index: Rows, rules: Settings
+    predictions: pd.DataFrame,
+    sizes_mm: Collection[float],
+    rules: Settings,
+    index: Rows | None = None,
+    names: Collection[str] = tuple(COLUMNS),
 ) -> dict[str, pd.DataFrame]:
-    """Return all tables named in `COLUMNS`.
+    """Return the tables that rate the detectors.
 
-    Predictions and index are as in `capsule.evaluation.rates.of_each`. The rules are the section
-    ``evaluation`` of the configuration.
+    Parameters
+    ----------
+    predictions, index
+        As in `capsule.evaluation.rates.of_each`.
+    sizes_mm : collection of float
+        Sizes that have a template, including 0, ascending.
+    rules : mapping
+        Section ``evaluation`` of the configuration, or the keys that the tables need.
+    names : collection of str
+        The wanted tables, of `COLUMNS`.
     """
-    level, tolerance_mm, prevalence = (
-        rules[key] for key in ("confidence", "tolerance_mm", "prevalence")
-    )
-    made: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
-    by_scheme: dict[str, list[tuple[Cells, pd.DataFrame]]] = {}
-    for key, rows in of_each(predictions, index):
-        by_scheme.setdefault(key["scheme"], []).append((key, rows))
-        tables = {
-            "auc": areas(rows, level),
-            "roc": curves(rows),
-            "predictive_values": predictive(rows, prevalence, level),
-            "calibration": calibration(rows, prevalence, rules["calibration_bins"], level),
-            "brier": brier(rows, prevalence),
-            "size_error": size_errors(rows, level),
-            "localisation": localisation(rows, index, level),
-        }
-        if key["scheme"] == LEAVE_ONE_OUT:
-            tables["retest"] = retests(key["detector"], rows, index, rules)
-        for name, table in tables.items():
-            made[name] += [key | row for row in table]
-    for scheme, of_scheme in by_scheme.items():
-        made["summary"] += summary(of_scheme, tolerance_mm, level)
-        compared = comparisons(of_scheme, tolerance_mm, level)
-        made["comparison"] += [{"scheme": scheme, **row} for row in compared]
+    rules = {**rules, "sizes_mm": sizes_mm}
+    made: dict[str, list[Cells]] = {name: [] for name in names}
+    schemes: dict[str, dict[str, pd.DataFrame]] = {}
+    for key, rows in of_each(predictions, rules["tolerance_mm"], index):
+        schemes.setdefault(key["scheme"], {})[key["detector"]] = rows
+        for name in made.keys() & _OF_ONE.keys():
+            made[name] += [key | row for row in _OF_ONE[name](rows, rules)]
+    for scheme, of_scheme in schemes.items():
+        for name in made.keys() & _OF_SCHEME.keys():
+            made[name] += _OF_SCHEME[name](scheme, of_scheme, rules)
     return {
         name: pd.DataFrame(rows, columns=None if rows else COLUMNS[name])
         for name, rows in made.items()
@@ -92,38 +93,33 @@ def _known(rows: pd.DataFrame, column: str) -> pd.DataFrame:
     return rows[rows[column].notna() & rows["predicted_mm"].notna()]
 
 
-def _right_size(rows: pd.DataFrame, tolerance_mm: float) -> BoolArray:
-    return is_within(rows["predicted_mm"].to_numpy(), rows["size_mm"].to_numpy(), tolerance_mm)
-
-
-def summary(
-    of_scheme: Sequence[tuple[Cells, pd.DataFrame]], tolerance_mm: float, confidence: float
-) -> Iterator[Cells]:
+def summary(scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings) -> Iterator[Cells]:
     """Yield each detector's rates over all recordings, and those of always predicting a nodule.
 
     A missed nodule has no size, so it is neither exact nor within the tolerance. In the mean
     absolute error it counts as 0 mm, and so does a nodule without a verdict.
     """
-    key, first = of_scheme[0]
+    level, first = rules["confidence"], next(iter(of_scheme.values()))
     always = first.assign(predicted_mm=np.inf, right=first["size_mm"] > 0)
-    for label, rows in [*of_scheme, (key | {"detector": ALWAYS}, always)]:
+    for detector, rows in {**of_scheme, ALWAYS: always}.items():
         nodules, healthy = rows[rows["size_mm"] > 0], _healthy(rows)
-        sensitivity, specificity = (
-            rate_over(kind, kind["right"], confidence) for kind in (nodules, healthy)
-        )
+        sensitivity, specificity = rate_over(nodules, level), rate_over(healthy, level)
         # The baseline names no size.
-        sized = nodules if label["detector"] != ALWAYS else nodules[:0]
+        sized = nodules if detector != ALWAYS else nodules[:0]
         error = sized["predicted_mm"].fillna(0.0) - sized["size_mm"]
-        values = interval_columns(
-            accuracy=rate_over(rows, rows["right"], confidence),
+        yield cells_over(
+            rows,
+            detector=detector,
+            scheme=scheme,
+            recordings=len(rows),
+            accuracy=rate_over(rows, level),
             sensitivity=sensitivity,
             specificity=specificity,
             balanced_accuracy=_mean_of(sensitivity, specificity),
-            exact_rate=rate_over(sized, _right_size(sized, 0.0), confidence),
-            within_rate=rate_over(sized, _right_size(sized, tolerance_mm), confidence),
-            mean_absolute_error_mm=_absolute_error(error, sized, confidence),
+            exact_rate=rate_over(sized, level, "exact"),
+            within_rate=rate_over(sized, level, "within"),
+            mean_absolute_error_mm=_absolute_error(error, sized, level),
         )
-        yield label | {"recordings": len(rows)} | values | {"clusters": cluster_count(rows)}
 
 
 def _mean_of(first: Interval, second: Interval) -> Interval:
@@ -141,21 +137,21 @@ def _absolute_error(error: pd.Series, rows: pd.DataFrame, confidence: float) -> 
     return value, max(low, 0.0), high
 
 
-def areas(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
+def areas(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the areas under the ROC curves, for any nodule and for each size.
 
     Only recordings with a verdict and a score have a place in the order of the scores.
     """
     for size_mm, healthy, nodules in _scored(rows):
-        scores = healthy["score"].to_numpy(), nodules["score"].to_numpy()
         unit = cluster_unit(healthy, nodules)
+        scores = healthy["score"].to_numpy(), nodules["score"].to_numpy()
         clusters = healthy[unit].to_numpy(), nodules[unit].to_numpy()
-        area = auc_interval(*scores, confidence, *clusters)
+        area = auc_interval(*scores, rules["confidence"], *clusters)
         count = np.unique(np.concatenate(clusters)).size
-        yield {"size_mm": size_mm, **interval_columns(auc=area), "clusters": count}
+        yield with_ends(size_mm=size_mm, auc=area, clusters=count)
 
 
-def curves(rows: pd.DataFrame) -> Iterator[Cells]:
+def curves(rows: pd.DataFrame, _: Settings) -> Iterator[Cells]:
     """Yield the points of the ROC curves, for any nodule and for each size."""
     for size_mm, healthy, nodules in _scored(rows):
         heights = height_at(healthy["score"].to_numpy(), nodules["score"].to_numpy(), _GRID)
@@ -173,22 +169,24 @@ def _scored(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame, pd
             yield size_mm, healthy, nodules
 
 
-def predictive(rows: pd.DataFrame, prevalence: float, confidence: float) -> Iterator[Cells]:
+def predictive(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the predictive values at a stated prevalence, for any nodule and for each size.
 
     The experimenter chooses the prevalence of an archive. The values therefore follow from the
     shares of verdicts by Bayes' rule, from `share_right`. A recording without a verdict is neither
     a positive nor a negative one.
     """
-    odds, healthy = prevalence / (1 - prevalence), _healthy(rows)
+    prevalence, level, healthy = rules["prevalence"], rules["confidence"], _healthy(rows)
+    odds = prevalence / (1 - prevalence)
     for size_mm, nodules in by_size(rows):
-        values = interval_columns(
-            sensitivity=rate_over(nodules, nodules["found"], confidence),
-            ppv=share_right(nodules, healthy, "found", odds, confidence),
-            npv=share_right(healthy, nodules, "quiet", 1 / odds, confidence),
+        yield cells_over(
+            pd.concat([healthy, nodules]),
+            size_mm=size_mm,
+            prevalence=prevalence,
+            sensitivity=rate_over(nodules, level),
+            ppv=share_right(nodules, healthy, "found", odds, level),
+            npv=share_right(healthy, nodules, "quiet", 1 / odds, level),
         )
-        clusters = cluster_count(pd.concat([healthy, nodules]))
-        yield {"size_mm": size_mm, "prevalence": prevalence, **values, "clusters": clusters}
 
 
 def share_right(
@@ -217,9 +215,9 @@ def share_right(
         count = effective_count(rows[given].to_numpy(), clusters_of(rows), confidence)
         counts.append((times if count == len(rows) else times / len(rows) * count, count))
     ratio = hits * len(wrong) / (len(right) * errors) if errors else math.inf
-    ends = ratio_interval(*counts[0], *counts[1], confidence)
     value, low, high = (
-        1.0 if each == math.inf else each * odds / (1 + each * odds) for each in (ratio, *ends)
+        1.0 if each == math.inf else each * odds / (1 + each * odds)
+        for each in (ratio, *ratio_interval(*counts[0], *counts[1], confidence))
     )
     # Rounding in the last digit must not move an end past the value.
     return value, min(low, value), max(high, value)
@@ -239,9 +237,9 @@ def brier_score(probability: FloatArray | float, nodule: BoolArray, prevalence: 
     return float(np.sum(weights * (probability - nodule) ** 2))
 
 
-def brier(rows: pd.DataFrame, prevalence: float) -> Iterator[Cells]:
+def brier(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the Brier score of a detector that states probabilities."""
-    known = _known(rows, "probability")
+    known, prevalence = _known(rows, "probability"), rules["prevalence"]
     nodule = known["size_mm"].to_numpy() > 0
     if nodule.size:
         yield {
@@ -252,35 +250,34 @@ def brier(rows: pd.DataFrame, prevalence: float) -> Iterator[Cells]:
         }
 
 
-def calibration(
-    rows: pd.DataFrame, prevalence: float, bins: int, confidence: float
-) -> Iterator[Cells]:
+def calibration(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the stated probability and the observed frequency of nodules in each bin.
 
     Both are weighted to the prevalence, and NaN if the bin is empty. A probability in a bin is
     treated as a verdict. The frequency of nodules in the bin is then a predictive value with its
     interval: five nodules and no healthy recording do not prove 100 %.
     """
-    known = _known(rows, "probability")
+    known, bins = _known(rows, "probability"), rules["calibration_bins"]
     nodule, stated = known["size_mm"] > 0, known["probability"].to_numpy()
     bin_of = np.minimum((stated * bins).astype(int), bins - 1)
-    weights = prevalence_weights(nodule.to_numpy(), prevalence)
+    weights = prevalence_weights(nodule.to_numpy(), rules["prevalence"])
+    odds = rules["prevalence"] / (1 - rules["prevalence"])
     for turn in range(bins if len(known) else 0):
         inside = bin_of == turn
-        binned, odds = known.assign(inside=inside), prevalence / (1 - prevalence)
-        observed = share_right(binned[nodule], binned[~nodule], "inside", odds, confidence)
-        total = weights[inside].sum()
-        yield {
-            "stated_low": turn / bins,
-            "stated_high": (turn + 1) / bins,
-            "recordings": int(inside.sum()),
-            "stated": float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
-            **interval_columns(observed=observed),
-            "clusters": cluster_count(known[inside]),
-        }
+        binned, total = known.assign(inside=inside), weights[inside].sum()
+        yield cells_over(
+            known[inside],
+            stated_low=turn / bins,
+            stated_high=(turn + 1) / bins,
+            recordings=int(inside.sum()),
+            stated=float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
+            observed=share_right(
+                binned[nodule], binned[~nodule], "inside", odds, rules["confidence"]
+            ),
+        )
 
 
-def size_errors(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
+def size_errors(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield bias and absolute error of the estimated size, for any nodule and for each size.
 
     Only recordings in which a nodule was detected have an estimate.
@@ -288,57 +285,65 @@ def size_errors(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
     for size_mm, nodules in by_size(rows):
         sized = _known(nodules, "estimate_mm")
         error = sized["estimate_mm"] - sized["size_mm"]
-        errors = interval_columns(
-            bias=mean_interval(error.to_numpy(), confidence, clusters_of(sized)),
-            absolute_error=_absolute_error(error, sized, confidence),
+        errors = with_ends(
+            bias=mean_interval(error.to_numpy(), rules["confidence"], clusters_of(sized)),
+            absolute_error=_absolute_error(error, sized, rules["confidence"]),
         )
-        row = {"size_mm": size_mm, "recordings": len(nodules), "detected": len(sized)}
-        row |= {f"{name}_mm": value for name, value in errors.items()}
-        yield row | {"clusters": cluster_count(sized)}
+        yield cells_over(
+            sized,
+            size_mm=size_mm,
+            recordings=len(nodules),
+            detected=len(sized),
+            **{f"{name}_mm": value for name, value in errors.items()},
+        )
 
 
-def localisation(rows: pd.DataFrame, index: Rows, confidence: float) -> Iterator[Cells]:
+def localisation(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the error of the location, for recordings whose header has the nodule's position."""
-    truth = [number(index[name]["nodule_at_mm"]) for name in rows.index]
-    located = rows.assign(error=(rows["location_mm"] - truth).where(rows["predicted_mm"] > 0))
-    for size_mm, known in by_size(located[located["error"].notna()]):
+    error = (rows["location_mm"] - rows["nodule_at_mm"]).where(rows["predicted_mm"] > 0)
+    for size_mm, known in by_size(rows.assign(error=error)[error.notna()]):
         if len(known):
-            error, clusters = known["error"].to_numpy(), clusters_of(known)
-            errors = interval_columns(
-                median_absolute_error_mm=median_interval(np.abs(error), confidence, clusters),
-                bias_mm=mean_interval(error, confidence, clusters),
+            errors, clusters = known["error"].to_numpy(), clusters_of(known)
+            yield cells_over(
+                known,
+                size_mm=size_mm,
+                recordings=len(known),
+                median_absolute_error_mm=median_interval(
+                    np.abs(errors), rules["confidence"], clusters
+                ),
+                bias_mm=mean_interval(errors, rules["confidence"], clusters),
             )
-            row = {"size_mm": size_mm, "recordings": len(known), **errors}
-            yield row | {"clusters": cluster_count(known)}
 
 
 def comparisons(
-    of_scheme: Sequence[tuple[Cells, pd.DataFrame]], tolerance_mm: float, confidence: float
+    scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings
 ) -> Iterator[Cells]:
     """Yield the comparison of every two detectors on the same recordings, for each measure.
 
     ``only_first`` and ``only_second`` are numbers of recordings that only this detector judges
     correctly. ``difference`` is that of the rates, second minus first, from `gain_interval`.
     """
-    for (one, first), (other, second) in combinations(of_scheme, 2):
-        second = second.loc[first.index]
-        detected = first.assign(one=first["right"], other=second["right"])
-        sized = first.assign(
-            one=_right_size(first, tolerance_mm), other=_right_size(second, tolerance_mm)
-        )
-        whole, *sizes = by_size(detected)
-        kinds = [("detection", *kind) for kind in (whole, (0.0, _healthy(detected)), *sizes)]
-        kinds += [("size_within_tolerance", *kind) for kind in by_size(sized)]
-        for measure, size_mm, rows in kinds:
-            right = rows["one"].to_numpy(), rows["other"].to_numpy()
-            clusters = clusters_of(rows)
-            row = {"first": one["detector"], "second": other["detector"], "measure": measure}
-            row |= {"size_mm": size_mm, "recordings": len(rows)}
-            row |= {"only_first": int(np.sum(right[0] & ~right[1]))}
-            row |= {"only_second": int(np.sum(right[1] & ~right[0]))}
-            row |= interval_columns(difference=gain_interval(*right, confidence, clusters))
-            row["mcnemar_p"] = sign_test(*right, clusters)
-            yield row | {"clusters": cluster_count(rows)}
+    for (one, first), (other, second) in combinations(of_scheme.items(), 2):
+        for measure, mark in (("detection", "right"), ("size_within_tolerance", "within")):
+            both = first.assign(one=first[mark], other=second.loc[first.index, mark])
+            whole, *sizes = by_size(both)
+            healthy = [(0.0, _healthy(both))] if mark == "right" else []
+            for size_mm, rows in (whole, *healthy, *sizes):
+                right = rows["one"].to_numpy(), rows["other"].to_numpy()
+                clusters = clusters_of(rows)
+                yield cells_over(
+                    rows,
+                    scheme=scheme,
+                    first=one,
+                    second=other,
+                    measure=measure,
+                    size_mm=size_mm,
+                    recordings=len(rows),
+                    only_first=int(np.sum(right[0] & ~right[1])),
+                    only_second=int(np.sum(right[1] & ~right[0])),
+                    difference=gain_interval(*right, rules["confidence"], clusters),
+                    mcnemar_p=sign_test(*right, clusters),
+                )
 
 
 def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArray) -> float:
@@ -351,29 +356,39 @@ def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArra
         return float("nan")
     _, cluster_of = np.unique(clusters, return_inverse=True)
     gains = np.bincount(cluster_of, second_right.astype(float) - first_right)
-    first, second = int(np.sum(gains < 0)), int(np.sum(gains > 0))
-    if first == second:
-        return 1.0
-    count, ways, cases = first + second, 1, 0
-    for wins in range(min(first, second) + 1):
-        cases += ways
-        ways = ways * (count - wins) // (wins + 1)
-    chance: float = 2 * cases / 2**count
-    return chance
+    wins, count = int(np.sum(gains > 0)), int(np.count_nonzero(gains))
+    tail = sum(math.comb(count, fewer) for fewer in range(min(wins, count - wins) + 1))
+    chance: float = 2 * tail / 2**count
+    return min(chance, 1.0)
 
 
-def retests(detector: str, rows: pd.DataFrame, index: Rows, rules: Settings) -> Iterator[Cells]:
+def retests(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the rates of detection if several passes over a site are judged together.
 
     Passes over one site with another label are another site. Nothing is yielded if no site has
-    several passes. The parameters are those of `measure_tables`, for one detector.
+    several passes, nor under another scheme than leave-one-out: the gain is shown once.
     """
-    sites = {name: row["site"] for name, row in index.items()}
-    passes = passes_by_site(rows.reset_index(names="recording").to_dict("records"), sites)
-    several = any(of_site["score"].size > 1 for of_site in passes.values())
+    several = rows.duplicated(["site", "size_mm"]).any() and rows["scheme"].iat[0] == LEAVE_ONE_OUT
     for count in rules["passes"] if several else ():
-        judged = detections_by_passes(passes, detector, count, rules["specificity"])
-        for size_mm in np.unique(judged[0]).tolist():
-            found = judged[1][judged[0] == size_mm]
-            row = {"passes": count, "size_mm": size_mm, "sites": found.size}
-            yield row | interval_columns(detected=rate_of(found, None, rules["confidence"]))
+        judged = detections_by_passes(rows, rows["detector"].iat[0], count, rules["specificity"])
+        for size_mm, found in judged.groupby("size_mm")["detected"]:
+            detected = rate_of(found.to_numpy(), None, rules["confidence"])
+            yield with_ends(passes=count, size_mm=size_mm, sites=found.size, detected=detected)
+
+
+# The tables of one detector under one scheme, and those of all detectors under one scheme.
+_OF_ONE: Mapping[str, Callable[[pd.DataFrame, Settings], Iterator[Cells]]] = {
+    "detection": detection,
+    "specificity": specificity,
+    "sizing": sizing,
+    "confusion": confusion,
+    "predictive_values": predictive,
+    "size_error": size_errors,
+    "calibration": calibration,
+    "brier": brier,
+    "localisation": localisation,
+    "retest": retests,
+    "auc": areas,
+    "roc": curves,
+}
+_OF_SCHEME = {"summary": summary, "comparison": comparisons}

@@ -1,17 +1,16 @@
 """The tables of rates beside the numbers that the paper prints, also as points of figures."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pandas as pd
 
 from capsule.detectors.registry import PAPER
-from capsule.evaluation.intervals import rate
-from capsule.evaluation.rates import COLUMNS, interval_columns, rate_tables
-from capsule.kinds import Cells, Row, Settings
+from capsule.evaluation.columns import RATES
+from capsule.evaluation.measures import measure_tables
+from capsule.kinds import Settings
 
 NAME = "paper"
-TABLES = tuple(COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,9 @@ class Evaluation:
         return self.predictions["detector"].unique().tolist() or [PAPER]
 
     def sizes_mm(self) -> list[float]:
-        """Return the sizes that have a template, including 0, ascending."""
-        return template_sizes_mm(self.predictions.columns)
+        """Return the sizes that have a template, including 0, ascending; each has a column."""
+        named = [name for name in self.predictions.columns if name.startswith("rmse_")]
+        return sorted(float(name.removeprefix("rmse_").removesuffix("mm")) for name in named)
 
     def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
         """Return one detector's rows of a table, followed by the paper's rows if wanted."""
@@ -47,16 +47,7 @@ class Evaluation:
         return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
 
 
-def template_sizes_mm(columns: Iterable[str]) -> list[float]:
-    """Return the sizes that have a template, including 0, ascending.
-
-    They have a column each in results/evaluation/predictions.csv, whose columns are given.
-    """
-    named = [name.removeprefix("rmse_") for name in columns if name.startswith("rmse_")]
-    return sorted(float(name.removesuffix("mm")) for name in named if name.endswith("mm"))
-
-
-def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
+def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFrame]:
     """Return the printed rates in the columns of our tables, detector and scheme ``paper``.
 
     The paper prints percentages. The counts follow from the number of recordings of each size: TP
@@ -65,7 +56,7 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     as many verdicts give the intervals.
 
     Each recording counts as a cluster, because the paper names no set-ups. Of ``confusion``, only
-    the rows for recordings without a nodule are known.
+    the rows for recordings without a nodule are known, and of ``sizing`` not the errors.
 
     Parameters
     ----------
@@ -74,32 +65,30 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     confidence : float
         Level of the Wilson intervals, such as 0.95.
     """
-    count, verdicts = printed["recordings_per_size"], []
+    count, tolerance_mm = printed["recordings_per_size"], printed["sizing_tolerance_mm"]
+    sized, verdicts = {row["size_mm"]: row for row in printed["sizing"]}, []
     for row in printed["detection"]:
         hits, size_mm = round(row["recall_percent"] / 100 * count), float(row["size_mm"])
         alarms = round(hits / (row["precision_percent"] / 100)) - hits
-        verdicts += [(size_mm, size_mm)] * hits + [(size_mm, 0.0)] * (count - hits)
-        verdicts += [(0.0, size_mm)] * alarms
+        exact, within = (
+            round(sized.get(size_mm, {}).get(f"{name}_percent", 0) / 100 * count)
+            for name in ("exact", "within")
+        )
+        # Any sizes do that are exact, that are only within the tolerance, and that are neither.
+        for error_mm, of in ((0, exact), (tolerance_mm, within - exact), (9, hits - within)):
+            verdicts += [(size_mm, size_mm + error_mm)] * of
+        verdicts += [(size_mm, 0.0)] * (count - hits) + [(0.0, size_mm)] * alarms
     quiet = count - sum(true_mm == 0 for true_mm, _ in verdicts)
     verdicts += [(0.0, 0.0)] * quiet
     predictions = pd.DataFrame(verdicts, columns=["size_mm", "predicted_mm"])
     predictions = predictions.assign(detector=NAME, scheme=NAME)
     sizes_mm = [0.0, *(float(row["size_mm"]) for row in printed["detection"])]
-    rules = {"tolerance_mm": printed["sizing_tolerance_mm"], "confidence": confidence}
-    made = rate_tables(predictions, sizes_mm, rules)
-    made["confusion"] = made["confusion"].query("size_mm == 0")
-    sizing = [_sizing_row(row, count, confidence) for row in printed["sizing"]]
-    return {name: table.to_dict("records") for name, table in made.items()} | {"sizing": sizing}
-
-
-def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
-    exact, within = (round(row[f"{name}_percent"] / 100 * count) for name in ("exact", "within"))
-    rates = {"exact_rate": rate(exact, count, confidence)}
-    rates |= {"within_rate": rate(within, count, confidence)}
-    counts = {"size_mm": float(row["size_mm"]), "recordings": count, "clusters": count}
-    counts |= {"exact": exact, "within": within, "one_sided": row["one_sided"]}
-    known = {"detector": NAME, "scheme": NAME, **counts, **interval_columns(**rates)}
-    return known | {"mean_absolute_error_mm": float("nan")}
+    rules = {"tolerance_mm": tolerance_mm, "confidence": confidence}
+    made = measure_tables(predictions, sizes_mm, rules, names=RATES)
+    sizing = made["sizing"][made["sizing"]["size_mm"].isin([*sized])]
+    one_sided = [row["one_sided"] for row in printed["sizing"]]
+    made["sizing"] = sizing.assign(one_sided=one_sided, mean_absolute_error_mm=float("nan"))
+    return made | {"confusion": made["confusion"].query("size_mm == 0")}
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
@@ -107,16 +96,14 @@ def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
     counted = detection.assign(
         positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
     )
-    precision = _points(counted, "precision", "tp", "positives")
-    return pd.concat([precision, _points(counted, "recall", "tp", "of_size")], ignore_index=True)
+    return _points(counted, precision=("tp", "positives"), recall=("tp", "of_size"))
 
 
 def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
     """Return the exact and the within-tolerance rate per size from the table of sizing."""
-    exact = _points(sizing, "exact_rate", "exact", "recordings")
-    within = _points(sizing, "within_rate", "within", "recordings")
-    within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
-    return pd.concat([exact, within], ignore_index=True)
+    counts = {f"{name}_rate": (name, "recordings") for name in ("exact", "within")}
+    one_sided = [*[False] * len(sizing), *sizing["one_sided"].astype(bool)]
+    return _points(sizing, **counts).assign(one_sided=one_sided)
 
 
 def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
@@ -130,15 +117,17 @@ def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
         of=healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum"),
         size_mm=healthy["predicted_mm"],
     )
-    points = _points(healthy[healthy["of"] > 0], "share", "count", "of")
-    return points.assign(measure="classified").reset_index(drop=True)
+    points = _points(healthy[healthy["of"] > 0], share=("count", "of"))
+    return points.assign(measure="classified")
 
 
-def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
-    """Return a rate of each row, with its counts and the ends of its interval."""
-    columns = {"size_mm": "size_mm", "detector": "detector", "scheme": "scheme"}
-    columns |= {"hits": hits, "of": of, "rate": measure}
-    columns |= {"low": f"{measure}_low", "high": f"{measure}_high"}
-    points = pd.DataFrame({name: table[column] for name, column in columns.items()})
-    points.insert(0, "measure", measure)
-    return points.assign(one_sided=False)
+def _points(table: pd.DataFrame, **measures: tuple[str, str]) -> pd.DataFrame:
+    """Return rates of each row, with the ends of their intervals; hits and count are columns."""
+    points = [
+        table[["size_mm", "detector", "scheme", hits, of, rate, f"{rate}_low", f"{rate}_high"]]
+        .set_axis(["size_mm", "detector", "scheme", "hits", "of", "rate", "low", "high"], axis=1)
+        .assign(measure=rate)
+        for rate, (hits, of) in measures.items()
+    ]
+    joined = pd.concat(points, ignore_index=True).assign(one_sided=False)
+    return joined[["measure", *joined.columns.drop("measure")]]

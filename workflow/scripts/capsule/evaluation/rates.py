@@ -1,11 +1,11 @@
-"""The rates of correct verdicts, as the paper defines them, with intervals.
+"""The verdicts of each detector under each scheme, and the rates that the paper defines.
 
 A recording without a verdict counts as a failure: it stays in the denominators of sensitivity,
 specificity and the rates of sizes. A precision is a share of given verdicts (Schuetz et al., BMJ
 345, 2012). A detector that gives no verdict at all under a scheme has no rows.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -16,57 +16,10 @@ from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, lower_bound,
 from capsule.held_out import places_of
 from capsule.kinds import Cells, Settings
 
-_KEY = ("detector", "scheme")
-
-
-def _with_ends(name: str, *further: str) -> list[str]:
-    return [name, f"{name}_low", f"{name}_high", *further]
-
-
-# The columns of every table; a table without rows has them too.
-COLUMNS = {
-    "detection": [
-        *(*_KEY, "size_mm", "tp", "fp", "fn"),
-        *_with_ends("precision", "precision_at_least"),
-        *_with_ends("recall", "recall_at_least", "clusters"),
-    ],
-    "specificity": [
-        *(*_KEY, "healthy", "true_negatives"),
-        *_with_ends("specificity", "specificity_at_least", "clusters"),
-    ],
-    "sizing": [
-        *(*_KEY, "size_mm", "recordings", "exact", *_with_ends("exact_rate"), "within"),
-        *_with_ends("within_rate", "one_sided", "mean_absolute_error_mm", "clusters"),
-    ],
-    "confusion": [*_KEY, "size_mm", "predicted_mm", "count", *_with_ends("share")],
-}
+# What was held out comes first, what was learned last.
+_TURN = {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}
 # Under these, the place is left out, or nothing; under any other one, whole set-ups may be.
 _OVER_PLACES = (LEAVE_ONE_OUT, RESUBSTITUTION)
-
-
-def interval_columns(**values: Interval) -> dict[str, float]:
-    """Return each value and its interval's ends as ``name``, ``name_low`` and ``name_high``."""
-    return {
-        column: end
-        for name, interval in values.items()
-        for column, end in zip(_with_ends(name), interval, strict=True)
-    }
-
-
-def rate_over(rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float) -> Interval:
-    """Return the share of right verdicts and its Wilson interval over clusters.
-
-    The recordings are rows of `of_each`. Right ones are marked; the others are failures.
-    """
-    return rate_of(np.asarray(right), clusters_of(rows), confidence)
-
-
-def _bounded(
-    name: str, rows: pd.DataFrame, right: pd.Series, confidence: float
-) -> dict[str, float]:
-    """Return the columns of `rate_over`, and `lower_bound` as ``name_at_least``."""
-    columns = interval_columns(**{name: rate_over(rows, right, confidence)})
-    return columns | {f"{name}_at_least": lower_bound(right.to_numpy(), clusters_of(rows))}
 
 
 def is_right(predicted_mm: FloatArray, true_mm: FloatArray) -> BoolArray:
@@ -82,6 +35,76 @@ def is_within(
     # A little more, for rounding: 2.3 mm must lie within 0.2 mm of 2.5 mm.
     near = np.abs(predicted_mm - true_mm) <= tolerance_mm + 1e-9
     return (np.asarray(predicted_mm) > 0) & near
+
+
+def of_each(
+    predictions: pd.DataFrame, tolerance_mm: float, index: Rows | None = None
+) -> Iterator[tuple[Cells, pd.DataFrame]]:
+    """Yield the verdicts of each detector under each scheme, if it gave any.
+
+    Parameters
+    ----------
+    predictions : DataFrame
+        results/evaluation/predictions.csv. For the paper's rates, the columns ``detector``,
+        ``scheme``, ``size_mm`` and ``predicted_mm`` are enough.
+    tolerance_mm : float
+        Largest error of a size within the tolerance.
+    index : mapping of str to mapping, optional
+        Rows of results/recordings.csv. If not given, each recording is a place of its own, and
+        need not have a name.
+
+    Yields
+    ------
+    key : dict of str to str
+        ``detector`` and ``scheme``.
+    rows : DataFrame
+        The predictions by recording in the index's order, with the columns of `with_clusters` and:
+
+        - ``found``, ``quiet``: whether a nodule was detected, or none; ``right``: whether the one
+          or the other is true. All are False without a verdict.
+        - ``exact``, ``within``: whether the size of a detected nodule is right, or within the
+          tolerance.
+    """
+    if predictions.empty:
+        return
+    if index is None:
+        number = predictions.groupby(["detector", "scheme"], sort=False).cumcount()
+        predictions, index = predictions.assign(recording=number), {name: {} for name in number}
+    true_mm, predicted_mm = (predictions[f"{name}_mm"].to_numpy() for name in ("size", "predicted"))
+    marked = predictions.assign(
+        found=predicted_mm > 0,
+        quiet=predicted_mm == 0,
+        right=is_right(predicted_mm, true_mm),
+        exact=is_within(predicted_mm, true_mm, 0.0),
+        within=is_within(predicted_mm, true_mm, tolerance_mm),
+    )
+    marked = with_clusters(marked, index).set_index("recording")
+    schemes = sorted(predictions["scheme"].unique(), key=lambda scheme: _TURN.get(scheme, 2))
+    for detector in predictions["detector"].unique():
+        for scheme in schemes:
+            rows = marked[(marked["detector"] == detector) & (marked["scheme"] == scheme)]
+            if rows["predicted_mm"].notna().any():
+                yield {"detector": detector, "scheme": scheme}, rows
+
+
+def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
+    """Return predictions in the index's order, with what the header says of each recording.
+
+    ``place`` and ``setup`` are whole numbers. The set-up is -1 if the header names none, or if the
+    scheme leaves out places at most. ``site`` is the site or else the recording, and
+    ``nodule_at_mm`` the true location, NaN if it is unknown.
+    """
+    known = pd.DataFrame({"turn": range(len(index))}, index=list(index))
+    known["place"] = pd.factorize(known.index.map(places_of(index)))[0]
+    for name in ("setup", "site", "nodule_at_mm"):
+        cells = (row.get(name) for row in index.values())
+        known[name] = [None if cell == "" else cell for cell in cells]
+    known["setup"] = pd.factorize(known["setup"])[0]
+    known["site"] = known["site"].fillna(known.index.to_series())
+    known["nodule_at_mm"] = pd.to_numeric(known["nodule_at_mm"], errors="coerce")
+    joined = predictions.join(known, on="recording").sort_values("turn", kind="stable")
+    over_places = joined["scheme"].isin(_OVER_PLACES)
+    return joined.assign(setup=joined["setup"].mask(over_places, -1))
 
 
 def cluster_unit(*kinds: pd.DataFrame) -> str:
@@ -103,168 +126,91 @@ def clusters_of(rows: pd.DataFrame) -> IntArray:
     return clusters
 
 
-def cluster_count(rows: pd.DataFrame) -> int:
-    """Return the number of clusters, on which the intervals of a row of a table rest."""
-    return int(np.unique(clusters_of(rows)).size)
+def rate_over(rows: pd.DataFrame, confidence: float, mark: str = "right") -> Interval:
+    """Return the share of marked recordings, and its Wilson interval over clusters.
 
-
-def of_each(
-    predictions: pd.DataFrame, index: Rows | None = None
-) -> Iterator[tuple[Cells, pd.DataFrame]]:
-    """Yield the verdicts of each detector under each scheme, if it gave any.
-
-    Parameters
-    ----------
-    predictions : DataFrame
-        results/evaluation/predictions.csv.
-    index : mapping of str to mapping, optional
-        Rows of results/recordings.csv. If not given, each recording is a place of its own, and
-        need not have a name.
-
-    Yields
-    ------
-    key : dict of str to str
-        ``detector`` and ``scheme``.
-    rows : DataFrame
-        The columns of numbers by recording, in the index's order, and:
-
-        - ``found``, ``quiet``: whether a nodule was detected, or none; ``right``: whether the one
-          or the other is true. All are False without a verdict.
-        - ``place``, ``setup``: from `with_clusters`.
+    The recordings are rows of `of_each`. Those that are not marked are failures.
     """
-    if predictions.empty:
-        return
-    true_mm, predicted_mm = (predictions[f"{name}_mm"].to_numpy() for name in ("size", "predicted"))
-    found, quiet, right = predicted_mm > 0, predicted_mm == 0, is_right(predicted_mm, true_mm)
-    marked = with_clusters(predictions.assign(found=found, quiet=quiet, right=right), index)
-    if index is not None:
-        marked = marked.set_index("recording")
-    # What was held out comes first, what was learned last.
-    turn = {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}
-    schemes = sorted(predictions["scheme"].unique(), key=lambda scheme: turn.get(scheme, 2))
-    for detector in predictions["detector"].unique():
-        for scheme in schemes:
-            rows = marked[(marked["detector"] == detector) & (marked["scheme"] == scheme)]
-            if rows["predicted_mm"].notna().any():
-                key = {"detector": detector, "scheme": scheme}
-                yield key, rows.select_dtypes(["number", "bool"])
+    return rate_of(rows[mark].to_numpy(), clusters_of(rows), confidence)
 
 
-def with_clusters(predictions: pd.DataFrame, index: Rows | None) -> pd.DataFrame:
-    """Return predictions with the place and the set-up of each recording, in the index's order.
-
-    Both are whole numbers. The set-up is -1 if the header names none, or if the scheme leaves out
-    places at most. For the parameters see `of_each`.
-    """
-    if index is None:
-        number = predictions.groupby([*_KEY], sort=False).cumcount()
-        return predictions.assign(place=number, setup=-1)
-    turn = {name: number for number, name in enumerate(index)}
-    setups = pd.factorize(np.array([row.get("setup") or None for row in index.values()], object))[0]
-    named, over_places = predictions["recording"], predictions["scheme"].isin(_OVER_PLACES)
-    joined = predictions.assign(
-        turn=named.map(turn),
-        place=named.map(places_of(index)).map(turn),
-        setup=named.map(dict(zip(index, setups, strict=True))).mask(over_places, -1),
-    )
-    return joined.sort_values("turn", kind="stable")
+def with_ends(**values: object) -> Cells:
+    """Return a row of a table; an interval becomes the columns ``name``, ``_low`` and ``_high``."""
+    row: Cells = {}
+    for name, value in values.items():
+        if isinstance(value, tuple):
+            row |= zip((name, f"{name}_low", f"{name}_high"), value, strict=True)
+        else:
+            row[name] = value
+    return row
 
 
-def detection_table(
-    rows: pd.DataFrame, sizes_mm: Sequence[float], confidence: float
-) -> Iterator[Cells]:
+def cells_over(rows: pd.DataFrame, **values: object) -> Cells:
+    """Return a row of a table and the number of clusters on which its intervals rest."""
+    return with_ends(**values, clusters=int(np.unique(clusters_of(rows)).size))
+
+
+def _bounded(name: str, rows: pd.DataFrame, confidence: float) -> Cells:
+    """Return the rate of right verdicts, and its `lower_bound` as ``name_at_least``."""
+    bound = lower_bound(rows["right"].to_numpy(), clusters_of(rows))
+    return {name: rate_over(rows, confidence), f"{name}_at_least": bound}
+
+
+def detection(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield precision and recall of every nodule size b, with intervals.
 
     Only these definitions give the paper's numbers. TP: recordings of size b in which any nodule is
     detected. FN: recordings of size b in which none is detected. FP: recordings without a nodule
     whose predicted size is exactly b.
     """
-    for size_mm in sizes_mm:
+    for size_mm in filter(None, rules["sizes_mm"]):
         of_size = rows["size_mm"] == size_mm
-        hit = of_size & rows["found"]
         alarm = (rows["size_mm"] == 0) & (rows["predicted_mm"] == size_mm)
-        row: Cells = {"size_mm": size_mm, "tp": int(hit.sum()), "fp": int(alarm.sum())}
-        row["fn"] = int((of_size & ~hit).sum())
-        for name, counted in (("precision", hit | alarm), ("recall", of_size)):
-            row |= _bounded(name, rows[counted], hit[counted], confidence)
-        yield row | {"clusters": cluster_count(rows[of_size])}
+        named, all_of_size = rows[of_size & rows["found"] | alarm], rows[of_size]
+        hits = int(all_of_size["found"].sum())
+        counts = {"tp": hits, "fp": int(alarm.sum()), "fn": len(all_of_size) - hits}
+        precision = _bounded("precision", named, rules["confidence"])
+        recall = _bounded("recall", all_of_size, rules["confidence"])
+        yield cells_over(all_of_size, size_mm=size_mm, **counts, **precision, **recall)
 
 
-def specificity_row(rows: pd.DataFrame, confidence: float) -> Cells:
-    """Return the share of recordings without a nodule in which none is detected."""
+def specificity(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+    """Yield the share of recordings without a nodule in which none is detected."""
     healthy = rows[rows["size_mm"] == 0]
-    row: Cells = {"healthy": len(healthy), "true_negatives": int(healthy["quiet"].sum())}
-    row |= _bounded("specificity", healthy, healthy["quiet"], confidence)
-    return row | {"clusters": cluster_count(healthy)}
+    counts = {"healthy": len(healthy), "true_negatives": int(healthy["quiet"].sum())}
+    yield cells_over(healthy, **counts, **_bounded("specificity", healthy, rules["confidence"]))
 
 
-def sizing_table(
-    rows: pd.DataFrame, sizes_mm: Sequence[float], tolerance_mm: float, confidence: float
-) -> Iterator[Cells]:
+def sizing(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield the rates of exact sizes and of sizes within the tolerance, for every nodule size.
 
     A recording in which no nodule is detected has no size, so it is never within the tolerance. In
     the mean absolute error it counts as 0 mm. So does a recording without a verdict. ``one_sided``
     marks the sizes whose tolerance reaches past the largest or the smallest template.
     """
+    tolerance_mm, sizes_mm = rules["tolerance_mm"], [*filter(None, rules["sizes_mm"])]
     for size_mm in sizes_mm:
         of_size = rows[rows["size_mm"] == size_mm]
-        predicted = of_size["predicted_mm"].fillna(0.0).to_numpy(dtype=np.float64)
-        error = np.abs(predicted - size_mm)
-        row: Cells = {"size_mm": size_mm, "recordings": error.size}
-        within = is_within(predicted, size_mm, tolerance_mm)
-        for name, right in (("exact", error == 0), ("within", within)):
-            rate = rate_over(of_size, right, confidence)
-            row |= {name: int(right.sum()), **interval_columns(**{f"{name}_rate": rate})}
+        row: Cells = {"size_mm": size_mm, "recordings": len(of_size)}
+        for mark in ("exact", "within"):
+            row[mark] = int(of_size[mark].sum())
+            row[f"{mark}_rate"] = rate_over(of_size, rules["confidence"], mark)
         ends = size_mm - tolerance_mm, size_mm + tolerance_mm
-        row["one_sided"] = bool(ends[0] < min(sizes_mm) or ends[1] > max(sizes_mm))
-        row["mean_absolute_error_mm"] = float(error.mean()) if error.size else float("nan")
-        yield row | {"clusters": cluster_count(of_size)}
+        row["one_sided"] = bool(ends[0] < sizes_mm[0] or ends[1] > sizes_mm[-1])
+        error = (of_size["predicted_mm"].fillna(0.0) - size_mm).abs()
+        yield cells_over(of_size, **row, mean_absolute_error_mm=error.mean())
 
 
-def confusion_table(
-    rows: pd.DataFrame, sizes_mm: Sequence[float], confidence: float
-) -> Iterator[Cells]:
+def confusion(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     """Yield count and share of each predicted size for each true size, including no nodule.
 
     If any recording has no verdict, each size has a row for these, whose predicted size is NaN.
     """
-    unknown = [float("nan")] if rows["predicted_mm"].isna().any() else []
-    for actual in sizes_mm:
-        of_size = rows[rows["size_mm"] == actual]
-        for predicted in [*sizes_mm, *unknown]:
-            given = of_size["predicted_mm"]
-            taken = given.isna() if np.isnan(predicted) else given == predicted
-            row: Cells = {"size_mm": actual, "predicted_mm": predicted, "count": int(taken.sum())}
-            yield row | interval_columns(share=rate_over(of_size, taken, confidence))
-
-
-def rate_tables(
-    predictions: pd.DataFrame,
-    sizes_mm: Sequence[float],
-    rules: Settings,
-    index: Rows | None = None,
-) -> dict[str, pd.DataFrame]:
-    """Return the tables named in `COLUMNS`, with detector and scheme in each row.
-
-    Parameters
-    ----------
-    predictions, index
-        As in `of_each`. Of the verdict, ``predicted_mm`` is enough.
-    sizes_mm : sequence of float
-        Sizes that have a template, including 0.
-    rules : mapping
-        ``tolerance_mm``, the allowed error of the size, and ``confidence``, the intervals' level.
-    """
-    nodules, confidence = [size for size in sizes_mm if size > 0], rules["confidence"]
-    result: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
-    for key, rows in of_each(predictions, index):
-        made: dict[str, Iterable[Cells]] = {
-            "detection": detection_table(rows, nodules, confidence),
-            "specificity": [specificity_row(rows, confidence)],
-            "sizing": sizing_table(rows, nodules, rules["tolerance_mm"], confidence),
-            "confusion": confusion_table(rows, sizes_mm, confidence),
-        }
-        for name, table in made.items():
-            result[name] += [key | row for row in table]
-    return {name: pd.DataFrame(made, columns=COLUMNS[name]) for name, made in result.items()}
+    unknown = [np.nan] if rows["predicted_mm"].isna().any() else []
+    for size_mm in rules["sizes_mm"]:
+        of_size = rows[rows["size_mm"] == size_mm]
+        for predicted_mm in [*rules["sizes_mm"], *unknown]:
+            taken = of_size.assign(taken=of_size["predicted_mm"].isin([predicted_mm]))
+            counts = {"predicted_mm": predicted_mm, "count": int(taken["taken"].sum())}
+            share = rate_over(taken, rules["confidence"], "taken")
+            yield with_ends(size_mm=size_mm, **counts, share=share)

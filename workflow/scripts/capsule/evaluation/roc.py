@@ -22,9 +22,7 @@ def auc(healthy: FloatArray, nodule: FloatArray) -> float:
     """
     if healthy.size == 0 or nodule.size == 0:
         return math.nan
-    # With both sorted, the search passes through memory in order, which is faster.
-    twice_below = _twice_below(healthy, np.sort(nodule))
-    return float(twice_below.sum() / nodule.size / (2 * healthy.size))
+    return float(_twice_below(healthy, nodule).sum() / nodule.size / (2 * healthy.size))
 
 
 def _twice_below(scores: FloatArray, others: FloatArray) -> IntArray:

@@ -1,98 +1,70 @@
 """Several passes over one site, judged together by their mean score.
 
 The paper's capsule goes back to a suspicious place. The mean over several passes scatters less than
-a single score.
+a single score. Passes over one site with another label are another site.
 """
 
-from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TypeAlias
 
 import numpy as np
+import pandas as pd
 
-from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
-from capsule.kinds import Cells, Row
+from capsule.evaluation.cross_validation import Rows
 
-_OF_A_NODULE = ("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm")
+_OF_A_NODULE = {
+    "estimate_mm": "mean",
+    "location_mm": "median",
+    "estimate_low_mm": "mean",
+    "estimate_high_mm": "mean",
+}
 COLUMNS = (
     *("site", "size_mm", "recordings", "detector"),
     *("passes", "score", "threshold", "detected", *_OF_A_NODULE),
     *("familiar", "unfamiliar_because"),
 )
-#: A detector's results for the passes over each site, by column; NaN if a pass has none. The key is
-#: the site with its true size, 0 for no nodule; None if it is unknown.
-PassesBySite: TypeAlias = Mapping[tuple[str, float | None], Mapping[str, FloatArray]]
 
 
-def site_rows(
-    predictions: Iterable[Row], sites: Mapping[str, str], specificity: float
-) -> list[Cells]:
+def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.DataFrame:
     """Return each detector's verdict on every site with several recordings, by `site_verdicts`.
 
     Parameters
     ----------
-    predictions : iterable of mapping
-        One row for each detector and recording, as in results/evaluation/predictions.csv and
-        results/detections.csv.
-    sites : mapping of str to str
-        The site in each recording's header; empty if it names none.
+    verdicts : DataFrame
+        One row for each detector and recording: results/evaluation/predictions.csv under one
+        scheme, followed by results/detections.csv, whose size is not known.
+    index : mapping of str to mapping
+        Rows of results/recordings.csv, with ``site``. The passes over a site have this order.
     specificity : float
         Wanted specificity of detectors that learn a threshold.
+
+    Returns
+    -------
+    DataFrame
+        The columns `COLUMNS`; ``unfamiliar_because`` names the first pass that is not familiar.
     """
-    predictions = list(predictions)
-    unfamiliar = _unfamiliar_passes(predictions, sites)
-    of_detector: dict[str, list[Row]] = {}
-    for row in predictions:
-        of_detector.setdefault(row["detector"], []).append(row)
+    turn = {recording: number for number, recording in enumerate(index)}
+    named = {recording: row["site"] or recording for recording, row in index.items()}
+    verdicts = verdicts.assign(site=verdicts["recording"].map(named))
+    answers = verdicts[verdicts["familiar"].isin(["yes", "no"])]
+    strange = answers[answers["familiar"] == "no"].drop_duplicates("site").set_index("site")
+    because = strange["recording"] + ": " + strange["unfamiliar_because"]
     made = []
-    for detector, rows in of_detector.items():
-        passes = passes_by_site(rows, sites)
-        for verdict in site_verdicts(passes, detector, specificity, fewest=2):
-            because = unfamiliar.get(verdict["site"])
-            known = "" if because is None else "no" if because else "yes"
-            made.append(verdict | {"familiar": known, "unfamiliar_because": because or ""})
-    return made
+    for detector, rows in verdicts.groupby("detector", sort=False):
+        # The order of the sites is that of the verdicts.
+        number = rows.groupby(["site", "size_mm"], sort=False, dropna=False).ngroup()
+        order = np.lexsort((rows["recording"].map(turn), number))
+        made.append(site_verdicts(rows.iloc[order], detector, specificity))
+    table = pd.concat(made) if made else pd.DataFrame(columns=COLUMNS)
+    table = table[table["recordings"] > 1]
+    known = np.where(table["site"].isin(answers["site"]), "yes", "")
+    table["familiar"] = np.where(table["site"].isin(because.index), "no", known)
+    table["unfamiliar_because"] = [because.get(site, "") for site in table["site"]]
+    return table[[*COLUMNS]]
 
 
-def _unfamiliar_passes(predictions: Iterable[Row], sites: Mapping[str, str]) -> dict[str, str]:
-    """Return of each site with a pass that is familiar or not which pass is not, and why."""
-    unfamiliar: dict[str, str] = {}
-    for row in predictions:
-        site, answer = sites[row["recording"]], row.get("familiar")
-        if answer in ("yes", "no") and not unfamiliar.get(site):
-            because = f"{row['recording']}: {row['unfamiliar_because']}" if answer == "no" else ""
-            unfamiliar[site] = because
-    return unfamiliar
-
-
-def passes_by_site(rows: Iterable[Row], sites: Mapping[str, str]) -> PassesBySite:
-    """Return the passes of one detector by site; passes have the order of the sites.
-
-    The same site with another label is another site. A recording without a site is a site of its
-    own. For the parameters see `site_rows`.
-    """
-    turn = {recording: number for number, recording in enumerate(sites)}
-    by_site: dict[tuple[str, float | None], list[Row]] = {}
-    for row in rows:
-        size_mm = number(row.get("size_mm", ""))
-        site = sites[row["recording"]] or row["recording"]
-        by_site.setdefault((site, None if np.isnan(size_mm) else size_mm), []).append(row)
-    for of_site in by_site.values():
-        of_site.sort(key=lambda row: turn[row["recording"]])
-    return {
-        site: {
-            name: np.array([number(row[name]) for row in of_site])
-            for name in ("score", *_OF_A_NODULE)
-        }
-        for site, of_site in by_site.items()
-    }
-
-
-def site_verdicts(
-    passes: PassesBySite, detector: str, specificity: float, fewest: int = 1
-) -> list[Cells]:
+def site_verdicts(rows: pd.DataFrame, detector: str, specificity: float) -> pd.DataFrame:
     """Return a detector's verdicts on sites from all their passes.
 
     The threshold is also learned from means. Each mean is over as many passes of another healthy
@@ -101,18 +73,16 @@ def site_verdicts(
 
     Parameters
     ----------
-    passes : mapping
-        The passes by site.
+    rows : DataFrame
+        The detector's verdicts, with ``site``, in the order of the sites and of their passes.
     detector : str
         Its name, which tells whether it learns a threshold.
     specificity : float
         Wanted specificity of the threshold.
-    fewest : int
-        Sites with fewer passes are not judged. They teach.
 
     Returns
     -------
-    list of dict
+    DataFrame
         One row for each site, with the columns `COLUMNS` but whether it is familiar:
 
         - ``passes``: how many of them have a score; ``score`` is their mean.
@@ -123,75 +93,44 @@ def site_verdicts(
           The interval does not shrink with more passes, because the mean does not reduce an error
           that the nodule's set-up causes in all of them. It is rather too wide.
     """
-    healthy = {
-        site: _known(of_site["score"])
-        for (site, size_mm), of_site in passes.items()
-        if size_mm == 0
-    }
+    of_site = rows.groupby(["site", "size_mm"], sort=False, dropna=False)
+    table = of_site.agg(
+        recordings=("score", "size"), passes=("score", "count"), score=("score", "mean")
+    )
+    table = table.reset_index().assign(detector=detector)
+    healthy = rows[(rows["size_mm"] == 0) & rows["score"].notna()]
+    turn = healthy.groupby("site").cumcount()
 
     @cache
-    def means(count: int) -> FloatArray:
-        return np.array([_of(np.mean, scores[:count]) for scores in healthy.values()])
+    def means(passes: int) -> pd.Series:
+        return healthy[turn < passes].groupby("site")["score"].mean()
 
-    # Sites that teach nothing have the same threshold. Most sites are of this kind.
-    @cache
-    def threshold_without(site: str | None, count: int) -> float:
-        known = _known(means(count)[[name != site for name in healthy]])
-        return rank_threshold(known, np.arange(known.size), specificity)
+    def threshold(site: str, passes: int) -> float:
+        # The healthy passes over a site that also has other passes do not teach these, either.
+        others = means(passes).drop(site, errors="ignore").to_numpy()
+        return rank_threshold(others, np.arange(others.size), specificity)
 
-    fixed, verdicts = detector_row(detector).fixed_threshold, []
-    for (site, size_mm), of_site in passes.items():
-        recordings, scores = of_site["score"].size, _known(of_site["score"])
-        if recordings < fewest:
-            continue
-        score, threshold = _of(np.mean, scores), fixed
-        if threshold is None:
-            # The healthy passes over a site that also has other passes do not teach these, either.
-            threshold = threshold_without(site if site in healthy else None, scores.size)
-        detected = None if np.isnan(score) or np.isnan(threshold) else score > threshold
-        verdict = {"site": site, "size_mm": size_mm, "recordings": recordings, "detector": detector}
-        verdict |= {"passes": scores.size, "score": score}
-        verdict |= {"threshold": threshold, "detected": detected}
-        for name in _OF_A_NODULE:
-            summary = np.median if name == "location_mm" else np.mean
-            verdict[name] = _of(summary, _known(of_site[name])) if detected else float("nan")
-        verdicts.append(verdict)
-    return verdicts
+    fixed = detector_row(detector).fixed_threshold
+    learned = [*map(threshold, table["site"], table["passes"])] if fixed is None else fixed
+    table["threshold"] = learned
+    detected = table["score"] > table["threshold"]
+    known = table["score"].notna() & table["threshold"].notna()
+    table["detected"] = detected.astype(object).where(known, None)
+    of_nodule = of_site.agg(_OF_A_NODULE).reset_index(drop=True).where(detected)
+    return pd.concat([table, of_nodule], axis="columns")
 
 
 def detections_by_passes(
-    passes: PassesBySite, detector: str, count: int, specificity: float
-) -> tuple[FloatArray, BoolArray]:
-    """Return at which sites a nodule is detected if each is judged by its first `count` passes.
+    rows: pd.DataFrame, detector: str, count: int, specificity: float
+) -> pd.DataFrame:
+    """Return the verdicts on labelled sites if each is judged by its first `count` passes.
 
-    The true sizes, which are known, come with what is detected, never without a verdict. Sites with
-    fewer passes are left out, and all sites if no threshold can be learned from as many passes. The
-    other parameters are those of `site_verdicts`.
+    No verdict counts as nothing detected. Sites with fewer passes are left out, and all sites if no
+    threshold can be learned from as many passes. For the parameters see `site_verdicts`.
     """
-    first = {
-        site: {name: values[:count] for name, values in of_site.items()}
-        for site, of_site in passes.items()
-        if of_site["score"].size >= count
-    }
-    verdicts = site_verdicts(first, detector, specificity)
-    if all(verdict["detected"] is None for verdict in verdicts):
-        verdicts = []
-    true_mm = np.array([verdict["size_mm"] for verdict in verdicts], dtype=np.float64)
-    return true_mm, np.array([bool(verdict["detected"]) for verdict in verdicts], dtype=bool)
-
-
-def number(text: str | float) -> float:
-    """Return the number in a cell or header line; NaN if it is not a number."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
-
-
-def _known(values: FloatArray) -> FloatArray:
-    return values[~np.isnan(values)]
-
-
-def _of(summary: Callable[[FloatArray], np.floating], values: FloatArray) -> float:
-    """Return a summary of values; NaN if there is none."""
-    return float(summary(values)) if values.size else float("nan")
+    of_site = rows.groupby(["site", "size_mm"])
+    enough = of_site["score"].transform("size") >= count
+    verdicts = site_verdicts(rows[enough & (of_site.cumcount() < count)], detector, specificity)
+    if verdicts["detected"].isna().all():
+        verdicts = verdicts.iloc[:0]
+    return verdicts.assign(detected=verdicts["detected"].eq(True))

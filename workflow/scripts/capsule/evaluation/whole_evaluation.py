@@ -1,7 +1,5 @@
 """The whole evaluation of an archive: every detector under every scheme, as tables."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas as pd
 
@@ -9,8 +7,7 @@ from capsule.detectors.base import TrainingArchive
 from capsule.evaluation import learning
 from capsule.evaluation.cross_validation import Detectors, Rows, cross_validate, folds_of
 from capsule.evaluation.measures import measure_tables
-from capsule.evaluation.rates import rate_tables
-from capsule.kinds import Settings, Spread
+from capsule.kinds import Spread
 from capsule.names import sort_key
 
 # The columns of a prediction that the verdict's follow.
@@ -22,7 +19,7 @@ def evaluate_archive(
 ) -> dict[str, pd.DataFrame]:
     """Return all tables of the evaluation of an archive, as in results/evaluation/.
 
-    They are ``predictions``, ``learning`` and the tables of `rated`.
+    They are ``predictions``, ``learning`` and those of `measure_tables`.
 
     Parameters
     ----------
@@ -39,7 +36,7 @@ def evaluate_archive(
     return {
         "predictions": by_name(predictions),
         "learning": pd.DataFrame(learned, columns=learning.COLUMNS),
-        **rated(predictions, archive.templates.sizes_mm, index, rules),
+        **measure_tables(predictions, archive.templates.sizes_mm, rules, index),
     }
 
 
@@ -48,18 +45,3 @@ def by_name(predictions: pd.DataFrame) -> pd.DataFrame:
     names = sorted(set(predictions["recording"]), key=sort_key)
     turn = predictions["recording"].map({name: number for number, name in enumerate(names)})
     return predictions.iloc[np.lexsort((turn, pd.factorize(predictions["detector"])[0]))]
-
-
-def rated(
-    predictions: pd.DataFrame,
-    sizes_mm: Sequence[float],
-    index: Rows,
-    rules: Settings,
-) -> dict[str, pd.DataFrame]:
-    """Return all tables that rate the detectors, made from their predictions.
-
-    They are those of `capsule.evaluation.rates.rate_tables`, which explains the first three
-    parameters, and of `capsule.evaluation.measures.measure_tables`, which explains the rules.
-    """
-    rates = rate_tables(predictions, sizes_mm, rules, index)
-    return rates | measure_tables(predictions, index, rules)

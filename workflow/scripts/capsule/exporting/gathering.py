@@ -10,7 +10,6 @@ import pandas as pd
 
 from capsule import files
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.paper import TABLES
 from capsule.exporting.columns import NO_UNIT, PARAMETERS, Column, Table, table_of
 from capsule.exporting.provenance import provenance_of
 from capsule.held_out import teaching
@@ -34,10 +33,7 @@ _FIT = ["recording", "size_mm", "seed", "first_peak", "lag", "accepted_moves"]
 _FIT += ["rmse_initial", "rmse"]
 _EVALUATION = {
     "evaluation/predictions": "verdict of each detector on each recording, under each scheme",
-    **{
-        f"evaluation/{name}": f"evaluation: {name.replace('_', ' ')}"
-        for name in (*TABLES, *COLUMNS)
-    },
+    **{f"evaluation/{name}": f"evaluation: {name.replace('_', ' ')}" for name in COLUMNS},
     "evaluation/learning": "rates that the detectors reach with parts of the archive",
     "detections": "verdict of each detector on each unlabelled recording",
     "sites": "one verdict for each site with several passes",

@@ -61,7 +61,7 @@ def curve_table(
 
 def roc_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of all detectors' curves for the main scheme."""
-    tables = inputs.judgements
+    tables = inputs.evaluation.tables
     scheme = main_scheme(tables["roc"]["scheme"].unique())
     curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
     detectors = inputs.evaluation.detectors()

@@ -10,9 +10,8 @@ from capsule.arrays import FloatArray
 from capsule.detectors.files import read_templates
 from capsule.evaluation.files import (
     read_evaluation,
-    read_judgements,
-    read_learning,
     read_printed,
+    read_table,
 )
 from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
@@ -42,15 +41,10 @@ class FigureInputs:
         confidence = self.settings["evaluation"]["confidence"]
         return read_evaluation(self._results.folder / "evaluation", printed, confidence)
 
-    @cached_property
-    def judgements(self) -> Mapping[str, pd.DataFrame]:
-        """The tables that compare the detectors, by name."""
-        return read_judgements(self._results.folder / "evaluation")
-
     @property
     def learning(self) -> pd.DataFrame:
         """The rates that the detectors reach with parts of the archive."""
-        return read_learning(self._results.folder / "evaluation")
+        return read_table(self._results.folder / "evaluation" / "learning.csv")
 
     @cached_property
     def templates(self) -> Mapping[float, FloatArray]:

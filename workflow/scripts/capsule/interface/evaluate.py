@@ -20,7 +20,8 @@ from capsule.evaluation.cross_validation import (
     group_scheme,
     judge_unlabelled,
 )
-from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
+from capsule.evaluation.measures import measure_tables
+from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive
 from capsule.held_out import teaching
 from capsule.interface.archive import LoadedArchive, require_archive, with_nan
 from capsule.names import sort_key
@@ -116,7 +117,7 @@ def judge(
         verdicts = cross_validate(detectors, _folds_of_scheme(archive, scheme))
         predictions = by_name(pd.DataFrame(verdicts, columns=[*KEY, *detectors.columns]))
         sizes_mm = sorted({0.0, *archive.y.tolist()})
-        tables = rated(predictions, sizes_mm, index, rules | {"schemes": [scheme], "passes": []})
+        tables = measure_tables(predictions, sizes_mm, rules | {"passes": []}, index)
     unlabelled = sorted(archive.unlabelled, key=sort_key)
     rows = archive.index(archive.readings)
     apart = [*rows.keys() - teaching(rows, rules["held_out"]).keys()]

@@ -7,6 +7,7 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation import paper
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
 from capsule.evaluation.intervals import ONE_SIDED
 from capsule.evaluation.lead import Lead, headline_confidence
@@ -100,7 +101,7 @@ def _result_of(rates: Rates, detector: str) -> Cells:
     """Return a detector's confusions and tables of rates."""
     evaluation, settings = rates.evaluation, rates.settings
     sizes_mm = evaluation.sizes_mm()
-    both = {name: evaluation.of(name, detector, with_paper=True) for name in paper.TABLES}
+    both = {name: evaluation.of(name, detector, with_paper=True) for name in RATES}
     return {
         "detector": detector,
         "words": detector_row(detector).sentence,

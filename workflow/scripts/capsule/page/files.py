@@ -11,8 +11,6 @@ from capsule import files
 from capsule.detectors.registry import DETECTORS
 from capsule.evaluation.files import (
     read_evaluation,
-    read_judgements,
-    read_learning,
     read_table,
 )
 from capsule.figures.registry import FIGURES
@@ -51,17 +49,18 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
     printed, settings : mapping
         The content of paper.yaml, and the configuration.
     """
-    evaluation, confidence = results / "evaluation", settings["evaluation"]["confidence"]
+    confidence = settings["evaluation"]["confidence"]
+    evaluation = read_evaluation(results / "evaluation", printed, confidence)
     return Tables(
-        evaluation=read_evaluation(evaluation, printed, confidence),
-        judgements=read_judgements(evaluation),
+        evaluation=evaluation,
+        judgements=evaluation.tables,
         index=read_table(results / "recordings.csv"),
         settings=settings,
         passed_over=read_table(results / "passed_over.csv"),
         detections=read_table(results / "detections.csv"),
         sites=read_table(results / "sites.csv"),
         templates=files.read_json(results / "templates.json")["templates"],
-        learning=read_learning(evaluation),
+        learning=read_table(results / "evaluation" / "learning.csv"),
         benches=files.read_csv(template / "benches.csv"),
         references=(template / "references.bib").read_text(encoding="utf-8"),
     )

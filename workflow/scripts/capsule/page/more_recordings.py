@@ -6,7 +6,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
-from capsule.evaluation.intervals import recordings_needed, recordings_needed_within
+from capsule.evaluation.intervals import recordings_needed
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
 from capsule.evaluation.more_healthy import MoreHealthy, with_more_healthy
 from capsule.evaluation.rates import with_clusters
@@ -168,7 +168,9 @@ def _needed(judged: int, name: str, row: Row | None, confidence: float) -> tuple
     if row is None:
         return judged, 0, plain_cell(None, "set by the threshold")
     needed = recordings_needed(row[name], HALF_WIDTH, confidence)
-    most = recordings_needed_within(row[f"{name}_low"], row[f"{name}_high"], HALF_WIDTH, confidence)
+    # Of all rates in its interval, the one nearest to one half has the widest interval.
+    widest = min(max(0.5, row[f"{name}_low"]), row[f"{name}_high"])
+    most = recordings_needed(widest, HALF_WIDTH, confidence)
     return judged, needed, rate_cell_of(row, name, f"needs {needed}, at most {most}")
 
 

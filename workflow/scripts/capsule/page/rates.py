@@ -9,6 +9,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import DETECTORS
+from capsule.evaluation.columns import RATES
 from capsule.evaluation.confounded import Confounded, confounded_keys
 from capsule.evaluation.cross_validation import (
     HELD_OUT,
@@ -17,9 +18,8 @@ from capsule.evaluation.cross_validation import (
     RESUBSTITUTION,
     group_scheme,
 )
-from capsule.evaluation.measures import predictive, summary
-from capsule.evaluation.paper import TABLES, Evaluation
-from capsule.evaluation.rates import of_each, rate_tables
+from capsule.evaluation.measures import measure_tables
+from capsule.evaluation.paper import Evaluation
 from capsule.held_out import is_held_out, places_of
 from capsule.kinds import Cells, Settings
 
@@ -28,8 +28,8 @@ ALL = "all"
 LEAVE_ONE_SETUP_OUT = group_scheme("setup")
 # The order of the page: what is measured on recordings that taught nothing stands first.
 _ORDER = (HELD_OUT, LEAVE_ONE_OUT)
-# The tables of a detector and a scheme that its answers need, besides those of `Evaluation`.
-_COMPARED = ("summary", "predictive_values")
+# The tables of a detector and a scheme that its answers need.
+_OF_ANSWERS = (*RATES, "summary", "predictive_values")
 
 
 @dataclass(frozen=True)
@@ -99,32 +99,21 @@ class Rates:
 
     def of(self, detector: str, scheme: str) -> dict[str, pd.DataFrame]:
         """Return a detector's rows of all tables, by one scheme."""
-        tables = {name: self.evaluation.tables[name] for name in TABLES}
-        tables |= {name: self.judgements[name] for name in _COMPARED}
-        return {
-            name: table[(table["detector"] == detector) & (table["scheme"] == scheme)]
-            for name, table in tables.items()
+        tables = {**self.judgements, **self.evaluation.tables}
+        rows = {
+            name: (tables[name]["detector"] == detector) & (tables[name]["scheme"] == scheme)
+            for name in _OF_ANSWERS
         }
+        return {name: tables[name][chosen] for name, chosen in rows.items()}
 
     def at(self, detector: str, scheme: str, confidence: float) -> dict[str, pd.DataFrame]:
         """Return the tables of a detector with intervals of another level than the configured."""
         rules = {**self.settings["evaluation"], "confidence": confidence}
-        rows = self.verdicts(detector, scheme)
         index = _rows_of(self.index[self.index["status"] == "accepted"])
-        tables = rate_tables(rows, self.evaluation.sizes_mm(), rules, index)
-        each = list(of_each(rows, index))
-        made = {
-            "summary": summary(each, rules["tolerance_mm"], confidence) if each else (),
-            "predictive_values": (
-                key | row
-                for key, judged in each
-                for row in predictive(judged, rules["prevalence"], confidence)
-            ),
-        }
-        for name, rows_of in made.items():
-            table = pd.DataFrame(rows_of, columns=None if each else self.judgements[name].columns)
-            tables[name] = table[table["detector"] == detector]
-        return tables
+        tables = measure_tables(
+            self.verdicts(detector, scheme), self.evaluation.sizes_mm(), rules, index, _OF_ANSWERS
+        )
+        return {name: table[table["detector"] == detector] for name, table in tables.items()}
 
     def verdicts(self, detector: str, scheme: str) -> pd.DataFrame:
         """Return a detector's verdicts by one scheme."""

@@ -10,7 +10,6 @@ from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.rates import is_within
-from capsule.evaluation.sites import number
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
 from capsule.page.rates import ALL, standing_in
@@ -189,7 +188,9 @@ def recording_rows(
                 "accepted": accepted,
                 "size_mm": size_mm,
                 "size": words.size(size_mm) if size_mm is not None else "unlabelled",
-                "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
+                "nodule_at_mm": seven_digits(
+                    pd.to_numeric(row.get("nodule_at_mm"), errors="coerce")
+                ),
                 "predicted_mm": predicted_mm,
                 "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
