@@ -89,18 +89,3 @@ def test_a_speed_that_the_motor_cannot_follow_is_refused(rig):
     bench.survey("--speed", 60).expect(12, "needs 1019 half-steps/s")
     assert bench.wave.state == "stopped"
     assert not (bench.folder / "tuesday").exists()
-
-
-@pytest.mark.parametrize("indexed", [True, False])
-def test_the_map_of_an_earlier_session_is_taken_over_by_the_index(rig, indexed):
-    bench = rig(indexed=indexed)
-    (bench.folder / "monday").mkdir()
-    (bench.folder / "monday" / "session.json").write_text('{"origin_mm": 7.0}')
-    surveyor = bench.survey("--map", bench.folder / "monday")
-    about = bench.folder / "tuesday" / "session.json"
-    if indexed:
-        surveyor.expect(0)
-        assert json.loads(about.read_text())["origin_mm"] == pytest.approx(7.0, abs=0.002)
-    else:
-        surveyor.expect(0, "the map of the earlier sessions (--map) cannot be used")
-        assert json.loads(about.read_text())["earlier_origin_mm"] is None
