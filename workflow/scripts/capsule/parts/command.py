@@ -27,8 +27,8 @@ from capsule.project import config_file, how_to_install
 _NOZZLE = "print.nozzle_mm"
 # What needs a package, and the extra that installs it.
 _NEEDS = {
-    "manifold3d": ("the parts need manifold3d", "parts"),
-    "OCP": ("--step needs Open CASCADE", "cad"),
+    "manifold3d": ("the parts need manifold3d", how_to_install("parts")),
+    "OCP": ("--step needs Open CASCADE", how_to_install("cad")),
 }
 
 EPILOG = """
@@ -75,10 +75,8 @@ def main(arguments: argparse.Namespace) -> None:
         package = (error.name or "").partition(".")[0]
         if package not in _NEEDS:
             raise
-        needs, extra = _NEEDS[package]
-        raise CapsuleError(
-            f"{needs}, which is not installed; run {how_to_install(extra)}"
-        ) from None
+        needs, remedy = _NEEDS[package]
+        raise CapsuleError(f"{needs}, which is not installed; run {remedy}") from None
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
     parts, out = all_parts(design, sensors), arguments.out
 
