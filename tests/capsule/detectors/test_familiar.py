@@ -205,3 +205,10 @@ def test_an_archive_without_traits_tells_nothing():
 )
 def test_the_traits_beside_the_first_are_counted(changed, end):
     assert kind_of().judge(replace(USUAL, **changed)).because.endswith(end)
+
+
+def test_each_place_counts_once_however_many_passes_it_has():
+    places = np.repeat(np.arange(60), 1 + np.arange(60) % 3)
+    kind = kind_of(places.size, places=places)
+    for place in range(60):
+        assert kind.weight[places == place].sum() == pytest.approx(1.0)

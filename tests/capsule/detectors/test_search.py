@@ -137,3 +137,11 @@ def test_the_search_is_repeatable():
 
 def test_without_a_wave_no_place_is_the_best():
     assert passage_of(np.ones((4, 300)), 10, SETTINGS) is UNKNOWN
+
+
+def test_the_spreads_are_those_of_each_sensor_over_the_run():
+    beats = passing(height=1.0, sensors=(0, 2))
+    passage = find_passage(beats, SEARCH)
+    expected = [np.mean([np.std(sensor) for sensor in channel]) for channel in beats.channels]
+    found = [passage.level_spread, passage.depth_spread, passage.shape_spread]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)

@@ -15,6 +15,7 @@ import numpy as np
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray, IntArray, plain
 from capsule.detectors.base import JudgedRecording, TrainingArchive
+from capsule.detectors.calibrate import place_weights
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
 
@@ -190,7 +191,7 @@ def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:
         spread,
         part,
         deviations[:, ~missing].max(axis=1),
-        1 / np.bincount(place)[place],
+        place_weights(place),
         np.where(missing, np.nan, traits.min(axis=0)),
         np.where(missing, np.nan, traits.max(axis=0)),
     )
