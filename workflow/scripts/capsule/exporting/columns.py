@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from pandas.api.types import is_numeric_dtype
 
 from capsule.evaluation.files import TEXT
 from capsule.project import SCHEMAS
@@ -28,7 +27,7 @@ def as_exported(table: pd.DataFrame) -> pd.DataFrame:
     for name, values in table.items():
         if values.empty and name not in TEXT:
             table[name] = values.astype(float)
-        elif not is_numeric_dtype(values):
+        elif not pd.api.types.is_numeric_dtype(values):
             table[name] = values.fillna("").astype(str)
     return table
 
@@ -48,20 +47,13 @@ def columns_of(table: pd.DataFrame) -> Iterator[tuple[str, np.ndarray, str, str]
 
 
 def describe(name: str) -> tuple[str, str]:
-    """Return the unit and the long name of a column of numbers.
+    """Return the unit (``1`` if it has none) and the long name of a column of numbers.
 
-    Parameters
-    ----------
-    name : str
-        Name of the column, such as ``estimate_low_mm`` or ``recall_high``.
-
-    Returns
-    -------
-    tuple of str
-        Unit and long name; the unit is ``1`` for a number without a unit.
+    Both follow from the column's name, such as ``estimate_low_mm`` or ``peak_spacing_2``.
     """
     told = described()
-    base, unit, end, of = [], NO_UNIT, "", ""
+    base: list[str] = []
+    unit, end, of = NO_UNIT, "", ""
     for part in name.split("_"):
         if base and part in told["units"]:
             unit = told["units"][part]

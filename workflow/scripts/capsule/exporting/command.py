@@ -56,23 +56,12 @@ def main(arguments: argparse.Namespace) -> None:
 
 
 def write(exported: Exported, kind: str, out: Path, *, force: bool) -> list[int]:
-    """Write the files of a format, and return the size of each in bytes.
-
-    Parameters
-    ----------
-    exported : Exported
-        The data.
-    kind : str
-        The format.
-    out : Path
-        The output folder.
-    force : bool
-        Whether existing files are overwritten.
+    """Write the files of a format into a folder, and return the size of each in bytes.
 
     Raises
     ------
     CapsuleError
-        A file exists, or a package is missing; nothing was written.
+        A file exists and is not to be overwritten, or a package is missing; nothing was written.
     """
     contents = FORMATS[kind](exported)
     existing = [out / name for name in contents if (out / name).exists()]

@@ -70,8 +70,8 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
     for name, table in exported.tables.items():
         legal, columns = legal_names(table.columns), [*columns_of(table)]
         # MATLAB's struct2table takes columns.
-        values = {legal[key]: values.reshape(-1, 1) for key, values, _, _ in columns}
-        variables["tables"][name] = values
+        struct = {legal[key]: values.reshape(-1, 1) for key, values, _, _ in columns}
+        variables["tables"][name] = struct
         variables["units"][name] = {legal[key]: unit for key, _, unit, _ in columns}
         variables["long_names"][name] = {legal[key]: words for key, _, _, words in columns}
     for array, table in exported.arrays.items():
@@ -187,8 +187,7 @@ def _netcdf(exported: Exported, stream: BinaryIO) -> None:
     root = xarray.Dataset(variables, attrs=exported.provenance)
     for array, table in exported.arrays.items():
         of, along = table.index.names
-        # Templates can have another number of columns than recordings, so their axis has its own
-        # name.
+        # Templates may have more or fewer columns than recordings, so their axis has its own name.
         axis = along if of == "recording" else f"{of}_{along}"
         names, places = table.index.levels
         stack = table.to_xarray().to_dataarray("sensor").reindex({of: [*names]})
@@ -196,22 +195,17 @@ def _netcdf(exported: Exported, stream: BinaryIO) -> None:
         root[array] = ((of, "sensor", axis), stack.transpose(of, "sensor", along).data, about)
         root[f"{array}_columns"] = (of, table.groupby(level=0, observed=False).size())
         root[axis] = (axis, places, {"long_name": along, "units": describe(along)[0]})
-        root["sensor"] = (
-            "sensor",
-            range(1, len(stack) + 1),
-            {"long_name": "sensor, from the head"},
-        )
+        head = {"long_name": "sensor, from the head"}
+        root["sensor"] = ("sensor", range(1, len(stack) + 1), head)
         if of not in root:
             root[of] = (of, [*names])
-    groups = {
-        name: xarray.Dataset(
-            _variables(table, "row"), attrs={"long_name": described()["tables"][name]}
-        )
-        for name, table in tables.items()
-    }
+    groups = {"/": root}
+    for name, table in tables.items():
+        about = {"long_name": described()["tables"][name]}
+        groups[name] = xarray.Dataset(_variables(table, "row"), attrs=about)
     packed = {"/": {array: {"zlib": True, "complevel": 4} for array in exported.arrays}}
-    tree = xarray.DataTree.from_dict({"/": root, **groups})
-    tree.to_netcdf(stream, engine="h5netcdf", encoding=packed)
+    tree = xarray.DataTree.from_dict(groups)
+    stream.write(tree.to_netcdf(engine="h5netcdf", encoding=packed))
 
 
 def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]]:
@@ -224,18 +218,16 @@ def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]
 
 def _nwb_contents(exported: Exported) -> Contents:
     """Return a file for each accepted recording, and one for the tables."""
-    made: dict[str, dict[str, pd.DataFrame]] = {}
+    of_recordings: dict[str, dict[str, pd.DataFrame]] = {}
     for array, table in exported.arrays.items():
-        for name, rows in parts(table).items() if array != "template" else ():
+        for name, rows in parts(table).items():
             if len(rows):
-                made.setdefault(name, {})[array] = rows
-    legal = legal_names(exported.headers)
-    return {
-        **{
-            f"{legal[name]}.nwb": partial(_nwb, exported, name, made[name]) for name in sorted(made)
-        },
-        "tables.nwb": partial(_nwb_tables, exported),
-    }
+                of_recordings.setdefault(name, {})[array] = rows
+    made: Contents = {}
+    for name, legal in sorted(legal_names(exported.headers).items()):
+        if name in of_recordings:
+            made[f"{legal}.nwb"] = partial(_nwb, exported, name, of_recordings[name])
+    return made | {"tables.nwb": partial(_nwb_tables, exported)}
 
 
 def _nwb(

@@ -49,7 +49,7 @@ class Exported:
     Attributes
     ----------
     what : str
-        Kind of the exported data, such as ``recordings`` or ``all``.
+        One of `CHOICES`.
     rate_hz : float
         Sampling rate of readings and matrices.
     tables : dict of str to DataFrame
@@ -83,26 +83,23 @@ def long_table(
 ) -> pd.DataFrame:
     """Return arrays as one table, with a row for each column of an array.
 
+    The columns are ``sensor_1`` to ``sensor_S``. The index is the recording or size, with all names
+    as categories, and ``time`` in s; without a rate, the ``column``, counted from 1.
+
     Parameters
     ----------
     of : {"recording", "size"}
         What an array belongs to.
     arrays : mapping of str to (S, K) array
-        The arrays by names such as ``3mm/r07`` or ``3mm``; NaN if a sample is missing. A rejected
-        recording has K = 0.
+        The arrays by names; NaN if a sample is missing. A rejected recording has K = 0.
     unit : str
         Unit of the values; an attribute of the table.
     rate_hz : float, optional
-        Sampling rate, if a column is a sample.
-
-    Returns
-    -------
-    DataFrame
-        A column for each sensor, ``sensor_1`` and so on. The index is the name, whose categories
-        are all names, and ``time`` in s or ``column``, which counts from 1.
+        Sampling rate.
     """
     lengths = [values.shape[1] for values in arrays.values()]
-    names = pd.Categorical(np.repeat([*arrays], lengths), categories=[*arrays])
+    codes = np.repeat(np.arange(len(lengths)), lengths)
+    names = pd.Categorical.from_codes(codes, [*arrays])
     places = np.concatenate([np.arange(length) for length in lengths])
     axis, along = ("time", places / rate_hz) if rate_hz else ("column", places + 1)
     values = np.hstack([*arrays.values()]).T
@@ -124,16 +121,10 @@ def gather(results: Path, config: Path, what: str) -> Exported:
 
     Parameters
     ----------
-    results : Path
-        The folder of results.
-    config : Path
-        The file of the configuration.
+    results, config : Path
+        The folder of results, and the file of the configuration.
     what : str
         One of `CHOICES`.
-
-    Returns
-    -------
-    Exported
 
     Raises
     ------
