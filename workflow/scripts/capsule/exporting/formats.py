@@ -77,8 +77,8 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
     for array, table in exported.arrays.items():
         of, axis = table.index.names
         group, rows = variables.setdefault(f"{of}s", {}), parts(table)
-        for name, legal in legal_names(rows).items():
-            entry = group.setdefault(legal, {"name": name})
+        for name, field in legal_names(rows).items():
+            entry = group.setdefault(field, {"name": name})
             entry |= {
                 array: rows[name].to_numpy().T,
                 f"{array}_unit": exported.unit(array, name),
