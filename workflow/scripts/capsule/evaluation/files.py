@@ -24,7 +24,6 @@ def read_table(path: Path) -> pd.DataFrame:
         dtype=dict.fromkeys(TEXT.intersection(columns), str),
         keep_default_na=False,
         na_values={name: [""] for name in columns},
-        float_precision="round_trip",
     )
 
 
