@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import openpyxl
+import pandas as pd
 import pynwb
 import pytest
 import scipy.io
@@ -20,9 +21,8 @@ from pyarrow import parquet
 from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
-from capsule.exporting.columns import describe
+from capsule.exporting.columns import columns_of, describe, described
 from capsule.exporting.formats import NO_DATE, legal_names
-from capsule.exporting.provenance import outdated, provenance_of
 from capsule.files import read_csv, read_json, write_csv
 from capsule.results import (
     CHECKS,
@@ -30,6 +30,7 @@ from capsule.results import (
     MATRICES,
     SIGNALS,
     batches,
+    changed_recordings,
     pattern,
     write_arrays,
     write_contents,
@@ -73,8 +74,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def exported(made):
-    settings = read_config_file(CONFIG)
-    return gathering.gather(made[0], CONFIG, settings, "all", lambda done, of: None)
+    return gathering.gather(made[0], CONFIG, "all")
 
 
 @pytest.fixture(scope="module")
@@ -100,30 +100,31 @@ def same(read, written):
 
 def test_what_is_gathered_is_what_the_results_hold(made, exported):
     results, signals, matrices = made
-    readings, matrix, template = exported.matrices
+    readings, matrix, template = map(gathering.parts, exported.arrays.values())
     for name in RECORDINGS:
-        assert readings.values[name].tobytes() == signals[name].tobytes()
-        assert matrix.values[name].tobytes() == matrices[name].tobytes()
-    assert readings.values[REJECTED].shape == (4, 0)
-    assert readings.coordinate[:3].tolist() == [0, 0.1, 0.2]
-    assert matrix.coordinate[0] == template.coordinate[0] == 1
+        assert readings[name].to_numpy().T.tobytes() == signals[name].tobytes()
+        assert matrix[name].to_numpy().T.tobytes() == matrices[name].tobytes()
+    assert readings[REJECTED].shape == (0, 4)
+    assert readings["3mm/r07"].index[:3].tolist() == [0, 0.1, 0.2]
+    assert matrix["3mm/r07"].index[0] == template["3mm"].index[0] == 1
     cells = read_csv(results / "evaluation/predictions.csv")[0]
-    predictions = exported.tables["predictions"].columns
-    assert [float(cells["score"])] == predictions["score"].values == [AWKWARD[3]]
-    assert np.isinf(predictions["rmse_3mm"].values)
-    recordings = exported.tables["recordings"].columns
-    assert list(recordings["site"].values)[:2] == ["007", "007"]
-    units = dict(
-        zip(recordings["recording"].values, recordings["reading_unit"].values, strict=True)
-    )
+    predictions = exported.tables["predictions"]
+    assert [float(cells["score"])] == predictions["score"].tolist() == [AWKWARD[3]]
+    assert np.isinf(predictions["rmse_3mm"]).all()
+    recordings = exported.tables["recordings"]
+    assert list(recordings["site"])[:2] == ["007", "007"]
+    units = dict(zip(recordings["recording"], recordings["reading_unit"], strict=True))
     assert units == {"0mm/r01": "counts", "3mm/r07": "counts", "2.5mm/a-1": "V"} | {
         "2.5mm/a_1": "counts",
         "unlabelled/p": "V",
         REJECTED: "",
     }
-    fits = exported.tables["fits"].columns
-    assert sorted(fits["recording"].values) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
-    assert exported.tables["detection"].columns["one_sided"].values.dtype == bool
+    assert sorted(exported.tables["fits"]["recording"]) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
+    assert exported.tables["detection"]["one_sided"].dtype == bool
+
+
+def test_each_table_is_described(exported):
+    assert {*exported.tables, *exported.arrays} == described()["tables"].keys()
 
 
 def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
@@ -132,15 +133,15 @@ def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
     assert json.loads(told["configuration"]) == read_config_file(CONFIG)
     assert (told["recordings_accepted"], told["recordings_rejected"]) == ("5", "1")
     assert told["project"].startswith("origami-capsule ") and told["numpy"] == np.__version__
-    read = exported.tables["files"].columns
-    assert "results/signals/3mm/r07.npy" in read["path"].values
-    assert {len(checksum) for checksum in read["sha256"].values} == {64}
+    read = exported.tables["files"]
+    assert "results/signals/3mm/r07.npy" in set(read["path"])
+    assert {len(checksum) for checksum in read["sha256"]} == {64}
 
 
-def test_the_provenance_of_a_large_archive_stays_short(made):
+def test_the_provenance_of_a_large_archive_stays_short():
     row = {"recording": "3mm/r", "status": "accepted", "sha256": "0"}
     rows = [row | {"recording": f"3mm/r{n}", "source": f"bench {n}"} for n in range(5000)]
-    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, {})
+    told = gathering.provenance_of(pd.DataFrame(rows), {})
     assert told["sources"].endswith("; and 4980 more")
     # HDF5 keeps no larger attribute.
     assert max(map(len, told.values())) < 64_000
@@ -148,15 +149,13 @@ def test_the_provenance_of_a_large_archive_stays_short(made):
 
 @pytest.mark.parametrize("what", gathering.CHOICES)
 def test_each_part_is_exported_alone(made, what):
-    settings = read_config_file(CONFIG)
-    part = gathering.gather(made[0], CONFIG, settings, what, lambda done, of: None)
+    part = gathering.gather(made[0], CONFIG, what)
     matrices = {"recordings": ["readings"], "matrices": ["matrix"], "fits": ["template"]}
     everything = [name for names in matrices.values() for name in names]
-    names = [each.name for each in part.matrices]
-    assert names == (everything if what == "all" else matrices.get(what, []))
+    assert list(part.arrays) == (everything if what == "all" else matrices.get(what, []))
     assert ("fits" in part.tables) == (what in ("fits", "all"))
     assert ("sizing" in part.tables) == (what in ("evaluation", "all"))
-    assert len(part.tables["recordings"].columns["recording"].values) == len(RECORDINGS) + 1
+    assert len(part.tables["recordings"]) == len(RECORDINGS) + 1
 
 
 @pytest.mark.parametrize("as_record", [True, False])
@@ -179,9 +178,9 @@ def test_matlab_reads_named_structures(files, exported, made, as_record):
     assert str(field(header, "waveSpeed")) == "25"
     for name, table in exported.tables.items():
         units, columns = field(read["units"], name), field(read["tables"], name)
-        for key, column in table.columns.items():
-            same(np.atleast_1d(field(columns, key)), column.values)
-            assert str(field(units, key) if column.unit else "") == column.unit
+        for key, values, unit, _ in columns_of(table):
+            same(np.atleast_1d(field(columns, key)), values)
+            assert str(field(units, key) if unit else "") == unit
     for key, text in exported.provenance.items():
         assert str(field(read["provenance"], key)) == text
 
@@ -211,11 +210,11 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     assert f" {FORMULA}" in texts
     for name, table in exported.tables.items():
         rows = list(book[name].iter_rows(values_only=True))
-        assert list(rows[0]) == [formats.head(*column) for column in table.columns.items()]
-        for index, (key, column) in enumerate(table.columns.items()):
+        assert list(rows[0]) == formats.heads(table)
+        for index, (key, values, _, _) in enumerate(columns_of(table)):
             read = [row[index] for row in rows[1:]]
             if key not in ("rmse_3mm", "source", "value"):
-                same(read, column.values)
+                same(read, values)
     assert book["recordings"]["D1"].value == "duration_s [s]"
     assert book["predictions"][f"{get_column_letter(7)}2"].value == "inf"
     rows = {tuple(row[:3]): row[3:] for row in book["readings"].iter_rows(values_only=True)}
@@ -233,8 +232,8 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
 def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
     monkeypatch.setattr(formats, "MOST_ROWS", 2)
     book = openpyxl.Workbook(write_only=True)
-    formats.fill(book, "few", ["a"], [[1], [2], [3], [4], [5]])
-    formats.fill(book, "none", ["a"], [])
+    formats.write_sheets(book, "few", pd.DataFrame({"a": [1, 2, 3, 4, 5]}))
+    formats.write_sheets(book, "none", pd.DataFrame(columns=["a"]))
     stream = io.BytesIO()
     book.save(stream)
     sheets = {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(stream)}
@@ -247,16 +246,16 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
 
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
-    tables = {**exported.tables, **{each.name: each.table() for each in exported.matrices}}
+    tables = {**exported.tables, **formats.flat_arrays(exported)}
     assert {path.stem for path in (files / "parquet").iterdir()} == set(tables)
     for name, table in tables.items():
         read = parquet.read_table(files / "parquet" / f"{name}.parquet")
         assert json.loads(read.schema.metadata[b"provenance"]) == exported.provenance
-        for key, column in table.columns.items():
-            same(read[key].to_pylist(), column.values)
+        for key, values, unit, long_name in columns_of(table):
+            same(read[key].to_pylist(), values)
             metadata = read.schema.field(key).metadata
-            assert metadata[b"unit"].decode() == column.unit
-            assert metadata[b"long_name"].decode() == column.long_name
+            assert metadata[b"unit"].decode() == unit
+            assert metadata[b"long_name"].decode() == long_name
     readings = parquet.read_table(files / "parquet/readings.parquet").to_pandas()
     one = readings[readings["recording"] == "3mm/r07"]
     same(one["sensor_2"], made[1]["3mm/r07"][1])
@@ -288,10 +287,10 @@ def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
 
 
 def check_variables(read, table):
-    for name, column in table.columns.items():
-        same(read[name].values, column.values)
-        assert read[name].attrs.get("units", "") == column.unit
-        assert read[name].attrs["long_name"] == column.long_name
+    for name, values, unit, long_name in columns_of(table):
+        same(read[name].values, values)
+        assert read[name].attrs.get("units", "") == unit
+        assert read[name].attrs["long_name"] == long_name
 
 
 def test_nwb_holds_a_valid_file_for_each_recording(files, exported, made):
@@ -321,10 +320,10 @@ def test_nwb_holds_the_tables(files, exported):
     with pynwb.NWBHDF5IO(path, "r") as opened:
         tables = opened.read().processing["tables"]
         for name, table in exported.tables.items():
-            for key, column in table.columns.items():
+            for key, values, unit, _ in columns_of(table):
                 read = tables[name][key]
-                same(read.data[:], column.values)
-                assert f"[{column.unit}]" in read.description or not column.unit
+                same(read.data[:], values)
+                assert f"[{unit}]" in read.description or not unit
 
 
 def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
@@ -362,25 +361,17 @@ def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, 
     make_in_batches(tmp_path / "results", size)
     assert (tmp_path / "results/signals/3mm/batch.npz").exists()
     assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
-    settings = read_config_file(CONFIG)
-    whole = gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
+    whole = gathering.gather(tmp_path / "results", CONFIG, "all")
     assert list(whole.tables) == list(exported.tables)
     for name, table in whole.tables.items():
         if name == "files":
-            paths = list(table.columns["path"].values)
+            paths = list(table["path"])
             assert "results/signals/3mm/batch.npz" in paths
             assert len(set(paths)) == len(paths)
         else:
-            # Tables of text and numbers; an unknown number is NaN on both sides.
-            one, other = (
-                {key: vars(column) for key, column in each.columns.items()}
-                for each in (table, exported.tables[name])
-            )
-            np.testing.assert_equal(one, other)
-    for one, other in zip(whole.matrices, exported.matrices, strict=True):
-        assert list(one.values) == list(other.values)
-        for name, values in one.values.items():
-            assert values.tobytes() == other.values[name].tobytes()
+            pd.testing.assert_frame_equal(table, exported.tables[name])
+    for name, table in whole.arrays.items():
+        pd.testing.assert_frame_equal(table, exported.arrays[name], check_exact=True)
     assert whole.headers == exported.headers
 
 
@@ -403,13 +394,13 @@ def checksum(folder, name):
 
 def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
     settings = read_config_file(CONFIG)
-    assert outdated(project / "results", settings) == []
+    assert changed_recordings(project / "results", settings) == []
     with (project / "raw/3mm/r07.csv").open("a") as stream:
         stream.write("# a comment")
     (project / "raw/3mm/r08.csv").unlink()
     write_archive(project / "raw", ["2mm/new"], samples=50)
     (project / "raw/notes.txt").touch()
-    assert outdated(project / "results", settings) == [
+    assert changed_recordings(project / "results", settings) == [
         "raw/2mm/new.csv",
         "raw/3mm/r07.csv",
         "raw/3mm/r08.csv",
@@ -419,9 +410,9 @@ def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
 def test_the_date_of_a_recording_does_not_count_and_without_recordings_nothing_is_known(project):
     settings = read_config_file(CONFIG)
     os.utime(project / "raw/3mm/r07.csv", (1, 1))
-    assert outdated(project / "results", settings) == []
+    assert changed_recordings(project / "results", settings) == []
     shutil.rmtree(project / "raw")
-    assert outdated(project / "results", settings) == []
+    assert changed_recordings(project / "results", settings) == []
 
 
 def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
@@ -436,8 +427,7 @@ def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
     call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
     run_command(*call, "--out", tmp_path / "out")
     printed = capsys.readouterr().out
-    assert "1 recording came, went or changed since " in printed
-    assert "was made, such as raw/3mm/r07.csv; make it again" in printed
+    assert "was made, recordings came, went or changed: raw/3mm/r07.csv; make it again" in printed
     stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
     assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
 
@@ -448,27 +438,24 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
     make_in_batches(results)
     index = results / "recordings.csv"
     index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
-    settings = read_config_file(CONFIG)
-    none = gathering.gather(results, CONFIG, settings, "recordings", lambda done, of: None)
-    assert none.matrices[0].coordinate.size == 0
-    count, _ = command.write(none, kind, tmp_path / "out", force=False)
-    assert count == len(list((tmp_path / "out").iterdir()))
+    none = gathering.gather(results, CONFIG, "recordings")
+    assert none.arrays["readings"].empty
+    written = command.write(none, kind, tmp_path / "out", force=False)
+    assert len(written) == len(list((tmp_path / "out").iterdir()))
 
 
 def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
-    settings = read_config_file(CONFIG)
-    make_in_batches(tmp_path / "results")
-    (tmp_path / "results/fits/3mm/r07.json").unlink()
+    results = tmp_path / "results"
+    make_in_batches(results)
+    (results / "fits/3mm/r07.json").unlink()
     with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
-        gathering.gather(tmp_path / "results", CONFIG, settings, "fits", lambda done, of: None)
-    (tmp_path / "results/evaluation/auc.csv").unlink()
+        gathering.gather(results, CONFIG, "fits")
+    (results / "evaluation/auc.csv").unlink()
     with pytest.raises(CapsuleError, match=r"auc\.csv does not exist; .*snakemake -c2"):
-        gathering.gather(
-            tmp_path / "results", CONFIG, settings, "evaluation", lambda done, of: None
-        )
-    (tmp_path / "results/signals/3mm/r07.npy").write_bytes(b"cut off")
+        gathering.gather(results, CONFIG, "evaluation")
+    (results / "signals/3mm/r07.npy").write_bytes(b"cut off")
     with pytest.raises(CapsuleError, match=r"r07\.npy is damaged .*; delete it"):
-        gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
+        gathering.gather(results, CONFIG, "recordings")
 
 
 def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, monkeypatch):

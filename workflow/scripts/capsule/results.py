@@ -25,6 +25,7 @@ import numpy as np
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
+from capsule.kinds import Settings
 from capsule.names import Entry, classify, folder_of
 
 SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
@@ -195,6 +196,31 @@ def left_over(
             if not path.name.endswith(suffix) or batch.as_posix() not in known:
                 found.append(path.as_posix())
     return sorted(found)
+
+
+def changed_recordings(folder: Path, settings: Settings) -> list[str]:
+    """Return the recordings that came, went or changed since the results were made from them.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results; the recordings are in the folder ``raw`` beside it.
+    settings : mapping
+        The configuration.
+    """
+    raw, table = folder.resolve().parent / "raw", folder / "recordings.csv"
+    if not raw.is_dir() or not table.exists():
+        return []
+    limit = int(settings["recording"]["max_megabytes"] * 1e6)
+    now = {
+        name: files.fingerprint(raw / f"{name}.csv", limit)
+        for name in files.list_archive(raw).recordings
+    }
+    listed = read_or_explain(table, files.read_csv)
+    then = {row["recording"]: row["sha256"] for row in listed}
+    # Without a checksum, the file could not be read or is not named like a recording.
+    changed = {name for name, checksum in then.items() if checksum and now.get(name) != checksum}
+    return [f"raw/{name}.csv" for name in sorted(changed | (now.keys() - then.keys()))]
 
 
 def _contents_in(names: Iterable[str], path: Path) -> dict[str, dict[str, Any]]:

@@ -15,12 +15,12 @@ from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned, read_template_set
 from capsule.detectors.registry import detector_class
 from capsule.errors import RecordingError
-from capsule.exporting.provenance import outdated
 from capsule.files import fingerprint
 from capsule.kinds import Settings
 from capsule.names import UNLABELLED
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
+from capsule.results import changed_recordings
 
 
 def note_of_change(results: Path, settings: Settings) -> str:
@@ -33,7 +33,8 @@ def note_of_change(results: Path, settings: Settings) -> str:
     settings : mapping
         The configuration.
     """
-    changed = [name for name in outdated(results, settings) if UNLABELLED not in Path(name).parts]
+    names = changed_recordings(results, settings)
+    changed = [name for name in names if UNLABELLED not in Path(name).parts]
     if not changed:
         return ""
     return (

@@ -13,7 +13,7 @@ from capsule.kinds import Settings
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
 TEXT |= {"path", "site", "session", "setup", "unit", "rate_hz", "detector", "scheme"}
-TEXT |= {"familiar", "unfamiliar_because"}
+TEXT |= {"familiar", "unfamiliar_because", "no_verdict", "first", "second", "measure"}
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -24,7 +24,6 @@ def read_table(path: Path) -> pd.DataFrame:
         dtype=dict.fromkeys(TEXT.intersection(columns), str),
         keep_default_na=False,
         na_values={name: [""] for name in columns},
-        float_precision="round_trip",
     )
 
 

@@ -8,18 +8,17 @@ import itertools
 import json
 import math
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
+import pandas as pd
 
 from capsule.errors import CapsuleError
-from capsule.exporting.columns import NO_UNIT, Column, Table
-from capsule.exporting.gathering import Exported, Matrices
+from capsule.exporting.columns import NO_UNIT, columns_of, describe, described
+from capsule.exporting.gathering import Exported, parts
 from capsule.names import displayed, without_formula
 
 if TYPE_CHECKING:
@@ -46,60 +45,45 @@ _UNKNOWN = "session_start_time is not known: 1970-01-01T00:00:00Z stands for it"
 
 
 def legal_names(names: Iterable[str]) -> dict[str, str]:
-    """Return unique field names, made as MATLAB's ``matlab.lang.makeValidName`` makes them.
+    """Return a unique field name for each name, made as MATLAB's ``matlab.lang.makeValidName``.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names such as ``3mm/r07``.
-
-    Returns
-    -------
-    dict of str to str
-        The valid name of each, such as ``x3mm_r07``.
+    The field of ``3mm/r07`` is ``x3mm_r07``.
     """
-    legal: dict[str, str] = {}
-    taken = set()
+    original: dict[str, str] = {}
     for name in names:
         keyword = _KEYWORD.fullmatch(name)
         joined = re.sub(r"\s+(\S?)", lambda match: match[1].upper(), name)
         base = re.sub(r"[^A-Za-z0-9_]", "_", name.capitalize() if keyword else joined)
         base = (base if base[:1].isalpha() and not keyword else f"x{base}")[:_LONGEST_NAME]
-        legal[name], number = base, 0
-        while legal[name] in taken:
-            number += 1
-            end = f"_{number}"
-            legal[name] = base[: _LONGEST_NAME - len(end)] + end
-        taken.add(legal[name])
-    return legal
+        ends = itertools.chain([""], (f"_{number}" for number in itertools.count(1)))
+        tried = (base[: _LONGEST_NAME - len(end)] + end for end in ends)
+        original[next(each for each in tried if each not in original)] = name
+    return {name: legal for legal, name in original.items()}
 
 
 def _mat(exported: Exported, stream: BinaryIO) -> None:
     """Write a file of MATLAB's version 5, which all later versions open."""
     import scipy.io
 
-    tables = exported.tables.items()
-    variables: dict[str, Any] = {
-        "provenance": dict(exported.provenance),
-        "rate_hz": exported.rate_hz,
-        "tables": {name: _struct(table) for name, table in tables},
-    }
-    for about, of in (("units", "unit"), ("long_names", "long_name")):
-        variables[about] = {
-            name: {key: getattr(column, of) for key, column in table.columns.items()}
-            for name, table in tables
-        }
-    for matrices in exported.matrices:
-        group = variables.setdefault(f"{matrices.of}s", {})
-        axis, unit = matrices.axis
-        for name, legal in legal_names(matrices.values).items():
-            matrix = matrices.values[name]
-            entry = group.setdefault(legal, {"name": name})
+    variables: dict[str, Any] = {"provenance": exported.provenance, "rate_hz": exported.rate_hz}
+    variables |= {"tables": {}, "units": {}, "long_names": {}}
+    for name, table in exported.tables.items():
+        legal, columns = legal_names(table.columns), [*columns_of(table)]
+        # MATLAB's struct2table takes columns.
+        struct = {legal[key]: values.reshape(-1, 1) for key, values, _, _ in columns}
+        variables["tables"][name] = struct
+        variables["units"][name] = {legal[key]: unit for key, _, unit, _ in columns}
+        variables["long_names"][name] = {legal[key]: words for key, _, _, words in columns}
+    for array, table in exported.arrays.items():
+        of, axis = table.index.names
+        group, rows = variables.setdefault(f"{of}s", {}), parts(table)
+        for name, field in legal_names(rows).items():
+            entry = group.setdefault(field, {"name": name})
             entry |= {
-                matrices.name: matrix,
-                f"{matrices.name}_unit": matrices.units.get(name, ""),
-                axis: matrices.coordinate[: matrix.shape[1]].reshape(1, -1),
-                f"{axis}_unit": unit,
+                array: rows[name].to_numpy().T,
+                f"{array}_unit": exported.unit(array, name),
+                axis: rows[name].index.to_numpy().reshape(1, -1),
+                f"{axis}_unit": describe(axis)[0],
             }
             if header := exported.headers.get(name):
                 keys = legal_names(header)
@@ -107,59 +91,47 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
     scipy.io.savemat(stream, variables, long_field_names=True, do_compression=True)
 
 
-def _struct(table: Table) -> dict[str, np.ndarray]:
-    """Return the columns of a table in a form that MATLAB's ``struct2table`` accepts."""
-    names = legal_names(table.columns)
-    return {names[key]: each.values.reshape(-1, 1) for key, each in table.columns.items()}
-
-
 def _xlsx(exported: Exported, stream: BinaryIO) -> None:
-    """Write a sheet for each table; the head of a column gives its name and unit."""
+    """Write a sheet for each table, and one for each kind of array."""
     from openpyxl import Workbook
 
     book = Workbook(write_only=True)
-    fill(book, "provenance", ["key", "value"], exported.provenance.items())
+    provenance = pd.DataFrame(exported.provenance.items(), columns=["key", "value"])
+    write_sheets(book, "provenance", provenance)
     for name, table in exported.tables.items():
-        columns = [column.values.tolist() for column in table.columns.values()]
-        heads = [head(*column) for column in table.columns.items()]
-        fill(book, name, heads, zip(*columns, strict=True))
-    for matrices in exported.matrices:
-        # A row is a sensor, as in the paper's matrices. The head gives the time or the column.
-        axis, unit = matrices.axis
-        first = [matrices.of, "unit", f"sensor, along {axis} [{unit}]"]
-        first += matrices.coordinate.tolist()
-        if len(first) > _MOST_COLUMNS:
-            raise CapsuleError(
-                f"{matrices.name} has {len(first)} columns, but a sheet of Excel has at most "
-                f"{_MOST_COLUMNS}; choose --format parquet, or --what evaluation"
-            )
-        fill(book, matrices.name, first, _rows(matrices))
+        write_sheets(book, name, table.set_axis(heads(table), axis=1))
+    for array, table in exported.arrays.items():
+        # A row is a sensor, as in the paper's matrices. The heads give the time or the column.
+        of, axis = table.index.names
+        sensors = table.set_axis(range(1, table.shape[1] + 1), axis=1)
+        rows = sensors.stack().unstack(axis, sort=False)
+        rows = rows.rename_axis([of, f"sensor, along {axis} [{describe(axis)[0]}]"]).reset_index()
+        rows.insert(1, "unit", [exported.unit(array, name) for name in rows[of]])
+        write_sheets(book, array, rows)
     book.save(stream)
 
 
-def fill(book: "Workbook", name: str, first: Sequence[Any], rows: Iterable[Iterable[Any]]) -> None:
-    """Write rows below the head of a sheet; add further sheets if the rows need them."""
-    sheet, left, number = None, 0, 0
-    for row in itertools.chain([()], rows):
-        if sheet is None or not left:
-            number, left = number + 1, MOST_ROWS
-            sheet = book.create_sheet(name if number == 1 else f"{name}_{number}")
-            sheet.freeze_panes = "A2"
-            sheet.append([_cell(sheet, value) for value in first])
-        if row:
+def heads(table: pd.DataFrame) -> list[str]:
+    """Return the heads of the columns of a table, such as ``duration_s [s]``."""
+    return [
+        name if unit in ("", NO_UNIT) else f"{name} [{unit}]"
+        for name, _, unit, _ in columns_of(table)
+    ]
+
+
+def write_sheets(book: "Workbook", name: str, table: pd.DataFrame) -> None:
+    """Write a table as a sheet; rows that the sheet cannot hold go on in further sheets."""
+    if table.shape[1] > _MOST_COLUMNS:
+        raise CapsuleError(
+            f"{name} has {table.shape[1]} columns, but a sheet of Excel has at most "
+            f"{_MOST_COLUMNS}; choose --format parquet, or --what evaluation"
+        )
+    for number, start in enumerate(range(0, max(len(table), 1), MOST_ROWS), start=1):
+        sheet = book.create_sheet(name if number == 1 else f"{name}_{number}")
+        sheet.freeze_panes = "A2"
+        rows = table[start : start + MOST_ROWS].itertuples(index=False, name=None)
+        for row in itertools.chain([table.columns], rows):
             sheet.append([_cell(sheet, value) for value in row])
-            left -= 1
-
-
-def head(name: str, column: Column) -> str:
-    """Return the head of a column, such as ``duration_s [s]``."""
-    return f"{name} [{column.unit}]" if column.unit not in ("", NO_UNIT) else name
-
-
-def _rows(matrices: Matrices) -> Iterator[list[Any]]:
-    for name, matrix in matrices.values.items():
-        for sensor, row in enumerate(matrix.tolist(), start=1):
-            yield [name, matrices.units.get(name, ""), sensor, *row]
 
 
 def _cell(sheet: "WriteOnlyWorksheet", value: object) -> object:
@@ -184,91 +156,84 @@ def _cell(sheet: "WriteOnlyWorksheet", value: object) -> object:
     return cell
 
 
-def _parquet(table: Table, provenance: Mapping[str, str], stream: BinaryIO) -> None:
+def _parquet(exported: Exported, name: str, table: pd.DataFrame, stream: BinaryIO) -> None:
     """Write one table; its metadata holds the units and the provenance."""
     import pyarrow
     from pyarrow import parquet
 
     arrays, fields = [], []
-    for key, column in table.columns.items():
+    for key, values, unit, long_name in columns_of(table):
         # An unknown value becomes null. A column without text is still text.
-        kind = pyarrow.string() if column.values.dtype == object else None
-        arrays.append(pyarrow.array(column.values, type=kind, from_pandas=True))
-        about = {"unit": column.unit, "long_name": column.long_name}
+        kind = pyarrow.string() if values.dtype == object else None
+        arrays.append(pyarrow.array(values, type=kind, from_pandas=True))
+        about = {"unit": unit, "long_name": long_name}
         fields.append(pyarrow.field(key, arrays[-1].type, metadata=about))
-    metadata = {"long_name": table.long_name, "provenance": json.dumps(provenance)}
+    provenance = json.dumps(exported.provenance)
+    metadata = {"long_name": described()["tables"][name], "provenance": provenance}
     schema = pyarrow.schema(fields, metadata=metadata)
     parquet.write_table(pyarrow.table(arrays, schema=schema), stream, compression="zstd")
 
 
 def _netcdf(exported: Exported, stream: BinaryIO) -> None:
-    """Write the matrices by recording, sensor and time, and each table as a group.
+    """Write the arrays by recording, sensor and time, and each table as a group.
 
-    The table of the recordings lies beside the matrices, along the same dimension.
+    The table of the recordings lies beside the arrays, along the same dimension. Shorter arrays are
+    padded with NaN.
     """
     import xarray
 
     tables = dict(exported.tables)
     variables = _variables(tables.pop("recordings"), "recording")
-    for matrices in exported.matrices:
-        variables = {**_stacked(matrices), **variables}
-    groups = {"/": xarray.Dataset(variables, attrs=exported.provenance)}
+    root = xarray.Dataset(variables, attrs=exported.provenance)
+    for array, table in exported.arrays.items():
+        of, along = table.index.names
+        # Templates may have more or fewer columns than recordings, so their axis has its own name.
+        axis = along if of == "recording" else f"{of}_{along}"
+        names, places = table.index.levels
+        stack = table.to_xarray().to_dataarray("sensor").reindex({of: [*names]})
+        about = {"long_name": described()["tables"][array], "units": table.attrs["unit"]}
+        root[array] = ((of, "sensor", axis), stack.transpose(of, "sensor", along).data, about)
+        root[f"{array}_columns"] = (of, table.groupby(level=0, observed=False).size())
+        root[axis] = (axis, places, {"long_name": along, "units": describe(along)[0]})
+        head = {"long_name": "sensor, from the head"}
+        root["sensor"] = ("sensor", range(1, len(stack) + 1), head)
+        if of not in root:
+            root[of] = (of, [*names])
+    groups = {"/": root}
     for name, table in tables.items():
-        about = {"long_name": table.long_name}
+        about = {"long_name": described()["tables"][name]}
         groups[name] = xarray.Dataset(_variables(table, "row"), attrs=about)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "export.nc"
-        for group, data in groups.items():
-            numbers = [key for key, each in data.variables.items() if each.dtype != object]
-            packed: Any = {key: {"zlib": True, "complevel": 4} for key in numbers}
-            data.to_netcdf(path, mode="a", group=group, engine="h5netcdf", encoding=packed)
-        stream.write(path.read_bytes())
+    packed = {"/": {array: {"zlib": True, "complevel": 4} for array in exported.arrays}}
+    tree = xarray.DataTree.from_dict(groups)
+    stream.write(tree.to_netcdf(engine="h5netcdf", encoding=packed))
 
 
-def _variables(table: Table, dimension: str) -> dict[str, tuple[Any, ...]]:
-    """Return a variable for each column; NetCDF has no truth values, so these become 0 or 1."""
+def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]]:
+    """Return a variable of NetCDF for each column of a table."""
     return {
-        name: (
-            dimension,
-            column.values.astype(np.int8) if column.values.dtype == bool else column.values,
-            {"long_name": column.long_name} | ({"units": column.unit} if column.unit else {}),
-        )
-        for name, column in table.columns.items()
-    }
-
-
-def _stacked(matrices: Matrices) -> Mapping[str, tuple[Any, ...]]:
-    """Return the variables of stacked matrices; shorter matrices are padded with NaN."""
-    of, coordinate, (axis, unit) = matrices.of, matrices.coordinate, matrices.axis
-    stack = np.full((len(matrices.values), matrices.sensors, coordinate.size), np.nan)
-    for page, matrix in zip(stack, matrices.values.values(), strict=True):
-        page[: matrix.shape[0], : matrix.shape[1]] = matrix
-    # Templates can have another number of columns than recordings, so their axis has its own name.
-    axis = axis if of == "recording" else f"{of}_{axis}"
-    lengths = np.array([matrix.shape[1] for matrix in matrices.values.values()])
-    many = {"units": "1", "long_name": f"number of columns of {matrices.name} that are filled"}
-    about = {"units": matrices.unit, "long_name": matrices.long_name}
-    sensors = np.arange(1, matrices.sensors + 1)
-    return {
-        of: (of, np.array([*matrices.values], dtype=object), {"long_name": f"name of the {of}"}),
-        "sensor": ("sensor", sensors, {"long_name": "sensor, from the head"}),
-        axis: (axis, coordinate, {"units": unit, "long_name": axis.replace("_", " ")}),
-        matrices.name: ((of, "sensor", axis), stack, about),
-        f"{matrices.name}_columns": (of, lengths, many),
+        name: (dimension, values, {"long_name": long_name} | ({"units": unit} if unit else {}))
+        for name, values, unit, long_name in columns_of(table)
     }
 
 
 def _nwb_contents(exported: Exported) -> Contents:
     """Return a file for each accepted recording, and one for the tables."""
-    of_recordings = [each.values for each in exported.matrices if each.of == "recording"]
-    names = {name for values in of_recordings for name, matrix in values.items() if matrix.size}
-    legal = legal_names(exported.headers)
-    made: Contents = {f"{legal[name]}.nwb": partial(_nwb, exported, name) for name in names}
-    return dict(sorted(made.items())) | {"tables.nwb": partial(_nwb_tables, exported)}
+    of_recordings: dict[str, dict[str, pd.DataFrame]] = {}
+    for array, table in exported.arrays.items():
+        for name, rows in parts(table).items():
+            if len(rows):
+                of_recordings.setdefault(name, {})[array] = rows
+    made: Contents = {}
+    for name, legal in sorted(legal_names(exported.headers).items()):
+        if name in of_recordings:
+            made[f"{legal}.nwb"] = partial(_nwb, exported, name, of_recordings[name])
+    return made | {"tables.nwb": partial(_nwb_tables, exported)}
 
 
-def _nwb(exported: Exported, name: str, stream: BinaryIO) -> None:
-    """Write the matrices of one recording."""
+def _nwb(
+    exported: Exported, name: str, arrays: Mapping[str, pd.DataFrame], stream: BinaryIO
+) -> None:
+    """Write the arrays of one recording."""
     from pynwb import TimeSeries
 
     header = exported.headers[name]
@@ -276,21 +241,20 @@ def _nwb(exported: Exported, name: str, stream: BinaryIO) -> None:
     about = f"recording {name} of a tactile capsule" + (f"; {remark}" if remark else "")
     file = _nwb_file(exported, name, start, about)
     file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
-    for matrices in exported.matrices:
-        if matrices.of == "recording":
-            series = TimeSeries(
-                name=matrices.name,
-                # Time is the first axis in NWB, so a sensor is a column.
-                data=matrices.values[name].T.copy(),
-                unit=matrices.units[name],
-                rate=exported.rate_hz,
-                starting_time=0.0,
-                description=f"{matrices.long_name}; a column is a sensor",
-            )
-            if matrices.rate_hz:
-                file.add_acquisition(series)
-            else:
-                file.create_processing_module("preprocessing", "pre-processed").add(series)
+    for array, rows in arrays.items():
+        series = TimeSeries(
+            name=array,
+            # Time is the first axis in NWB, so a sensor is a column.
+            data=rows.to_numpy(),
+            unit=exported.unit(array, name),
+            rate=exported.rate_hz,
+            starting_time=0.0,
+            description=f"{described()['tables'][array]}; a column is a sensor",
+        )
+        if array == "readings":
+            file.add_acquisition(series)
+        else:
+            file.create_processing_module("preprocessing", "pre-processed").add(series)
     _save_nwb(file, stream)
 
 
@@ -300,17 +264,19 @@ def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
 
     file = _nwb_file(exported, exported.what, NO_DATE, f"tables of an archive; {_UNKNOWN}")
     module = file.create_processing_module("tables", "tables of the archive")
-    templates = {each.name: each.table() for each in exported.matrices if each.of == "size"}
-    for name, table in {**exported.tables, **templates}.items():
+    tables = dict(exported.tables)
+    if "template" in exported.arrays:
+        tables["template"] = exported.arrays["template"].reset_index()
+    for name, table in tables.items():
         columns = []
-        for key, column in table.columns.items():
-            about = f"{column.long_name} [{column.unit}]" if column.unit else "text"
-            data: Any = column.values
-            if data.dtype == object:
-                # HDF5 cannot infer that a column without rows holds text.
-                data = [str(each) for each in data] if data.size else np.array([], dtype="S1")
+        for key, values, unit, long_name in columns_of(table):
+            # HDF5 cannot infer that a column without rows holds text.
+            text = values.tolist() or np.array([], dtype="S1")
+            data: Any = text if values.dtype == object else values
+            about = f"{long_name} [{unit}]" if unit else "text"
             columns.append(VectorData(name=key, description=about, data=data))
-        module.add(DynamicTable(name=name, description=table.long_name, columns=columns))
+        about = described()["tables"][name]
+        module.add(DynamicTable(name=name, description=about, columns=columns))
     _save_nwb(file, stream)
 
 
@@ -348,12 +314,17 @@ def _save_nwb(file: "pynwb.NWBFile", stream: BinaryIO) -> None:
         written.write(file, cache_spec=True)
 
 
-def _parquet_contents(exported: Exported) -> Contents:
-    tables = {**exported.tables, **{each.name: each.table() for each in exported.matrices}}
+def flat_arrays(exported: Exported) -> dict[str, pd.DataFrame]:
+    """Return the arrays of each kind as a table whose first columns name recording and time."""
     return {
-        f"{name}.parquet": partial(_parquet, table, exported.provenance)
-        for name, table in tables.items()
+        array: table.reset_index().rename(columns={"time": "time_s"})
+        for array, table in exported.arrays.items()
     }
+
+
+def _parquet_contents(exported: Exported) -> Contents:
+    tables = {**exported.tables, **flat_arrays(exported)}
+    return {f"{name}.parquet": partial(_parquet, exported, name, tables[name]) for name in tables}
 
 
 FORMATS: Mapping[str, Callable[[Exported], Contents]] = {

@@ -1,108 +1,45 @@
-"""Read the results that are exported: tables, matrices with named axes, and their provenance."""
+"""Read the results that are exported: tables, arrays as long tables, and their provenance."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+import importlib.metadata
+import json
+import platform
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from capsule import files
+from capsule.arrays import FloatArray
+from capsule.configuration import read_settings
 from capsule.evaluation.columns import COLUMNS
-from capsule.exporting.columns import NO_UNIT, PARAMETERS, Column, Table, table_of
-from capsule.exporting.provenance import provenance_of
-from capsule.held_out import teaching
-from capsule.kinds import Settings
+from capsule.evaluation.files import read_table
+from capsule.exporting.columns import NO_UNIT, as_exported
+from capsule.held_out import recordings_with_fits
+from capsule.kinds import Row
+from capsule.page.provenance import combined_checksum, origin_of
+from capsule.project import PROJECT
+from capsule.project_state import read_project_state
 from capsule.results import (
     CHECKS,
     FITS,
     MATRICES,
     SIGNALS,
-    Read,
     Results,
-    read_array,
+    changed_recordings,
     read_or_explain,
 )
 from capsule.units import reading_unit
 
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)
+_LISTS = ("recordings", "passed_over")
+_EVALUATION = ("predictions", *COLUMNS, "learning")
 _LARGEST_BYTES = 1_000_000_000
-_FIT = ["recording", "size_mm", "seed", "first_peak", "lag", "accepted_moves"]
-_FIT += ["rmse_initial", "rmse"]
-_EVALUATION = {
-    "evaluation/predictions": "verdict of each detector on each recording, under each scheme",
-    **{f"evaluation/{name}": f"evaluation: {name.replace('_', ' ')}" for name in COLUMNS},
-    "evaluation/learning": "rates that the detectors reach with parts of the archive",
-    "detections": "verdict of each detector on each unlabelled recording",
-    "sites": "one verdict for each site with several passes",
-}
-
-
-@dataclass(frozen=True)
-class Matrices:
-    """A group of matrices: one for each recording, or one for each size of a template.
-
-    Attributes
-    ----------
-    name, long_name : str
-        Name and description of the group.
-    of : {"recording", "size"}
-        Kind of item that each matrix belongs to.
-    values : mapping of str to (S, K) array
-        Matrices by names such as ``3mm/r07`` or ``3mm``; NaN if a sample is missing. A rejected
-        recording has K = 0.
-    units : mapping of str to str
-        Unit of the values of each matrix, by the same names.
-    rate_hz : float, optional
-        Sampling rate if the second axis is time in s; otherwise it counts the columns from 1. The
-        first axis is ``sensor``, counted from 1.
-    """
-
-    name: str
-    long_name: str
-    of: str
-    values: Mapping[str, np.ndarray]
-    units: Mapping[str, str]
-    rate_hz: float | None = None
-
-    @property
-    def axis(self) -> tuple[str, str]:
-        """Name and unit of the second axis."""
-        return ("time", "s") if self.rate_hz else ("column", NO_UNIT)
-
-    @property
-    def coordinate(self) -> np.ndarray:
-        """Positions on the second axis of the columns of the longest matrix, (n,)."""
-        longest = max((matrix.shape[1] for matrix in self.values.values()), default=0)
-        return np.arange(longest) / self.rate_hz if self.rate_hz else np.arange(1, longest + 1)
-
-    @property
-    def unit(self) -> str:
-        """The common unit; if the recordings differ, all units, joined by "or"."""
-        return " or ".join(sorted(set(self.units.values()))) or NO_UNIT
-
-    @property
-    def sensors(self) -> int:
-        """Number of sensors S."""
-        return max((matrix.shape[0] for matrix in self.values.values()), default=0)
-
-    def table(self) -> Table:
-        """Return one long table; each row is a column of a matrix, and each sensor a column."""
-        lengths = [matrix.shape[1] for matrix in self.values.values()]
-        of = np.repeat(np.array([*self.values], dtype=object), lengths)
-        coordinate, (axis, unit) = self.coordinate, self.axis
-        along = np.concatenate([coordinate[:length] for length in lengths] or [np.empty(0)])
-        columns = {
-            self.of: Column("", f"name of the {self.of}", of),
-            axis if unit == NO_UNIT else f"{axis}_{unit}": Column(unit, axis, along),
-        }
-        for sensor in range(self.sensors):
-            parts = [matrix[sensor] for matrix in self.values.values()]
-            what = f"{self.long_name}, sensor {sensor + 1}"
-            columns[f"sensor_{sensor + 1}"] = Column(self.unit, what, np.concatenate(parts))
-        return Table(self.long_name, columns)
+# A NetCDF attribute is too small for the names of a large archive.
+_MOST_NAMES = 20
 
 
 @dataclass(frozen=True)
@@ -112,183 +49,182 @@ class Exported:
     Attributes
     ----------
     what : str
-        Kind of the exported data, such as ``recordings`` or ``all``.
+        One of `CHOICES`.
     rate_hz : float
         Sampling rate of readings and matrices.
-    tables : mapping of str to Table
-        The tables by names of letters, digits and underscores.
-    matrices : sequence of Matrices
-        The matrices.
-    headers : mapping of str to mapping
+    tables : dict of str to DataFrame
+        The tables, by names that workflow/schemas/columns.yaml describes.
+    arrays : dict of str to DataFrame
+        ``readings`` and ``matrix`` of all recordings, and ``template`` of all sizes; each is a
+        `long_table`.
+    units : dict of str to str
+        Unit of the readings of each accepted recording.
+    headers : dict of str to dict
         The ``# key: value`` lines of each recording.
-    provenance : mapping of str to str
+    provenance : dict of str to str
         Provenance of the data; the keys are plain names.
     """
 
     what: str
     rate_hz: float
-    tables: Mapping[str, Table]
-    matrices: list[Matrices]
-    headers: Mapping[str, Mapping[str, str]]
-    provenance: Mapping[str, str]
+    tables: dict[str, pd.DataFrame]
+    arrays: dict[str, pd.DataFrame]
+    units: dict[str, str]
+    headers: dict[str, dict[str, str]]
+    provenance: dict[str, str]
+
+    def unit(self, array: str, name: str) -> str:
+        """Return the unit of an array of a recording or size."""
+        return self.units.get(name, "") if array == "readings" else NO_UNIT
 
 
-class _Stored:
-    """The folder of results, and the files that were read from it."""
+def long_table(
+    of: str, arrays: Mapping[str, FloatArray], unit: str = NO_UNIT, rate_hz: float | None = None
+) -> pd.DataFrame:
+    """Return arrays as one table, with a row for each column of an array.
 
-    def __init__(self, folder: Path, recordings_per_job: int | str) -> None:
-        self._folder = folder
-        self._read: dict[Path, None] = {}
-        self.listed = self.cells("recordings")
-        self.recordings = Results.on_disk(folder, recordings_per_job)
+    The columns are ``sensor_1`` to ``sensor_S``. The index is the recording or size, with all names
+    as categories, and ``time`` in s; without a rate, the ``column``, counted from 1.
 
-    def read(self, path: Path, how: Callable[[Path], Read]) -> Read:
-        """Read a file in a given way, and note it."""
-        self._read[path] = None
-        return read_or_explain(path, how)
-
-    def cells(self, name: str) -> dict[str, list[str]]:
-        """Read the columns of a table; every cell is a text."""
-        return self.read(self._folder / f"{name}.csv", _cells_of)
-
-    def array(self, kind: str, name: str) -> np.ndarray:
-        """Read the array of a recording, `SIGNALS` or `MATRICES`."""
-        return self.read(self.recordings.file(kind, name), lambda path: read_array(path, name))
-
-    def contents(self, kind: str, names: Collection[str]) -> dict[str, dict[str, Any]]:
-        """Read the checks or the fits of recordings, `CHECKS` or `FITS`."""
-        self._read |= dict.fromkeys(self.recordings.file(kind, name) for name in names)
-        return self.recordings.contents(kind, names)
-
-    def files(self) -> dict[str, list[str]]:
-        """Return path and checksum of each file that was read, as the columns of a table."""
-        paths = [path.relative_to(self._folder).as_posix() for path in self._read]
-        return {
-            "path": [f"{self._folder.name}/{path}" for path in paths],
-            "sha256": [files.fingerprint(path, _LARGEST_BYTES) for path in self._read],
-        }
+    Parameters
+    ----------
+    of : {"recording", "size"}
+        What an array belongs to.
+    arrays : mapping of str to (S, K) array
+        The arrays by names; NaN if a sample is missing. A rejected recording has K = 0.
+    unit : str
+        Unit of the values; an attribute of the table.
+    rate_hz : float, optional
+        Sampling rate.
+    """
+    lengths = [values.shape[1] for values in arrays.values()]
+    codes = np.repeat(np.arange(len(lengths)), lengths)
+    names = pd.Categorical.from_codes(codes, [*arrays])
+    places = np.concatenate([np.arange(length) for length in lengths])
+    axis, along = ("time", places / rate_hz) if rate_hz else ("column", places + 1)
+    values = np.hstack([*arrays.values()]).T
+    sensors = [f"sensor_{number}" for number in range(1, values.shape[1] + 1)]
+    index = pd.MultiIndex.from_arrays([names, along], names=[of, axis])
+    table = pd.DataFrame(values, index, sensors)
+    table.attrs["unit"] = unit
+    return table
 
 
-def gather(
-    results: Path,
-    config: Path,
-    settings: Settings,
-    what: str,
-    tell: Callable[[int, int], None],
-) -> Exported:
+def parts(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the rows of each recording or size in a `long_table`, by time or column."""
+    groups = table.groupby(level=0, observed=False)
+    return {str(name): rows.droplevel(0) for name, rows in groups}
+
+
+def gather(results: Path, config: Path, what: str) -> Exported:
     """Read the results that are exported.
 
     Parameters
     ----------
-    results : Path
-        The folder of results.
-    config : Path
-        The file of `settings`.
-    settings : mapping
-        The configuration.
+    results, config : Path
+        The folder of results, and the file of the configuration.
     what : str
         One of `CHOICES`.
-    tell : callable
-        Function that is called with the numbers of recordings read and of all recordings.
-
-    Returns
-    -------
-    Exported
 
     Raises
     ------
     CapsuleError
         A result is missing or damaged; the message names its file.
     """
-    wanted = set(CHOICES) if what == ALL else {what}
-    stored = _Stored(results, settings["recordings_per_job"])
-    cells = stored.listed
-    lines = zip(*cells.values(), strict=True)
-    rows = {
-        row["recording"]: row for row in (dict(zip(cells, line, strict=True)) for line in lines)
-    }
-    accepted = {name for name, row in rows.items() if row["status"] == "accepted"}
-    # A recording that was rejected because of its name alone has no check.
-    checks = stored.contents(CHECKS, stored.recordings.names)
-    headers = {name: checks[name]["header"] if name in checks else {} for name in rows}
-    none = np.empty((settings["recording"]["sensors"], 0))
-    kinds = {RECORDINGS: SIGNALS, MATRICES: MATRICES}
-    arrays: dict[str, dict[str, np.ndarray]] = {kinds[part]: {} for part in kinds if part in wanted}
-    for done, name in enumerate(rows, start=1):
-        for kind, of_kind in arrays.items():
-            of_kind[name] = stored.array(kind, name) if name in accepted else none
-        tell(done, len(rows))
-    rate_hz = float(settings["recording"]["rate_hz"])
-    matrices = []
-    if RECORDINGS in wanted:
-        long_name, signals = "accepted readings on an even grid in time", arrays[SIGNALS]
-        units = {
-            name: reading_unit(headers[name], signals[name]) for name in rows if name in accepted
-        }
-        cells["reading_unit"] = [units.get(name, "") for name in cells["recording"]]
-        matrices.append(Matrices("readings", long_name, "recording", signals, units, rate_hz))
-    if MATRICES in wanted:
-        long_name = "padded matrix V after pre-processing, in standard deviations"
-        matrices.append(_unitless("matrix", long_name, "recording", arrays[MATRICES]))
-    tables = {
-        "recordings": table_of("every file of the archive", cells),
-        "headers": table_of("the header lines of each recording", _header_cells(headers)),
-        "passed_over": table_of("files that are not recordings", stored.cells("passed_over")),
-    }
-    if FITS in wanted:
-        teach = teaching(rows, settings["evaluation"]["held_out"])
-        fitted = [
-            name
-            for name, row in teach.items()
-            if name in accepted and float(row["size_mm"] or 0) and not row["no_verdict"]
-        ]
-        fits = list(stored.contents(FITS, fitted).values())
-        tables["fits"] = _with_parameters("the particle fitted to each recording", _FIT, fits)
-        means = stored.read(results / "templates.json", files.read_json)["templates"]
-        long_name, columns = "averaged parameters of each size", ["size_mm", "recordings"]
-        tables["templates"] = _with_parameters(long_name, columns, means)
-        templates = stored.read(results / "templates.npz", _arrays_of)
-        long_name = "template T of a size, in standard deviations"
-        matrices.append(_unitless("template", long_name, "size", templates))
+    settings, wanted = read_settings(config), set(CHOICES) if what == ALL else {what}
+    stored = Results.on_disk(results, settings["recordings_per_job"])
+    read = [results / f"{name}.csv" for name in _LISTS]
     if EVALUATION in wanted:
-        for name, long_name in _EVALUATION.items():
-            tables[Path(name).name] = table_of(long_name, stored.cells(name))
-    read = stored.files()
-    checksums = dict(zip(read["path"], read["sha256"], strict=True))
-    provenance = provenance_of(results, config, settings, rows.values(), checksums)
-    tables["files"] = table_of("files that were read", read)
-    return Exported(what, rate_hz, tables, matrices, headers, provenance)
+        read += [results / "evaluation" / f"{name}.csv" for name in _EVALUATION]
+        read += [results / "detections.csv", results / "sites.csv"]
+    tables = {path.stem: as_exported(read_or_explain(path, read_table)) for path in read}
+    listed = tables["recordings"]
+    names = listed["recording"].tolist()
+    accepted = listed.loc[listed["status"] == "accepted", "recording"].tolist()
+    rejected = dict.fromkeys(names, np.empty((settings["recording"]["sensors"], 0)))
+    # A recording that was rejected because of its name alone has no check.
+    checks = stored.checks(stored.names)
+    read += [stored.file(CHECKS, name) for name in checks]
+    headers = {name: checks[name]["header"] if name in checks else {} for name in names}
+    lines = [(name, *line) for name, header in headers.items() for line in header.items()]
+    tables["headers"] = pd.DataFrame(lines, columns=["recording", "key", "value"])
+    rate_hz = float(settings["recording"]["rate_hz"])
+    arrays, units = {}, {}
+    if RECORDINGS in wanted:
+        readings = {name: stored.signal(name) for name in accepted}
+        read += [stored.file(SIGNALS, name) for name in accepted]
+        units = {name: reading_unit(headers[name], readings[name]) for name in accepted}
+        listed["reading_unit"] = [units.get(name, "") for name in names]
+        unit = " or ".join(sorted(set(units.values()))) or NO_UNIT
+        arrays["readings"] = long_table("recording", rejected | readings, unit, rate_hz)
+    if MATRICES in wanted:
+        matrices = {name: stored.matrix(name) for name in accepted}
+        read += [stored.file(MATRICES, name) for name in accepted]
+        arrays["matrix"] = long_table("recording", rejected | matrices)
+    if FITS in wanted:
+        teaching = recordings_with_fits(read[0], settings["evaluation"]["held_out"])
+        fits = stored.fits(name for name in names if name in teaching)
+        templates = results / "templates.json", results / "templates.npz"
+        read += [*(stored.file(FITS, name) for name in fits), *templates]
+        tables["fits"] = _with_parameters(fits.values())
+        means = read_or_explain(templates[0], files.read_json)["templates"]
+        tables["templates"] = _with_parameters(means)
+        arrays["template"] = long_table("size", read_or_explain(templates[1], _arrays_in))
+    # Several recordings may lie in one file.
+    checksums = {
+        path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)
+        for path in dict.fromkeys(read)
+    }
+    tables["files"] = pd.DataFrame(checksums.items(), columns=["path", "sha256"])
+    provenance = provenance_of(listed, checksums) | {
+        "results_out_of_date": _listed(changed_recordings(results, settings)) or "no",
+        "configuration_file": config.name,
+        "configuration": json.dumps(settings),
+    }
+    return Exported(what, rate_hz, tables, arrays, units, headers, provenance)
 
 
-def _unitless(name: str, long_name: str, of: str, values: Mapping[str, np.ndarray]) -> Matrices:
-    return Matrices(name, long_name, of, values, dict.fromkeys(values, NO_UNIT))
-
-
-def _cells_of(path: Path) -> dict[str, list[str]]:
-    table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    return {name: table[name].tolist() for name in table}
-
-
-def _arrays_of(path: Path) -> dict[str, np.ndarray]:
+def _arrays_in(path: Path) -> dict[str, FloatArray]:
     with np.load(path) as stored:
         return dict(stored)
 
 
-def _header_cells(headers: Mapping[str, Mapping[str, str]]) -> dict[str, list[str]]:
-    lines = [(name, *line) for name, header in headers.items() for line in header.items()]
-    names = ("recording", "key", "value")
-    return {name: [line[place] for line in lines] for place, name in enumerate(names)}
+def _with_parameters(contents: Iterable[Row]) -> pd.DataFrame:
+    """Return a table of fits or templates, with a column for each parameter and sensor."""
+    rows = []
+    for content in contents:
+        row = dict(content)
+        parameters = row.pop("parameters") or {}
+        for name, values in parameters.items():
+            row |= {f"{name}_{sensor}": value for sensor, value in enumerate(values, start=1)}
+        rows.append(row)
+    return as_exported(pd.DataFrame(rows))
 
 
-def _with_parameters(
-    long_name: str, columns: Iterable[str], contents: Sequence[Mapping[str, Any]]
-) -> Table:
-    """Return a table with one column for each parameter and sensor."""
-    cells = {key: [str(content[key]) for content in contents] for key in columns}
-    for key in PARAMETERS:
-        of_each = [(content["parameters"] or {}).get(key, ()) for content in contents]
-        for sensor in range(max(map(len, of_each), default=0)):
-            cells[f"{key}_{sensor + 1}"] = [
-                repr(values[sensor]) if sensor < len(values) else "" for values in of_each
-            ]
-    return table_of(long_name, cells)
+def provenance_of(listed: pd.DataFrame, read: Mapping[str, str]) -> dict[str, str]:
+    """Return the provenance of recordings, of the files that were read, and of the code."""
+    accepted, hashed = listed[listed["status"] == "accepted"], listed[listed["sha256"] != ""]
+    checksums = dict(zip(hashed["recording"], hashed["sha256"], strict=True))
+    origin, state = origin_of(accepted["source"]), read_project_state(PROJECT)
+    return {
+        "project": state.text(),
+        "version": state.version or "not known",
+        "commit": state.commit or "not known",
+        "code_modified": "yes" if state.modified else "no",
+        "exported": datetime.now(UTC).isoformat(timespec="seconds"),
+        "origin": origin.kind,
+        "sources": _listed([*origin.sources]) or "not named in the recordings",
+        "recordings_accepted": str(len(accepted)),
+        "recordings_rejected": str(len(listed) - len(accepted)),
+        "recordings_sha256": combined_checksum(checksums),
+        "results_sha256": combined_checksum(read),
+        "method": "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371",
+        "python": platform.python_version(),
+        **{name: importlib.metadata.version(name) for name in ("numpy", "scipy", "pandas")},
+    }
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the first names of a list as a text, with the number of further names."""
+    more = [f"and {len(names) - _MOST_NAMES} more"] if len(names) > _MOST_NAMES else []
+    return "; ".join([*names[:_MOST_NAMES], *more])
