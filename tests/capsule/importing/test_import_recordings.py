@@ -367,6 +367,14 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     assert recording.header["import_passed_over"] == "2 lines without a whole sample"
 
 
+def test_a_log_of_time_stamps_alone_is_refused_in_a_line(tmp_path):
+    log = tmp_path / "log.txt"
+    log.write_text("".join(f"12:34:{second} -> \n" for second in range(10, 60)))
+    assert "log.txt: line 1: there is no table with 4 columns of" in (
+        import_files(tmp_path, log).refused
+    )
+
+
 @pytest.mark.parametrize(
     ("scale", "options", "words", "remedy"),
     [

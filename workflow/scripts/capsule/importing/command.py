@@ -275,16 +275,11 @@ class Importer:
 def _given_keys(options: argparse.Namespace) -> dict[str, object]:
     """Return the keys of lab.yaml that are given as options."""
     said = {key: getattr(options, key) for key in lab_schema()["properties"]}
-    if said["sensors"] is not None:
-        said["sensors"] = _without_commas(said["sensors"])
+    names = said["sensors"] or ()
+    # Commas, blanks or both separate the columns.
+    if names and all(name.endswith(",") for name in names[:-1]):
+        said["sensors"] = [part.strip() for part in ",".join(names).split(",") if part.strip()]
     return {key: value for key, value in said.items() if value is not None}
-
-
-def _without_commas(names: list[str]) -> list[str]:
-    """Return column names that are separated by commas, blanks or both."""
-    if len(names) > 1 and not all(name.endswith(",") for name in names[:-1]):
-        return names
-    return [part.strip() for name in names for part in name.split(",") if part.strip()]
 
 
 @contextlib.contextmanager

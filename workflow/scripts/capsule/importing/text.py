@@ -276,7 +276,7 @@ def _labels(line: str) -> tuple[str, ...]:
 def _usual_labels(lines: Iterable[tuple[int, str]]) -> tuple[str, ...]:
     """Return the labels that most lines have; empty if most have none."""
     counted = Counter(_labels(line) for _, line in lines)
-    ((usual, count),) = counted.most_common(1)
+    ((usual, count),) = counted.most_common(1) or [((), 0)]
     return usual if count >= _LEAST_SHARE * counted.total() else ()
 
 

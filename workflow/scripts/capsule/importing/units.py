@@ -35,10 +35,8 @@ _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
-_FIT_VOLTS = 5.5
-_FIT_MILLIVOLTS = (100.0, 5500.0)
-_FIT_OHMS = (100.0, 1e7)
-_FIT_KILOOHMS = (0.1, 1e4)
+# Least reading, and range of the largest one, that fit a unit.
+_FITS = {"V": (0, 0, 5.5), "mV": (0, 100, 5500), "ohm": (100, 100, 1e7), "kohm": (0.1, 0.1, 1e4)}
 _HIGHEST_COUNT = 65_535.0
 # If the largest reading is below this, the readings are probably not counts.
 _LEAST_COUNT = 64.0
@@ -141,16 +139,15 @@ def _by_values(table: Table, sensors: Sequence[int], full_scale: float) -> tuple
     if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
         return "V", f"{span}, within diagonal.full_scale {full_scale:g}"
     averaged = not whole and _LEAST_COUNT <= high < full_scale
-    fits = {
-        "counts": low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged),
-        "V": low >= 0 and high <= _FIT_VOLTS,
-        "mV": low >= 0 and _FIT_MILLIVOLTS[0] <= high <= _FIT_MILLIVOLTS[1],
-        "ohm": _FIT_OHMS[0] <= low and high <= _FIT_OHMS[1],
-        "kohm": (not whole or high < _LEAST_COUNT)
-        and _FIT_KILOOHMS[0] <= low
-        and high <= _FIT_KILOOHMS[1],
-    }
-    fitting = [unit for unit, fit in fits.items() if fit]
+    fitting = ["counts"] * (low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged))
+    fitting += [
+        unit
+        for unit, (least, lowest, highest) in _FITS.items()
+        if least <= low
+        and lowest <= high <= highest
+        # Kilo-ohms are hardly ever whole.
+        and (unit != "kohm" or not whole or high < _LEAST_COUNT)
+    ]
     if len(fitting) == 1:
         return fitting[0], f"{span} fit no other unit"
     if not fitting:
