@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from capsule.cli import build_parser
-from capsule.importing.import_run import Importer
-from capsule.importing.lab_yaml import allowed
+from capsule.configuration import allowed_values
+from capsule.importing.command import Importer
 from capsule.importing.resampling import STOP_DB
 from support.command import parsers
 from support.lab_files import write_examples
@@ -31,7 +31,7 @@ class Utf8(io.StringIO):
 
 def key_row(key, part):
     option, unit = f"`--{key.replace('_', '-')}`", part.get("unit", "")
-    cells = [f"`{key}`", option, allowed(part), unit, part["description"]]
+    cells = [f"`{key}`", option, allowed_values(part, KEYS), unit, part["description"]]
     return "| " + " | ".join(cells) + " |"
 
 

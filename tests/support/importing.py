@@ -8,10 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from capsule.cli import build_parser
-from capsule.importing.import_run import Importer
+from capsule.importing.command import Importer
 from capsule.recording import Recording, read_recording
 from support.project import ROOT
 
+# Sections of the configuration that the import uses.
+SETTINGS = {
+    "recording": {"sensors": 4, "rate_hz": 10.0, "rate_tolerance": 0.05},
+    "diagonal": {"full_scale": 1024.0},
+}
 ODD = ROOT / "tests" / "data" / "odd"
 
 

@@ -6,23 +6,22 @@ from hypothesis import event, example, given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
-from capsule.importing.lab_yaml import checked_map, lab_schema
-from capsule.importing.runs import Bench, guess_table, readings
+from capsule.importing.lab_yaml import checked_keys
+from capsule.importing.runs import read_columns
 from capsule.importing.text import read_text
+from support.importing import SETTINGS
 
 pytestmark = pytest.mark.takes(1)
 
-BENCH = Bench(sensors=4, rate_hz=10.0, rate_tolerance=0.05, full_scale=1024.0)
-SCHEMA = lab_schema()
 SIGNS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|"}
 PER_SECOND = {"s": 1, "ms": 1000, "us": 1_000_000}
 
 
 def read(content, **said):
     """Read a file, and return the times, the readings in their unit, and the unit."""
-    keys = checked_map(said, SCHEMA, BENCH.sensors)
-    guess = guess_table(read_text(content, keys, BENCH.sensors), keys, BENCH)
-    return guess.clock.time_s, readings(guess)[0], guess.unit
+    keys = checked_keys(said, SETTINGS)
+    reading = read_columns(read_text(content, keys), keys)
+    return reading.clock.time_s, reading.values, reading.unit
 
 
 @st.composite

@@ -11,7 +11,6 @@ import time
 import numpy as np
 import pytest
 
-from capsule.importing import formats
 from support.damaged_files import damaged, given_path, write_each_format
 from support.importing import import_files
 
@@ -76,10 +75,10 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
 def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whole, monkeypatch):
-    def crash(_):
+    def crash(*_, **__):
         os.kill(os.getpid(), signal.SIGSEGV)
 
-    monkeypatch.setattr(formats, "read_numpy", crash)
+    monkeypatch.setattr(np, "load", crash)
     imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
     assert "run.npy: the package that reads this format crashed at it; copy or" in imported.refused
     assert imported.counted == "1 recording would be imported, 1 file refused"

@@ -7,13 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
-from capsule.importing.lab_yaml import checked_map, lab_schema
-from capsule.importing.runs import Bench, guess_table, runs_of
+from capsule.importing.lab_yaml import checked_keys
+from capsule.importing.runs import read_columns, runs_of
 from capsule.importing.text import read_text
 from capsule.recording import format_recording, read_recording
-from support.importing import ODD
+from support.importing import ODD, SETTINGS
 
-BENCH = Bench(sensors=4, rate_hz=10.0, rate_tolerance=0.05, full_scale=1024.0)
 FILES = [path.read_bytes() for path in sorted(ODD.iterdir())]
 SAID = [{}, {"unit": "V"}, {"rate": 10.0, "time": "none"}, {"run_gap_s": 0.5}, {"time": 1}]
 PIECES = [b"nan", b"inf", b"1e400", b"-", b'"', b"\n\n", b"\x00", b"\xff", b",,", b"00:00:00"]
@@ -27,13 +26,12 @@ damage = st.tuples(
 def test_a_damaged_file_is_read_or_refused_in_a_line(content, damages, said):
     for at, length, piece in damages:
         content = content[:at] + piece + content[at + length :]
-    keys = checked_map(said, lab_schema(), BENCH.sensors)
+    keys = checked_keys(said, SETTINGS)
     try:
-        table = read_text(content, keys, BENCH.sensors)
-        runs = runs_of(guess_table(table, keys, BENCH), keys, BENCH)
+        runs = runs_of(read_columns(read_text(content, keys), keys), keys)
     except CapsuleError as refusal:
         assert "\n" not in str(refusal)
         return
-    for run in runs:
-        back = read_recording(io.BytesIO(format_recording(run.recording)), BENCH.sensors)
-        np.testing.assert_array_equal(back.values, run.recording.values)
+    for _, recording, _ in runs:
+        back = read_recording(io.BytesIO(format_recording(recording)), 4)
+        np.testing.assert_array_equal(back.values, recording.values)

@@ -222,7 +222,7 @@ def test_numpy_that_holds_no_table_is_refused(tmp_path):
     imported = import_files(tmp_path, tmp_path / "objects.npy", tmp_path / "image.npy")
     objects, image = imported.refused.splitlines()
     assert "the numpy file cannot be read" in objects
-    assert "an array of shape (300, 400) and type float64 is no table of numbers" in image
+    assert "image.npy: the numpy file holds no table of numbers, a row for each sample" in image
 
 
 def test_a_compressed_file_is_read_as_the_file_in_it(tmp_path):
@@ -307,6 +307,6 @@ def test_without_the_package_the_extra_is_named(tmp_path, written, monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     refused = import_files(tmp_path, written / "run.tdms").refused
     assert (
-        "TDMS is read by the package nptdms, which is not installed; run in "
+        "the TDMS file is read by the package nptdms, which is not installed; run in "
         f'{ROOT}: pip install -e ".[formats]"'
     ) in refused

@@ -145,7 +145,10 @@ REFUSED = {
     "prose": ("", "line 2: there is no table with 4 columns of numbers"),
     "empty": ("", "the file is empty; export it again"),
     "three_columns": ("", "3 columns of numbers are left for the sensors, but recording.sensors"),
-    "no_such_day": ("", "line 2, column 'date': there is no day 30 of month 2 in 2026"),
+    "no_such_day": (
+        "",
+        "column 'date': '2026-02-30 12:00:00.0' is not a date such as",
+    ),
     "null_bytes": ("", "the file is not readable text"),
     "comma": ("--delimiter tab", "line 5: there is no table with 4 columns of numbers"),
     "ampersands": ("", "line 5: there is no table with 4 columns of numbers"),

@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import time
+import tracemalloc
 import zipfile
 
 import h5py
@@ -18,8 +19,10 @@ import yaml
 from rosbags.rosbag2 import StoragePlugin
 
 from capsule.acceptance import check_recording
+from capsule.importing.formats import read_source
+from capsule.importing.lab_yaml import checked_keys
 from support.command import CAPSULE
-from support.importing import ODD, assert_readings, import_files
+from support.importing import ODD, SETTINGS, assert_readings, import_files
 from support.lab_files import (
     KILO_OHMS,
     excel_rows,
@@ -368,4 +371,33 @@ def test_a_workbook_without_a_sheet_is_refused(tmp_path):
     ):
         for name in whole.namelist():
             none.writestr(name, re.sub(b"<sheet .*?/>", b"", whole.read(name)))
-    assert "the workbook holds no sheet" in import_files(tmp_path, tmp_path / "none.xlsx").refused
+    assert (
+        "the workbook holds no table of numbers"
+        in import_files(tmp_path, tmp_path / "none.xlsx").refused
+    )
+
+
+def test_a_unit_that_only_some_sensors_name_is_asked_for(tmp_path):
+    path = write(tmp_path / "a.csv", [TIME_S, *COUNTS + 0.5], "time,S1 (V),S2,S3 (V),S4")
+    assert (
+        "the file names a unit of 'S1 (V)', 'S3 (V)' (V), and none of 'S2', 'S4'; give the unit of "
+        "all sensors with --unit"
+    ) in import_files(tmp_path, path).refused
+    recording = import_files(tmp_path, path, "--unit", "kohm").the_recording()
+    assert recording.header["unit"] == "kohm"
+    path.write_text(f"# unit: V\n{path.read_text()}")
+    assert import_files(tmp_path / "all", path).the_recording().header["unit"] == "V"
+
+
+def test_a_long_text_takes_little_memory(tmp_path):
+    samples = range(60_000)
+    rows = "".join(f"{n / 1e3:.3f},{n % 7}.25,{n % 97}.5,{n % 89}.125,7\n" for n in samples)
+    path = tmp_path / "long.csv"
+    path.write_text(f"time,S1,S2,S3,S4\n{rows}")
+    keys = checked_keys({}, SETTINGS)
+    tracemalloc.start()
+    (table,), _ = read_source(path, keys)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert table.columns[0].size == 60_000
+    assert most < 10 * path.stat().st_size

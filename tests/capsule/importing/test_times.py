@@ -1,21 +1,21 @@
 """Times of any unit become seconds, or the refusal names those that fit."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from capsule.errors import CapsuleError
-from capsule.importing.table import table_of
+from capsule.importing.formats import table_of
+from capsule.importing.lab_yaml import checked_keys
 from capsule.importing.times import read_time
+from support.importing import SETTINGS
 
 TIME_S = np.arange(50) / 10
 
 
 def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
-    keys = SimpleNamespace(**{"rate": None, "time_unit": None, "date_order": None} | said)
-    table = table_of([(name, values, unit)], "", rate_hz=rate_hz)
-    return read_time(table, 0, keys, configured_hz)
+    keys = checked_keys(said, SETTINGS)
+    keys.rate_hz = configured_hz
+    return read_time(table_of([(name, values, unit)], "", rate_hz=rate_hz), 0, keys)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_seconds_since_1970_tell_when_a_run_began():
         (TIME_S * 0, {}, "the time does not run forward; name another column with --time"),
         ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or use"),
         ([0.0], {}, "there are fewer than two samples"),
-        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: a number is not a date; name another"),
+        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: '0' is not a date; name another"),
         (
             TIME_S,
             {"time_unit": "sample"},

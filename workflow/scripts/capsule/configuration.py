@@ -171,6 +171,12 @@ def _errors(config: Settings, schema: Settings) -> Iterator["ValidationError"]:
     yield from extend(Draft202012Validator, type_checker=types)(schema).iter_errors(config)
 
 
+def faults_of(config: Settings, schema: Settings) -> set[tuple[str, str]]:
+    """Return key and message of each key and value that a JSON Schema does not allow."""
+    errors = _errors(config, schema)
+    return {fault for error in errors for fault in _describe(error, schema, config)}
+
+
 def check_configuration(
     config: Settings, schema: Settings, sources: Mapping[str, Settings]
 ) -> dict[str, Any]:
@@ -196,11 +202,7 @@ def check_configuration(
         its own: file, key, value, what is allowed.
     """
     config = _as_used(config, schema)
-    faults = {
-        fault for error in _errors(config, schema) for fault in _describe(error, schema, config)
-    }
-    if not faults:
-        faults = set(_contradictions(config))
+    faults = faults_of(config, schema) or set(_contradictions(config))
     if faults:
         named = [f"\n  {_source(key, sources)}: {key}: {text}" for key, text in sorted(faults)]
         raise CapsuleError(f"the configuration cannot be used:{''.join(named)}")

@@ -1,14 +1,37 @@
-"""Write recordings from other programs' files into raw/."""
+"""Import recordings from other programs' files into raw/; refuse what cannot be read, and go on."""
 
 import argparse
+import contextlib
+import hashlib
+import os
+import re
+import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, TextIO
 
-from capsule.arguments import recording_name, size_folder
-from capsule.importing.import_run import Importer, tell
-from capsule.importing.lab_yaml import lab_schema
+import numpy as np
+
+from capsule.acceptance import readings_of
+from capsule.arguments import LONGEST_NAME, recording_name, size_folder
+from capsule.configuration import BENCH, read_config_file, read_settings
+from capsule.errors import CapsuleError, RecordingError
+from capsule.files import list_archive, read_limited, write_new
+from capsule.importing.formats import read_source
+from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema, map_text
+from capsule.importing.runs import Reading, as_map, joined, passed_over, read_columns, runs_of
+from capsule.importing.table import QuestionError, Table, choose_tables
+from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
+from capsule.recording import Recording, format_recording
 
+_LONGEST_NAMES = 300
+# Columns and samples of what is shown.
+_BARS = "▁▂▃▄▅▆▇█"
+_PLAIN_BARS = "_.-=+*#@"
+_WIDTH = 64
+_FIRST_SAMPLES = 3
 _TYPES = {"number": float, "integer": int}
 
 EXAMPLES = """
@@ -59,27 +82,362 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
-        _add_key(keys, key, part)
+        option, kind = f"--{key.replace('_', '-')}", part.get("type", "")
+        told: dict[str, Any] = {"help": part["description"].replace("%", "%%")}
+        if kind == "boolean":
+            told |= {"action": "store_true", "default": None}
+        elif "enum" in part:
+            told |= {"choices": part["enum"]}
+        elif kind == "array":
+            told |= {"nargs": "+", "metavar": "TEXT" if key == "missing" else "COLUMN"}
+        else:
+            word = part.get("unit", "COLUMN" if "oneOf" in part else "X")
+            told |= {"type": _TYPES.get(kind, str), "metavar": word.upper()}
+        keys.add_argument(option, **told)
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Import the given files and print their number; return 1 if a file was refused."""
     importer = Importer(arguments)
     importer.run()
-    tell(importer.summary())
+    _tell(importer.summary())
     return int(importer.refused > 0)
 
 
-def _add_key(group: argparse._ArgumentGroup, key: str, part: dict[str, Any]) -> None:
-    option, text = f"--{key.replace('_', '-')}", part["description"].replace("%", "%%")
-    if part.get("type") == "boolean":
-        group.add_argument(option, action="store_true", default=None, help=text)
-    elif "enum" in part:
-        group.add_argument(option, choices=part["enum"], help=text)
-    elif part["type"] == "array":
-        word = "TEXT" if key == "missing" else "COLUMN"
-        group.add_argument(option, nargs="+", metavar=word, help=text)
+class Importer:
+    """An import of files into an archive.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Options of `capsule.importing.command.add_arguments`.
+
+    Attributes
+    ----------
+    written, known, refused : int
+        Numbers of recordings written, of recordings that the archive already held, and of files
+        refused.
+
+    Raises
+    ------
+    CapsuleError
+        The options, lab.yaml or the configuration cannot be used.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        settings = read_settings(options.config)
+        bench = {key: settings["diagonal"][key] for key in BENCH}
+        self._settings = settings | {"diagonal": bench}
+        self._options = options
+        given = read_config_file(options.map) if options.map else {}
+        with _named(str(options.map or "")):
+            self._keys = checked_keys(given | _given_keys(options), self._settings)
+        self._folder = UNLABELLED if options.unlabelled else options.size
+        most_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+        self._archive = _Archive(options.raw, most_bytes)
+        self.written = self.known = self.refused = 0
+
+    def run(self) -> None:
+        """Import all files; print the name of each file that cannot be imported."""
+        asked: dict[str, list[str]] = {}
+        for files in self._groups():
+            names = _names(files)
+            try:
+                self._import(files)
+            except QuestionError as question:
+                self.refused += 1
+                alike = asked.setdefault(question.subject, [])
+                alike.append(names)
+                if len(alike) == 1:
+                    _tell(f"refused: {names}: {question}", sys.stderr)
+            except CapsuleError as fault:
+                self.refused += 1
+                _tell(f"refused: {names}: {fault}", sys.stderr)
+            except OSError as fault:
+                self.refused += 1
+                remedy = "free some space or choose another --raw, and run again"
+                _tell(f"refused: {names}: {fault.strerror or fault}; {remedy}", sys.stderr)
+        for first, *more in asked.values():
+            if more:
+                _tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
+
+    def _groups(self) -> list[list[Path]]:
+        """Return the files in groups; the files of one group are one run."""
+        files = [file for given in self._options.files for file in _expanded(given)]
+        if not files:
+            raise CapsuleError("no FILE is given; name the files to import")
+        if self._keys.per_sensor:
+            if len(files) != self._keys.sensor_count:
+                raise CapsuleError(
+                    f"per_sensor: {len(files)} files are given, but recording.sensors is "
+                    f"{self._keys.sensor_count}; give the files of one run, in the order of the "
+                    "sensors"
+                )
+            return [files]
+        if self._options.name and len(files) > 1:
+            raise CapsuleError(
+                f"--name {self._options.name} is given for {len(files)} files; give it for one"
+            )
+        return [[file] for file in files]
+
+    def _import(self, files: list[Path]) -> None:
+        readings, sums = self._read(files)
+        _tell(_names(files))
+        for reading in readings:
+            _tell("\n".join(_reading_lines(reading)))
+        parts = [joined(readings, self._keys)] if len(files) > 1 else readings
+        names = displayed(", ".join(file.name for file in files))
+        origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
+        origin = {key: text[:_LONGEST_NAMES] for key, text in origin.items()}
+        stem, planned = files[0].name if files[0].is_dir() else files[0].stem, []
+        for part in parts:
+            with _named(part.table.place):
+                runs = runs_of(part, self._keys)
+            for label, recording, remarks in runs:
+                # Of several tables, the names of their runs begin with the table's.
+                label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
+                name = f"{self._folder}/{_run_name(self._options.name or stem, label)}"
+                recording = Recording(
+                    recording.time_s, recording.values, origin | dict(recording.header)
+                )
+                if known := self._archive.known(recording):
+                    self._archive.refuse_other_size(known, name)
+                planned.append((name, recording, remarks))
+        # A file is imported completely or not at all. Half of its runs in the archive would hide
+        # the error in the other half.
+        self._archive.check_free(
+            [name for name, each, _ in planned if not self._archive.known(each)]
+        )
+        for name, recording, remarks in planned:
+            self._archive_run(name, recording, remarks)
+        if not self._options.map:
+            self._keep_map(as_map(readings[0], self._keys))
+
+    def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
+        """Read files, and find out what their columns are; return their checksums, too."""
+        keys, alone, readings, sums = self._keys, len(files) == 1, [], []
+        if not alone:
+            keys = SimpleNamespace(**{**vars(keys), "sensor_count": 1})
+        for file in files:
+            with _named("" if alone else displayed(file.name)):
+                tables, sha256 = read_source(file, keys)
+                tables = choose_tables(tables, keys)
+                sums.append(sha256)
+                for table in tables if alone else tables[:1]:
+                    with _named(table.place):
+                        readings.append(read_columns(table, keys))
+        return readings, ", ".join(sums)
+
+    def _archive_run(self, name: str, recording: Recording, remarks: list[str]) -> None:
+        plain = not (sys.stdout.encoding or "").lower().startswith("utf")
+        _tell("\n".join(_sample_lines(recording, plain=plain)))
+        # It may be one that this file holds twice.
+        if known := self._archive.known(recording):
+            self.known += 1
+            _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
+            return
+        if not self._options.dry_run:
+            self._archive.add(name, recording)
+        self.written += 1
+        verb = "would write" if self._options.dry_run else "wrote"
+        path, here = self._options.raw / f"{name}.csv", Path.cwd()
+        near = path.relative_to(here) if path.is_relative_to(here) else path
+        _tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
+        if resampled := recording.header.get("import_resampled"):
+            _tell(f"  resampled {resampled}")
+        for remark in (*remarks, *self._rejection(recording)):
+            _tell(f"  note: {remark}")
+
+    def _rejection(self, recording: Recording) -> list[str]:
+        """Return the report's reason against a recording that it cannot use; empty if it can."""
+        try:
+            _, no_verdict = readings_of(recording, self._settings)
+        except RecordingError as reason:
+            return [f"the report will reject it: {reason}"]
+        return [f"the report will give no verdict: {no_verdict}"] if no_verdict else []
+
+    def _keep_map(self, content: dict[str, Any]) -> None:
+        if self._options.dry_run:
+            lines = [f"    {line}" for line in map_text(content).splitlines()[1:]]
+            _tell("\n".join(["  lab.yaml would be:", *lines]))
+        elif told := keep_map(self._options.write_map, content):
+            _tell(f"  {told}")
+
+    def summary(self) -> str:
+        """Return a line with the numbers of recordings imported and known, and files refused."""
+        verb = "would be imported" if self._options.dry_run else "imported"
+        there = f", {self.known} already there" if self.known else ""
+        came = "1 recording" if self.written == 1 else f"{self.written} recordings"
+        kept_out = "1 file" if self.refused == 1 else f"{self.refused} files"
+        return f"{came} {verb}{there}, {kept_out} refused"
+
+
+def _given_keys(options: argparse.Namespace) -> dict[str, object]:
+    """Return the keys of lab.yaml that are given as options."""
+    said = {key: getattr(options, key) for key in lab_schema()["properties"]}
+    names = said["sensors"] or ()
+    # Commas, blanks or both separate the columns.
+    if names and all(name.endswith(",") for name in names[:-1]):
+        said["sensors"] = [part.strip() for part in ",".join(names).split(",") if part.strip()]
+    return {key: value for key, value in said.items() if value is not None}
+
+
+@contextlib.contextmanager
+def _named(place: str) -> Iterator[None]:
+    """Put the place of an error in front of its message."""
+    try:
+        yield
+    except CapsuleError as fault:
+        kind = QuestionError if isinstance(fault, QuestionError) else CapsuleError
+        raise kind(f"{place}: {fault}" if place else str(fault)) from None
+
+
+def _tell(text: str, stream: TextIO | None = None) -> None:
+    """Print a text at once; if its reader has ended, as ``| head`` does, the import goes on."""
+    stream = stream or sys.stdout
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        # The stream's buffer keeps the text, and Python writes it again when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _expanded(given: Path) -> list[Path]:
+    """Return the files of a pattern such as *.csv, which a shell of Windows does not expand."""
+    if given.exists() or not re.search(r"[*?\[]", given.name):
+        return [given]
+    return sorted(given.parent.glob(given.name)) or [given]
+
+
+def _names(files: Sequence[Path]) -> str:
+    return ", ".join(displayed(str(file)) for file in files)
+
+
+def _run_name(stem: str, label: str) -> str:
+    """Return a recording's name, made from the names of its file and its run.
+
+    A shell, the report and any file system accept the characters of this name.
+    """
+    text = f"{stem}-{label}" if label else stem
+    name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", text).strip("-._+")[:LONGEST_NAME]
+    name = name.removesuffix(".csv").strip("-._+")
+    if not classify([Entry(f"unlabelled/{name}.csv")]).recordings:
+        raise CapsuleError(f"{displayed(text)!r} gives no valid name; give one with --name")
+    return name
+
+
+class _Archive:
+    """The recordings under raw/, by the checksum of their samples; larger files are none."""
+
+    def __init__(self, raw: Path, max_bytes: int) -> None:
+        self._raw = raw
+        self._names: dict[str, str] = {}
+        for name in sorted(list_archive(raw).recordings) if raw.is_dir() else ():
+            content = read_limited(raw / f"{name}.csv", max_bytes)
+            if content is not None:
+                self._names[_checksum(content)] = name
+
+    def known(self, recording: Recording) -> str:
+        """Return the name of the recording with the same samples; empty if there is none."""
+        return self._names.get(_checksum(format_recording(recording)), "")
+
+    def refuse_other_size(self, known: str, name: str) -> None:
+        """Raise an error if the archive holds the same samples under another size."""
+        reason = reason_of_copy(known, name)
+        if "mislabelled" in reason:
+            raise CapsuleError(f"{reason}; move {self._raw / known}.csv, or give the right size")
+
+    def check_free(self, names: Sequence[str]) -> None:
+        """Raise an error if recordings with names such as ``3mm/r07`` cannot be written."""
+        for at, name in enumerate(names):
+            path = self._raw / f"{name}.csv"
+            part = path.with_name(path.name + PART)
+            if taken := next((each for each in (path, part) if each.exists()), None):
+                raise CapsuleError(_taken(taken))
+            if name in names[:at]:
+                raise CapsuleError(
+                    f"two of its runs would be written to {path}; give them different names"
+                )
+
+    def add(self, name: str, recording: Recording) -> None:
+        """Write a recording; its name must be free."""
+        path, content = self._raw / f"{name}.csv", format_recording(recording)
+        try:
+            write_new(path, content)
+        except FileExistsError:
+            raise CapsuleError(_taken(path)) from None
+        self._names[_checksum(content)] = name
+
+
+def _taken(path: Path) -> str:
+    return f"{path} exists and holds other samples, so it is not overwritten; give another --name"
+
+
+def _checksum(content: bytes) -> str:
+    """Return the checksum of a recording's samples, without its header lines."""
+    lines = [line for line in content.splitlines() if not line.lstrip().startswith(b"#")]
+    return hashlib.sha256(b"\n".join(lines)).hexdigest()
+
+
+def _reading_lines(reading: Reading) -> list[str]:
+    """Return lines on how a table was read; each line begins with the key of lab.yaml."""
+    table, clock = reading.table, reading.clock
+    rows = [(key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
+    rows.append(("thousands", table.reading.get("thousands", "none").removeprefix("none"), ""))
+    rows.append((table.kind, table.label, ""))
+    rows.append(("time", "none" if reading.time is None else _numbered(table, reading.time), ""))
+    if reading.time is not None:
+        rows.append(("time_unit", clock.unit, clock.reason))
     else:
-        kind = _TYPES.get(part["type"] if isinstance(part["type"], str) else "", str)
-        word = part.get("unit", "COLUMN" if isinstance(part["type"], list) else "X").upper()
-        group.add_argument(option, type=kind, metavar=word, help=text)
+        rate, _, teller = clock.reason.partition(" by ")
+        rows.append(("rate", rate, f"by {teller}"))
+    for number, index in enumerate(reading.sensors, start=1):
+        rows.append((f"sensor_{number}", _numbered(table, index), ""))
+    rows.append(("unit", reading.unit, reading.unit_reason))
+    used = {reading.time, reading.run, *reading.sensors}
+    idle = [index for index in range(len(table.names)) if index not in used]
+    rows.append(("not used", table.listed(idle), ""))
+    rows.append(("passed over", passed_over(table), ""))
+    rows = [row for row in rows if row[1]]
+    left = max(len(name) for name, _, _ in rows)
+    return [
+        f"  {name:<{left}}  {value}" + (f"  ({reason})" if reason else "")
+        for name, value, reason in rows
+    ]
+
+
+def _numbered(table: Table, index: int) -> str:
+    name = table.names[index]
+    return f"column {index + 1}" + (f", {name!r}" if name else "")
+
+
+def _sample_lines(recording: Recording, *, plain: bool) -> list[str]:
+    """Return lines with the first samples of a recording, and a line of bars for each sensor."""
+    names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
+    samples = [
+        [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
+        for time_s, sample in zip(
+            recording.time_s[:_FIRST_SAMPLES], recording.values.T[:_FIRST_SAMPLES], strict=True
+        )
+    ]
+    lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *samples]]
+    for name, values in zip(names[1:], recording.values, strict=True):
+        known = values[~np.isnan(values)]
+        span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
+        lines.append(f"  {name}  {_trace(values, _PLAIN_BARS if plain else _BARS)}  {span}")
+    return lines
+
+
+def _trace(values: np.ndarray, bars: str) -> str:
+    """Return readings (K,) as a line of bars, with blanks for missing samples."""
+    each = -(-values.size // _WIDTH)
+    parts = [values[at : at + each] for at in range(0, values.size, each)]
+    parts = [part[~np.isnan(part)] for part in parts]
+    means = [float(part.mean()) if part.size else None for part in parts]
+    known = [mean for mean in means if mean is not None]
+    low, span = min(known, default=0.0), max(known, default=0.0) - min(known, default=0.0)
+    top = len(bars) - 1
+    return "".join(
+        " " if mean is None else bars[round((mean - low) / span * top) if span else 0]
+        for mean in means
+    )

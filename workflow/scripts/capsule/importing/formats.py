@@ -7,41 +7,46 @@ import dataclasses
 import gzip
 import hashlib
 import io
-import sqlite3
+import logging
+import re
 import struct
-import sys
+import warnings
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime, time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.files import read_limited
 from capsule.forks import Forks
-from capsule.importing.cells import POINT, cells_table, missing_words
-from capsule.importing.packages import (
-    MOST_BYTES,
-    MOST_UNPACKED,
-    damage_named,
-    needed_package,
-    refuse_unpacked,
-    too_large,
-)
-from capsule.importing.table import Table, array_tables, table_of, without_number_head
-from capsule.importing.text import read_text
-from capsule.importing.units import is_unit
+from capsule.importing.table import Table
+from capsule.importing.text import read_rows, read_text
+from capsule.project import how_to_install
 
+# 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
+# precision.
+_MOST_BYTES = 500_000_000
+# A small file that unpacks to more is no recording.
+_MOST_UNPACKED = 100_000_000
 _MOST_CELLS = 2_000_000
+# A matrix with more columns is probably an image.
+_MOST_COLUMNS = 256
 # A longer array in a message is probably an image or a scan.
 _LONGEST_ARRAY = 256
+_LONGEST_REASON = 100
 _MATLAB_COMPRESSED = 15
+_RATE_NAMES = re.compile(
+    r"(fs|rate|rate_hz|srate|samplerate|sample_rate|sampling_?rate(_hz)?|samplingfrequency|freq)",
+    re.IGNORECASE,
+)
 _GZIP = b"\x1f\x8b"
 _BAGS = (b"#ROSBAG", b"\x89MCAP")
 _NO_TABLE = {
@@ -50,9 +55,12 @@ _NO_TABLE = {
     b"%PDF": "it is a PDF; export the readings as text",
     b"7z\xbc\xaf": "it is compressed; unpack it first",
 }
+# Name, numbers and unit of each column.
+_Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
+_Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
 
 
-def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Table], str]:
+def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
     """Read a file of any format.
 
     Parameters
@@ -60,9 +68,7 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Ta
     path : Path
         A file, or the folder of a bag of ROS 2.
     keys : SimpleNamespace
-        The keys of lab.yaml.
-    needed : int
-        Number of columns of numbers that a run must have.
+        The keys.
 
     Returns
     -------
@@ -77,84 +83,173 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Ta
         The file cannot be read, or its format is unknown.
     """
     if path.is_dir():
-        return _read_bag_folder(path)
+        sha256 = _checksum_of_bag(path)
+        return _read_apart("bag of ROS", _read_bag, path, keys), sha256
     try:
-        content = read_limited(path, MOST_BYTES)
+        content = read_limited(path, _MOST_BYTES)
     except OSError as error:
         raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
     if content is None:
-        raise CapsuleError(too_large())
+        raise CapsuleError(_too_large(_MOST_BYTES))
     sha256 = hashlib.sha256(content).hexdigest()
     if content.startswith(_BAGS):
-        return _apart(lambda: read_bag(path)), sha256
+        return _read_apart("bag of ROS", _read_bag, path, keys), sha256
     if content.startswith(_GZIP):
         content, path = _unpacked(content), path.with_suffix("")
-    reason = next((text for mark, text in _NO_TABLE.items() if content.startswith(mark)), None)
-    if reason:
-        raise CapsuleError(reason)
-    if content.startswith(b"PK\x03\x04"):
-        return read_excel(content, keys, needed), sha256
-    if binary := _binary_reader(content, path):
-        return _apart(lambda: binary(content)), sha256
-    return [read_text(content, keys, needed)], sha256
+    for mark, reason in _NO_TABLE.items():
+        if content.startswith(mark):
+            raise CapsuleError(reason)
+    for mark, (name, read) in _READERS.items():
+        if content.startswith(mark):
+            if read == _read_hdf and path.suffix.lower() == ".nwb":
+                name, read = "NWB file", _read_nwb
+            return _read_apart(name, read, content, keys), sha256
+    if path.suffix.lower() == ".mat":
+        return _read_apart("MATLAB file", _read_matlab, content, keys), sha256
+    return [read_text(content, keys)], sha256
 
 
-def _apart(read: Callable[[], list[Table]]) -> list[Table]:
-    """Read a file in a process of its own, for damaged bytes can crash native code."""
-    try:
-        (tables,) = Forks(2)(lambda _: read(), [None])
-    except BrokenProcessPool:
+def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
+    """Read a file in a process of its own: its bytes can crash a package, or raise any error."""
+
+    def read_quietly(_: None) -> list[Table]:
+        with warnings.catch_warnings():
+            # Packages warn about charts, checks and other versions of their format.
+            warnings.simplefilter("ignore")
+            return read(source, keys)
+
+    level = logging.root.manager.disable
+    # Some packages log their repairs, with the damaged bytes.
+    logging.disable(logging.CRITICAL)
+    with ThreadPoolExecutor(1) as pool:
+        reading = pool.submit(lambda: list(Forks(2)(read_quietly, [None])))
+    logging.disable(level)
+    fault = reading.exception()
+    if isinstance(fault, CapsuleError):
+        raise fault
+    if isinstance(fault, ModuleNotFoundError):
+        raise CapsuleError(
+            f"the {name} is read by the package {fault.name}, which is not installed; run "
+            f"{how_to_install('formats')}"
+        )
+    if isinstance(fault, BrokenProcessPool):
         raise CapsuleError(
             "the package that reads this format crashed at it; copy or export it again"
-        ) from None
+        )
+    if fault:
+        reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
+        raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
+    (tables,) = reading.result()
+    if not tables:
+        raise CapsuleError(
+            f"the {name} holds no table of numbers, a row for each sample; export the readings so"
+        )
     return tables
 
 
-def _binary_reader(content: bytes, path: Path) -> Callable[[bytes], list[Table]] | None:
-    ending = path.suffix.lower()
-    if content.startswith((b"\x89HDF", b"MATLAB 7.3 MAT-file")):
-        return read_nwb if ending == ".nwb" else read_hdf
-    marks = {b"\x93NUMPY": read_numpy, b"TDSm": read_tdms, b"XDF:": read_xdf}
-    default = read_matlab if ending == ".mat" else None
-    return next((read for mark, read in marks.items() if content.startswith(mark)), default)
+def _too_large(most_bytes: int) -> str:
+    return (
+        f"it is larger than {most_bytes / 1e6:g} MB, too large for one session; split it into "
+        "smaller files"
+    )
+
+
+def _refuse_unpacked(size: int, most_bytes: int = _MOST_UNPACKED) -> None:
+    """Raise an error if a small file unpacks to more bytes than one session needs."""
+    if size > most_bytes:
+        raise CapsuleError(f"unpacked, {_too_large(_MOST_UNPACKED)}")
 
 
 def _unpacked(content: bytes) -> bytes:
     """Return the content of a gzip file."""
-    with (
-        damage_named("compressed file", "copy it again"),
-        gzip.GzipFile(fileobj=io.BytesIO(content)) as stream,
-    ):
-        unpacked = stream.read(MOST_UNPACKED + 1)
-    refuse_unpacked(len(unpacked))
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(content)) as stream:
+            unpacked = stream.read(_MOST_UNPACKED + 1)
+    except (OSError, EOFError, zlib.error) as fault:
+        raise CapsuleError(f"the compressed file cannot be read ({fault}); copy it again") from None
+    _refuse_unpacked(len(unpacked))
     if unpacked.startswith((_GZIP, *_BAGS)):
         raise CapsuleError("it holds a file that is not read from within it; unpack it first")
     return unpacked
 
 
-def read_numpy(content: bytes) -> list[Table]:
-    """Read the array of numpy's file format ``.npy``; fields of a structured array are columns."""
-    with damage_named("numpy file", "save it again: numpy.save(file, array)"):
-        array = np.load(io.BytesIO(content), allow_pickle=False)
-    tables = array_tables({"column": array}, {}, "/")
-    if not tables:
-        raise CapsuleError(
-            f"an array of shape {array.shape} and type {array.dtype} is no table of numbers; save "
-            "an array with one row a sample"
-        )
+def table_of(columns: _Columns, label: str, **told: Any) -> Table:
+    """Return a table of a format without text cells.
+
+    Parameters
+    ----------
+    columns : sequence of (str, (K,) array, str)
+        Name, numbers and unit of each column.
+    label : str
+        The table's name.
+    **told
+        Further attributes of the table.
+    """
+    names, values, units = zip(*columns, strict=True)
+    arrays = tuple(np.asarray(each, dtype=float) for each in values)
+    return Table(names, units, arrays, kind="variable", label=label, **told)
+
+
+def _array_tables(
+    arrays: Mapping[str, np.ndarray], units: Mapping[str, str], separator: str, started: str = ""
+) -> list[Table]:
+    """Return tables that join arrays, given by path, with the same length and the same parent.
+
+    They are named by their parent, or by their first array if a parent has several tables. The
+    longer side of a matrix counts samples. A single number called rate or fs is the sampling rate
+    of arrays with that parent, or below it.
+    """
+    rates: dict[str, float] = {}
+    groups: defaultdict[tuple[str, int], dict[str, _Columns]] = defaultdict(dict)
+    for path, array in arrays.items():
+        parent, _, name = path.rpartition(separator)
+        if array.size == 1 and _RATE_NAMES.fullmatch(name) and float(array.flat[0]) > 0:
+            rates[parent] = float(array.flat[0])
+        elif columns := _array_columns(name, array, units.get(path, "")):
+            groups[parent, len(columns[0][1])][path] = columns
+    parents = [parent for parent, _ in groups]
+    tables = []
+    for (parent, _), members in groups.items():
+        label = parent if parents.count(parent) == 1 and parent else next(iter(members))
+        above = parent
+        while above and above not in rates:
+            above = above.rpartition(separator)[0]
+        joined = [column for each in members.values() for column in each]
+        tables.append(table_of(joined, label, started=started, rate_hz=rates.get(above)))
+    return tables
+
+
+def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
+    """Return an array's columns; none if it is not a series of samples."""
+    if array.size < 2:
+        return []
+    if array.dtype.names:
+        fields = [field for field in array.dtype.names if array.dtype[field].kind in "iuf"]
+        return [(field, array[field], "") for field in fields] if array.ndim == 1 else []
+    array = np.squeeze(array)
+    if array.dtype.kind not in "iufb" or array.ndim > 2 or min(array.shape) > _MOST_COLUMNS:
+        return []
+    if array.ndim == 1:
+        return [(name, array, unit)]
+    tall = array if array.shape[0] >= array.shape[1] else array.T
+    return [(f"{name}({n})", column, unit) for n, column in enumerate(tall.T, start=1)]
+
+
+def _read_numpy(content: bytes, _: SimpleNamespace) -> list[Table]:
+    """Read the array of numpy's file format; fields of a structured array are columns."""
+    array = np.load(io.BytesIO(content), allow_pickle=False)
+    tables = _array_tables({"column": array}, {}, "/")
     return [dataclasses.replace(table, kind="", label="") for table in tables]
 
 
-def read_matlab(content: bytes) -> list[Table]:
+def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read a MATLAB file up to version 7.2; fields of a structure are named ``run.time``."""
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
-    with damage_named("MATLAB file", "save it again: save -v7", MatReadError):
-        refuse_unpacked(_matlab_size(content))
-        variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
+    _refuse_unpacked(_matlab_size(content))
+    variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
-    tables = array_tables(dict(_matlab_arrays(named, "")), {}, ".")
+    tables = _array_tables(dict(_matlab_arrays(named, "")), {}, ".")
     if not tables:
         raise CapsuleError(
             f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
@@ -168,11 +263,11 @@ def _matlab_size(content: bytes) -> int:
     """Return the number of bytes in the compressed elements of a MATLAB file, at least roughly."""
     order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
     at, size = 128, 0
-    while order and at + 8 <= len(content) and size <= MOST_UNPACKED:
+    while order and at + 8 <= len(content) and size <= _MOST_UNPACKED:
         kind, length = struct.unpack_from(f"{order}II", content, at)
         if kind == _MATLAB_COMPRESSED:
             packed = content[at + 8 : at + 8 + length]
-            size += len(zlib.decompressobj().decompress(packed, MOST_UNPACKED + 1))
+            size += len(zlib.decompressobj().decompress(packed, _MOST_UNPACKED + 1))
         at += 8 + length
     return size
 
@@ -191,9 +286,10 @@ def _matlab_arrays(variables: Mapping[str, Any], prefix: str) -> Iterator[tuple[
             yield f"{prefix}{name}", array
 
 
-def read_hdf(content: bytes) -> list[Table]:
+def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read HDF5, with the attributes ``unit``, ``rate`` and ``started``; and MATLAB from 7.3 on."""
-    h5py = needed_package("h5py", "HDF5")
+    import h5py
+
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     started: list[str] = []
@@ -215,17 +311,11 @@ def read_hdf(content: bytes) -> list[Table]:
         if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
             arrays[name] = node[()]
 
-    with (
-        damage_named("HDF5 file", "copy or export it again"),
-        h5py.File(io.BytesIO(content), "r") as file,
-    ):
+    with h5py.File(io.BytesIO(content), "r") as file:
         _refuse_outside(file, h5py)
         visit("", file)
         file.visititems(visit)
-    tables = array_tables(arrays, units, "/", started[0] if started else "")
-    if not tables:
-        raise CapsuleError("no dataset holds a series of numbers; export the readings as arrays")
-    return tables
+    return _array_tables(arrays, units, "/", started[0] if started else "")
 
 
 def _decoded(value: object) -> str:
@@ -252,8 +342,7 @@ def _refuse_outside(file: Any, h5py: Any) -> None:
     file.visititems_links(check_link)
     file.visititems(check)
     # Compressed, or never written, a small file can hold very much.
-    if sum(sizes) > max(MOST_UNPACKED, 2 * file.id.get_filesize()):
-        raise CapsuleError(f"unpacked, {too_large(MOST_UNPACKED)}")
+    _refuse_unpacked(sum(sizes), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
     for name, place in outside:
         raise CapsuleError(
             f"the file names samples outside of it, in {place!r} ({name}), and only the file "
@@ -261,22 +350,17 @@ def _refuse_outside(file: Any, h5py: Any) -> None:
         )
 
 
-def read_nwb(content: bytes) -> list[Table]:
+def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
-    pynwb = needed_package("pynwb", "NWB")
-    h5py = needed_package("h5py", "NWB")
-    damage = needed_package("hdmf.build.errors", "NWB").ConstructError
-    with (
-        damage_named("NWB file", "check it with pynwb-validate", damage),
-        h5py.File(io.BytesIO(content), "r") as hdf,
-    ):
+    import h5py
+    import pynwb
+
+    with h5py.File(io.BytesIO(content), "r") as hdf:
         _refuse_outside(hdf, h5py)
         with pynwb.NWBHDF5IO(file=hdf, mode="r", load_namespaces=True) as stream:
             file = stream.read()
             series = [each for each in file.objects.values() if isinstance(each, pynwb.TimeSeries)]
             tables = [_nwb_table(each, file.session_start_time.isoformat()) for each in series]
-    if not any(tables):
-        raise CapsuleError("the file holds no time series of numbers; export the readings as one")
     return [table for table in tables if table]
 
 
@@ -292,28 +376,27 @@ def _nwb_table(series: Any, started: str) -> Table | None:
         (f"{series.name}({number})" if several else series.name, column, series.unit)
         for number, column in enumerate(data.T, start=1)
     ]
-    return table_of(columns, series.name, started, series.rate)
+    return table_of(columns, series.name, started=started, rate_hz=series.rate)
 
 
-def read_tdms(content: bytes) -> list[Table]:
+def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read the groups of LabVIEW's TDMS; the channels of one length in a group are a table."""
-    nptdms = needed_package("nptdms", "TDMS")
+    import nptdms
+
     tables = []
-    with damage_named("TDMS file", "copy or export it again"):
-        for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
-            lengths: defaultdict[int, list[Any]] = defaultdict(list)
-            for channel in group.channels():
-                if len(channel) > 1 and channel.dtype.kind in "iufM":
-                    lengths[len(channel)].append(channel)
-            for length, channels in lengths.items():
-                step = channels[0].properties.get("wf_increment")
-                start = channels[0].properties.get("wf_start_time")
-                label = group.name if len(lengths) == 1 else f"{group.name}, {length} samples"
-                started = f"{np.datetime64(start, 's')}Z" if start else ""
-                columns = [_tdms_column(channel) for channel in channels]
-                tables.append(table_of(columns, label, started, 1.0 / step if step else None))
-    if not tables:
-        raise CapsuleError("no group holds channels of numbers; export the readings as channels")
+    for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
+        lengths: defaultdict[int, list[Any]] = defaultdict(list)
+        for channel in group.channels():
+            if len(channel) > 1 and channel.dtype.kind in "iufM":
+                lengths[len(channel)].append(channel)
+        for length, channels in lengths.items():
+            step = channels[0].properties.get("wf_increment")
+            start = channels[0].properties.get("wf_start_time")
+            label = group.name if len(lengths) == 1 else f"{group.name}, {length} samples"
+            started = f"{np.datetime64(start, 's')}Z" if start else ""
+            columns = [_tdms_column(channel) for channel in channels]
+            rate_hz = 1.0 / step if step else None
+            tables.append(table_of(columns, label, started=started, rate_hz=rate_hz))
     return tables
 
 
@@ -325,15 +408,13 @@ def _tdms_column(channel: Any) -> tuple[str, np.ndarray, str]:
     return channel.name, data.astype("datetime64[us]").astype(float) / 1e6, "s"
 
 
-def read_xdf(content: bytes) -> list[Table]:
+def _read_xdf(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read the streams of XDF; pyxdf brings the time stamps to one clock, without jitter."""
-    pyxdf = needed_package("pyxdf", "XDF")
-    with damage_named("XDF file", "copy or record it again"):
-        streams, head = pyxdf.load_xdf(io.BytesIO(content))
-        started = str(_first(head["info"].get("datetime")))
-        tables = [_xdf_table(stream, started) for stream in streams]
-    if not any(tables):
-        raise CapsuleError("no stream holds numbers; check that the sensors' stream was recorded")
+    import pyxdf
+
+    streams, head = pyxdf.load_xdf(io.BytesIO(content))
+    started = str(_first(head["info"].get("datetime")))
+    tables = [_xdf_table(stream, started) for stream in streams]
     return [table for table in tables if table]
 
 
@@ -349,7 +430,7 @@ def _xdf_table(stream: Mapping[str, Any], started: str) -> Table | None:
         name = str(_first(channel.get("label")) or f"channel {number}")
         columns.append((name, values, str(_first(channel.get("unit")) or "")))
     remark = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
-    return table_of(columns, str(_first(info["name"])), started, remark=remark)
+    return table_of(columns, str(_first(info["name"])), started=started, remark=remark)
 
 
 def _first(values: Any) -> Any:
@@ -357,41 +438,30 @@ def _first(values: Any) -> Any:
     return (values[0] if values else "") if isinstance(values, list) else values or ""
 
 
-def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[Table]:
+def _read_excel(content: bytes, keys: SimpleNamespace) -> list[Table]:
     """Read the sheets of a workbook, with the values that formulas had when it was saved."""
-    openpyxl = needed_package("openpyxl", "An Excel workbook")
-    with damage_named("workbook", "save it again as .xlsx"):
-        with zipfile.ZipFile(io.BytesIO(content)) as file:
-            refuse_unpacked(sum(part.file_size for part in file.infolist()))
-        # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
-        sheets = openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets
-        if not sheets:
-            raise CapsuleError("the workbook holds no sheet of cells; save it again as .xlsx")
-        for sheet in sheets:
-            if sheet.max_row * sheet.max_column > _MOST_CELLS:
-                raise CapsuleError(
-                    f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
-                    "columns, too many for one session; delete the cells that hold no readings"
-                )
-        rows = [[[_cell(value) for value in row] for row in sheet.values] for sheet in sheets]
+    import openpyxl
+
+    with zipfile.ZipFile(io.BytesIO(content)) as file:
+        _refuse_unpacked(sum(part.file_size for part in file.infolist()))
+    # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
+    sheets = openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets
+    for sheet in sheets:
+        if sheet.max_row * sheet.max_column > _MOST_CELLS:
+            raise CapsuleError(
+                f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
+                "columns, too many for one session; delete the cells that hold no readings"
+            )
     return [
-        without_number_head(_excel_table(sheet.title, cells, keys, needed), keys)
-        for sheet, cells in zip(sheets, rows, strict=True)
+        read_rows(
+            enumerate(([_cell(value) for value in row] for row in sheet.values), start=1),
+            keys,
+            kind="sheet",
+            label=sheet.title,
+            line_word="row",
+        )
+        for sheet in sheets
     ]
-
-
-def _excel_table(title: str, cells: list[list[str]], keys: SimpleNamespace, needed: int) -> Table:
-    counted = [sum(POINT.number(cell) is not None and cell != "" for cell in row) for row in cells]
-    first = next((at for at in range(keys.skip_lines or 0, len(cells)) if counted[at] >= needed), 0)
-    # Empty cells that have a format make rows wider and sheets longer, so they are dropped.
-    below = [(at, row) for at, row in enumerate(cells[first:], start=first + 1) if any(row)]
-    width = max((at for _, row in below for at, cell in enumerate(row, 1) if cell), default=0)
-    heads = [row[:width] for row in cells[:first] if sum(map(bool, row)) > width / 2]
-    units = heads.pop() if len(heads) > 1 and all(map(is_unit, heads[-1])) else [""] * width
-    names = heads[-1] if heads else [""] * width
-    rows, lines = [row[:width] for _, row in below], [number for number, _ in below]
-    told = {"kind": "sheet", "label": title, "line_word": "row"}
-    return cells_table(names, units, rows, lines, POINT, missing_words(keys), **told)
 
 
 def _cell(value: object) -> str:
@@ -403,8 +473,8 @@ def _cell(value: object) -> str:
     return "" if value is None else str(value).strip()
 
 
-def _read_bag_folder(path: Path) -> tuple[list[Table], str]:
-    """Read a bag of ROS 2, and return its tables and its checksum."""
+def _checksum_of_bag(path: Path) -> str:
+    """Return the checksum of the folder of a bag of ROS 2; raise an error if it is none."""
     files = sorted(path.iterdir())
     if path / "metadata.yaml" not in files:
         raise CapsuleError("it is a folder, but not a bag of ROS 2; give the files in it")
@@ -413,42 +483,30 @@ def _read_bag_folder(path: Path) -> tuple[list[Table], str]:
             raise CapsuleError(
                 f"{file.name!r} is a link to a file outside of this folder; copy it into it"
             )
-    if sum(file.stat().st_size for file in files) > MOST_BYTES:
-        raise CapsuleError(too_large())
+    if sum(file.stat().st_size for file in files) > _MOST_BYTES:
+        raise CapsuleError(_too_large(_MOST_BYTES))
     digest = hashlib.sha256()
     for file in filter(Path.is_file, files):
         digest.update(file.name.encode("utf-8", "surrogateescape"))
         digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return _apart(lambda: read_bag(path)), digest.hexdigest()
+    return digest.hexdigest()
 
 
-def read_bag(path: Path) -> list[Table]:
+def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
     """Read the topics of a bag of ROS 1 or ROS 2; each number in a message becomes a column."""
-    bags = needed_package("rosbags.highlevel.anyreader", "A bag of ROS")
-    typesys = needed_package("rosbags.typesys", "A bag of ROS")
-    types = typesys.get_typestore(typesys.Stores.LATEST)
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     topics: dict[str, list[dict[str, Any]]] = {}
-    remedy = "give a .bag file, or the folder of a bag of ROS 2 with its metadata.yaml"
-    # rosbags reads the files of SQLite by apsw, and did so by sqlite3.
-    database = sys.modules.get("apsw", sqlite3)
-    own = (bags.AnyReaderError, *bags.ReaderErrors, bags.SerdeError, bags.TypesysError)
-    with (
-        damage_named("bag", remedy, database.Error, *own),
-        bags.AnyReader([path], default_typestore=types) as reader,
-    ):
+    with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
         for connection, stamp_ns, data in reader.messages():
-            message = reader.deserialize(data, connection.msgtype)
+            message: Any = reader.deserialize(data, connection.msgtype)
             if numbers := dict(_numbers(message, "")):
                 stamp = getattr(getattr(message, "header", None), "stamp", None)
                 own_ns = int(stamp.sec) * 10**9 + int(stamp.nanosec) if stamp else 0
                 row = {"stamp": own_ns or stamp_ns} | numbers
                 topics.setdefault(connection.topic, []).append(row)
-        tables = [_bag_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
-    if not tables:
-        raise CapsuleError(
-            "no topic holds messages with numbers; check that the sensors' topic was recorded"
-        )
-    return tables
+    return [_bag_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
 
 
 def _bag_table(topic: str, rows: list[dict[str, Any]]) -> Table:
@@ -458,7 +516,8 @@ def _bag_table(topic: str, rows: list[dict[str, Any]]) -> Table:
     columns = [("stamp", np.array([(row["stamp"] - first) / 1e9 for row in rows]), "s")]
     for name in list(rows[0])[1:]:
         columns.append((name, np.array([row.get(name, np.nan) for row in rows]), ""))
-    return table_of(columns, topic, datetime.fromtimestamp(first // 10**9, UTC).isoformat())
+    started = datetime.fromtimestamp(first // 10**9, UTC).isoformat()
+    return table_of(columns, topic, started=started)
 
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
@@ -473,3 +532,14 @@ def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
             yield from _numbers(each, f"{name}[{number}]")
     elif isinstance(value, int | float | np.number) and not isinstance(value, bool):
         yield name, float(value)
+
+
+# Name and reader of each binary format, by the first bytes of a file.
+_READERS: dict[bytes, tuple[str, _Reader]] = {
+    b"\x89HDF": ("HDF5 file", _read_hdf),
+    b"MATLAB 7.3 MAT-file": ("HDF5 file", _read_hdf),
+    b"\x93NUMPY": ("numpy file", _read_numpy),
+    b"TDSm": ("TDMS file", _read_tdms),
+    b"XDF:": ("XDF file", _read_xdf),
+    b"PK\x03\x04": ("workbook", _read_excel),
+}

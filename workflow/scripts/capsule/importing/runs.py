@@ -1,7 +1,7 @@
 """Make recordings from a laboratory's tables, and record how each column was read."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,12 +10,12 @@ from capsule.errors import CapsuleError
 from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far
+from capsule.importing.text import KEPT_NOTES
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
+from capsule.names import displayed
 from capsule.recording import Recording
 
-# Keys of a file's own header lines that the recording keeps.
-_KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
 _ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
 _MILLI_DIGITS = 9
 _MOST_RUNS = 1000
@@ -23,157 +23,186 @@ _MOST_RUNS = 1000
 _LONG_GAP_S = 60.0
 # Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
+_LONGEST_ENTRY = 300
 
 
 @dataclass(frozen=True)
-class Bench:
-    """The configuration's keys about recordings.
-
-    Attributes
-    ----------
-    sensors : int
-        Number of sensors S.
-    rate_hz, rate_tolerance : float
-        Sampling rate, and the largest relative deviation from it.
-    full_scale : float
-        Reading of the configured converter at the supply voltage.
-    """
-
-    sensors: int
-    rate_hz: float
-    rate_tolerance: float
-    full_scale: float
-
-
-@dataclass(frozen=True)
-class Guess:
-    """The columns, the time and the unit of the readings that were found in a table.
+class Reading:
+    """How a table is read, and its samples.
 
     Attributes
     ----------
     table : Table
-        The table.
+        The table; that of the first sensor, if each sensor has a file.
     time, run : int or None
         Index of the column of the time, and of the one that names the run; None if there is none.
     sensors : tuple of S int
         Indices of the sensors' columns.
+    columns : tuple of S str
+        Names of the sensors' columns.
     clock : Clock
         The time of each sample.
     unit, unit_reason : str
         Unit of the readings, as lab.yaml names it, and the reason for it.
+    values : (S, K) array
+        Readings in the unit of the recording; NaN where a sample is missing.
+    partly : int
+        Number of the samples of which only some sensors are missing in the file.
+    resampled : str
+        How the files of the sensors were brought to the same instants; empty if they were not.
     """
 
     table: Table
     time: int | None
     run: int | None
     sensors: tuple[int, ...]
+    columns: tuple[str, ...]
     clock: Clock
     unit: str
     unit_reason: str
+    values: np.ndarray
+    partly: int
+    resampled: str = ""
 
 
-@dataclass(frozen=True)
-class Run:
-    """A run of a file.
-
-    Attributes
-    ----------
-    label : str
-        Name of the run within the file; empty if the file holds one run.
-    recording : Recording
-        The run's samples, and its header lines except those on its origin.
-    remarks : sequence of str
-        Notes for the user.
-    """
-
-    label: str
-    recording: Recording
-    remarks: Sequence[str] = ()
-
-
-def guess_table(table: Table, keys: SimpleNamespace, bench: Bench) -> Guess:
-    """Return how to read the columns of a table.
+def read_columns(table: Table, keys: SimpleNamespace) -> Reading:
+    """Return how to read the columns of a table, and the samples in it.
 
     Parameters
     ----------
     table : Table
         The table.
     keys : SimpleNamespace
-        The keys of lab.yaml.
-    bench : Bench
-        The configured values.
+        The keys.
 
     Raises
     ------
     CapsuleError
         If the columns, the time or the unit are unknown or ambiguous.
     """
-    time, sensors, run = choose_columns(table, keys, bench.sensors)
-    clock = read_time(table, time, keys, bench.rate_hz)
-    unit, reason = reading_unit(table, sensors, keys, bench.full_scale)
-    return Guess(table, time, run, sensors, clock, unit, reason)
-
-
-def readings(guess: Guess) -> tuple[np.ndarray, int]:
-    """Return readings (S, K) in the recording's unit, and the number of incomplete samples.
-
-    If one sensor of a sample is missing, the whole sample counts as missing.
-    """
-    _, factor = WRITTEN[guess.unit]
-    values = np.array([guess.table.all_numbers(index) for index in guess.sensors])
-    if factor != 1.0:
+    time, sensors, run = choose_columns(table, keys)
+    clock = read_time(table, time, keys)
+    unit, reason = reading_unit(table, sensors, keys)
+    values = np.array([table.checked_numbers(index) for index in sensors])
+    if (factor := WRITTEN[unit][1]) != 1.0:
         values = np.round(values * factor, _MILLI_DIGITS)
+    columns = tuple(map(table.column_label, sensors))
+    return Reading(table, time, run, sensors, columns, clock, unit, reason, *_whole(values))
+
+
+def _whole(values: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return readings without the samples that lack a sensor, and the number of these."""
     lacking = np.isnan(values)
     partly = lacking.any(axis=0) & ~lacking.all(axis=0)
-    values[:, partly] = np.nan
-    return values, int(np.count_nonzero(partly))
+    return np.where(partly, np.nan, values), int(np.count_nonzero(partly))
 
 
-def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
-    """Return the runs of a table as recordings.
+def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
+    """Return one reading from the files of the sensors.
 
     Parameters
     ----------
-    guess : Guess
+    readings : sequence of S Reading
+        One per sensor, in the order of the sensors.
+    keys : SimpleNamespace
+        The keys.
+
+    Raises
+    ------
+    CapsuleError
+        If the files have different units, or do not overlap in time.
+    """
+    first, units = readings[0], {reading.unit for reading in readings}
+    if len(units) > 1:
+        raise CapsuleError(
+            f"the sensors' files have different units, {' and '.join(sorted(units))}; "
+            "give one with --unit"
+        )
+    times = [reading.clock.first_s + reading.clock.time_s for reading in readings]
+    rates = [usual_rate(time_s) for time_s in times]
+    start, end = max(time_s[0] for time_s in times), min(time_s[-1] for time_s in times)
+    if end <= start:
+        raise CapsuleError(
+            f"the sensors' files have no time in common: the last one begins at {start:g} s, the "
+            f"first one ends at {end:g} s of their clocks; give files of one run"
+        )
+    rows, time_s, resampled = [reading.values[0] for reading in readings], first.clock.time_s, ""
+    if not all(
+        each.size == times[0].size and np.abs(each - times[0]).max() <= _SAME_INSTANT / rates[0]
+        for each in times
+    ):
+        for at, (each, row) in enumerate(zip(times, rows, strict=True)):
+            inside = each <= end + 0.5 / keys.rate_hz
+            _, new = resample(each[inside], row[None, inside], keys.rate_hz, float(start))
+            rows[at] = new[0]
+        rows = [row[: min(map(len, rows))] for row in rows]
+        time_s = start - times[0][0] + np.arange(len(rows[0])) / keys.rate_hz
+        resampled = (
+            f"from {', '.join(f'{rate:.4g}' for rate in rates)} Hz to {keys.rate_hz:g} Hz and to "
+            "the same instants"
+        )
+    values, partly = _whole(np.array(rows))
+    return replace(
+        first,
+        columns=tuple(reading.columns[0] for reading in readings),
+        clock=replace(first.clock, time_s=time_s),
+        values=values,
+        partly=partly,
+        resampled=resampled,
+    )
+
+
+def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recording, list[str]]]:
+    """Return the runs of a table: name within the file, recording, and notes for the user.
+
+    The name is empty if there is one run. The header tells all but the file.
+
+    Parameters
+    ----------
+    reading : Reading
         How the table's columns are read.
     keys : SimpleNamespace
-        The keys of lab.yaml.
-    bench : Bench
-        The configured values.
+        The keys.
 
     Raises
     ------
     CapsuleError
         If time does not run forward, or the sampling rate is too low.
     """
-    values, partly = readings(guess)
     runs = []
-    for label, rows in _split(guess, keys):
-        time_s = guess.clock.time_s[rows]
-        header = _header(guess, keys, float(time_s[0]))
-        remarks = [guess.table.remark] if guess.table.remark else []
-        remarks += _striking(guess, header, time_s, values[:, rows], keys)
-        if partly:
-            remarks.append(f"{partly} samples lack a sensor and count as missing")
+    for label, rows in _split(reading, keys):
+        time_s, values = reading.clock.time_s[rows], reading.values[:, rows]
+        header = _header(reading, keys, label, float(time_s[0]))
+        remarks = list(_remarks(reading, header, time_s, values, keys))
         try:
-            recording = _recording(time_s, values[:, rows], header, bench)
+            rate_hz = usual_rate(time_s)
+            if abs(rate_hz - keys.rate_hz) > keys.rate_tolerance * keys.rate_hz:
+                time_s, values = resample(time_s, values, keys.rate_hz)
+                how = f"spline of degree {DEGREE}"
+                if rate_hz > keys.rate_hz:
+                    how = "finite impulse response low-pass, "
+                    how += f"-{STOP_DB:g} dB from {keys.rate_hz / 2:g} Hz on"
+                header["import_resampled"] = f"from {rate_hz:.4g} Hz to {keys.rate_hz:g} Hz, {how}"
         except CapsuleError as fault:
             raise CapsuleError(f"run {label}: {fault}" if label else str(fault)) from None
-        runs.append(Run(label, recording, remarks))
+        recording = Recording(np.round(time_s - time_s[0], 9), values, header)
+        runs.append((label, recording, remarks))
     return runs
 
 
-def _striking(
-    guess: Guess,
+def _remarks(
+    reading: Reading,
     header: Mapping[str, str],
     time_s: np.ndarray,
     values: np.ndarray,
     keys: SimpleNamespace,
 ) -> Iterator[str]:
-    """Yield notes on a start that is no date, and on a first sample or a gap that looks wrong."""
-    if guess.clock.started and "started" not in header:
+    """Yield notes for the user, such as on a first sample or a gap that looks wrong."""
+    if reading.table.remark:
+        yield reading.table.remark
+    if reading.clock.started and "started" not in header:
         yield (
-            f"the file says that it began {guess.clock.started[:60]!r}, which is no date such as "
+            f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "
             "2026-03-04T12:00:00, so the header names none"
         )
     if values.shape[1] > 2 and is_far(values).all():
@@ -186,22 +215,34 @@ def _striking(
         if np.all(np.diff(row) > 0):
             yield f"sensor_{number} rises from each sample to the next, as a time does"
     steps = np.diff(time_s)
-    longest = int(np.argmax(steps)) if steps.size else 0
-    if steps.size and steps[longest] >= _LONG_GAP_S and not keys.run_gap_s:
+    if steps.max(initial=0) >= _LONG_GAP_S and not keys.run_gap_s:
         yield (
-            f"a gap of {steps[longest] / 60:.3g} min follows sample {longest + 1}; if another run "
-            "begins behind it, give --run-gap-s"
+            f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
+            "another run begins behind it, give --run-gap-s"
+        )
+    if reading.partly:
+        yield f"{reading.partly} samples lack a sensor and count as missing"
+    highest = np.nanmax(values, initial=0.0)
+    if header["unit"] == "V" and "vref_v" not in header:
+        yield "the supply voltage is unknown, so volts are judged as they are; use --vref-v"
+    if header["unit"] in ("ohm", "kohm") and "series_ohm" not in header:
+        yield (
+            "the resistor in series is unknown, so the median resistance replaces it; use "
+            "--series-ohm"
+        )
+    if header["unit"] == "counts" and "adc_bits" not in header and highest >= keys.full_scale:
+        yield (
+            f"readings reach {highest:g}, but diagonal.full_scale is {keys.full_scale:g}; use "
+            "--adc-bits"
         )
 
 
-def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
+def _split(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, slice]]:
     """Return name and rows of each run, split by the run column, then by gaps."""
-    table, index, time_s = guess.table, guess.run, guess.clock.time_s
+    time_s = reading.clock.time_s
     parts = [("", slice(0, time_s.size))]
-    if index is not None:
-        cells = table.numbers[index] if table.texts is None else table.texts[index]
-        texts = [cell if isinstance(cell, str) else f"{cell:g}" for cell in cells]
-        names = np.array(texts, dtype=object)
+    if reading.run is not None:
+        names = np.array(reading.table.texts(reading.run), dtype=object)
         parts = [(str(names[each.start]), each) for each in _slices(names[1:] != names[:-1])]
     if keys.run_gap_s:
         steps = np.diff(time_s)
@@ -232,75 +273,27 @@ def _slices(breaks: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in zip(starts, [*starts[1:], len(breaks) + 1], strict=True)]
 
 
-def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) -> Run:
-    """Return one run from the files of the sensors.
-
-    Parameters
-    ----------
-    guesses : sequence of S Guess
-        One table per sensor, in the order of the sensors.
-    keys : SimpleNamespace
-        The keys of lab.yaml.
-    bench : Bench
-        The configured values.
-
-    Raises
-    ------
-    CapsuleError
-        If the files have different units, or do not overlap in time.
-    """
-    units = {guess.unit for guess in guesses}
-    if len(units) > 1:
-        raise CapsuleError(
-            f"the sensors' files have different units, {' and '.join(sorted(units))}; "
-            "give one with --unit"
-        )
-    times = [guess.clock.first_s + guess.clock.time_s for guess in guesses]
-    rows = [readings(guess)[0][0] for guess in guesses]
-    rates = [usual_rate(time_s) for time_s in times]
-    start, end = max(time_s[0] for time_s in times), min(time_s[-1] for time_s in times)
-    if end <= start:
-        raise CapsuleError(
-            f"the sensors' files have no time in common: the last one begins at {start:g} s, the "
-            f"first one ends at {end:g} s of their clocks; give files of one run"
-        )
-    header = _header(guesses[0], keys, float(start - times[0][0]))
-    remarks = [guess.table.remark for guess in guesses if guess.table.remark]
-    first = times[0]
-    if all(
-        time_s.size == first.size and np.abs(time_s - first).max() <= _SAME_INSTANT / rates[0]
-        for time_s in times
-    ):
-        return Run("", _recording(first, _whole(rows), header, bench), remarks)
-    parts = []
-    for time_s, row in zip(times, rows, strict=True):
-        inside = time_s <= end + 0.5 / bench.rate_hz
-        parts.append(resample(time_s[inside], row[None, inside], bench.rate_hz, float(start))[1][0])
-    values = _whole([part[: min(map(len, parts))] for part in parts])
-    header["import_resampled"] = (
-        f"from {', '.join(f'{rate:.4g}' for rate in rates)} Hz to {bench.rate_hz:g} Hz and to the "
-        "same instants"
-    )
-    time_s = np.arange(values.shape[1]) / bench.rate_hz
-    return Run("", _recording(time_s, values, header, bench), remarks)
-
-
-def _whole(rows: Sequence[np.ndarray]) -> np.ndarray:
-    """Return readings (S, K); if one sensor of a sample is missing, the whole sample is."""
-    values = np.array(rows)
-    values[:, np.isnan(values).any(axis=0)] = np.nan
-    return values
-
-
-def _header(guess: Guess, keys: SimpleNamespace, first_s: float) -> dict[str, str]:
-    """Return the header of a run: the file's own header lines, overridden by lab.yaml."""
-    notes = guess.table.notes
-    own = "format_version" in notes
-    header = {
-        key: text
-        for key, text in notes.items()
-        if (own and key not in ("format_version", "rate_hz", "started")) or key in _KNOWN_NOTES
+def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float) -> dict[str, str]:
+    """Return the header of a run: how it was read; the file's header lines, or else lab.yaml's."""
+    table, clock, notes = reading.table, reading.clock, reading.table.notes
+    named = ["none" if reading.time is None else table.column_label(reading.time), *reading.columns]
+    said = {
+        f"import_{table.kind}": table.label if table.kind else "",
+        "import_run": label,
+        "import_columns": "; ".join(
+            f"{f'sensor_{number}' if number else 'time'} = {column}"
+            for number, column in enumerate(named)
+        ),
+        "import_time": f"{clock.unit}, {clock.reason}",
+        "import_unit": f"{reading.unit}, {reading.unit_reason}",
+        "import_passed_over": passed_over(table),
+        "import_resampled": reading.resampled,
     }
+    header = {key: displayed(text)[:_LONGEST_ENTRY] for key, text in said.items() if text}
+    own = "format_version" in notes
+    for key, text in notes.items():
+        if (own and key not in ("format_version", "rate_hz", "started")) or key in KEPT_NOTES:
+            header[key] = text
     for key in ("source", "site", "session", "setup"):
         if text := getattr(keys, key):
             header[key] = text
@@ -308,41 +301,30 @@ def _header(guess: Guess, keys: SimpleNamespace, first_s: float) -> dict[str, st
         if (number := getattr(keys, key)) is not None:
             text = format(number, form)
             header[key] = text.rstrip("0").rstrip(".") if "." in text else text
-    header["unit"] = WRITTEN[guess.unit][0]
-    started = later(guess.clock.started, first_s) or notes.get("started", "")
-    return header | ({"started": started} if started else {})
+    header["unit"] = WRITTEN[reading.unit][0]
+    if started := later(clock.started, first_s) or notes.get("started", ""):
+        header["started"] = started
+    return header
 
 
-def _recording(
-    time_s: np.ndarray, values: np.ndarray, header: Mapping[str, str], bench: Bench
-) -> Recording:
-    """Return samples (K,) and (S, K) as a recording at the configured rate."""
-    rate_hz, header = usual_rate(time_s), dict(header)
-    if abs(rate_hz - bench.rate_hz) > bench.rate_tolerance * bench.rate_hz:
-        time_s, values = resample(time_s, values, bench.rate_hz)
-        how = (
-            f"finite impulse response low-pass, -{STOP_DB:g} dB from {bench.rate_hz / 2:g} Hz on"
-            if rate_hz > bench.rate_hz
-            else f"spline of degree {DEGREE}"
-        )
-        header["import_resampled"] = f"from {rate_hz:.4g} Hz to {bench.rate_hz:g} Hz, {how}"
-    return Recording(np.round(time_s - time_s[0], 9), values, header)
+def passed_over(table: Table) -> str:
+    """Return in words how many lines of a table were passed over; empty if none was."""
+    return f"{len(table.passed_over)} lines without a whole sample" if table.passed_over else ""
 
 
-def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
+def as_map(reading: Reading, keys: SimpleNamespace) -> dict[str, object]:
     """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
-    table, clock = guess.table, guess.clock
-    said = {key: value for key, value in vars(keys).items() if value is not None}
     if keys.per_sensor:
-        return said
+        return dict(keys.given)
+    table, clock = reading.table, reading.clock
     content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
-    content["time"] = NO_TIME if guess.time is None else _column_key(table, guess.time)
-    if guess.time is not None:
+    content["time"] = NO_TIME if reading.time is None else _column_key(table, reading.time)
+    if reading.time is not None:
         content["time_unit"] = clock.unit
     if clock.date_order:
         content["date_order"] = clock.date_order
-    content["sensors"] = [_column_key(table, index) for index in guess.sensors]
-    return said | content | {"unit": guess.unit}
+    content["sensors"] = [_column_key(table, index) for index in reading.sensors]
+    return dict(keys.given) | content | {"unit": reading.unit}
 
 
 def _column_key(table: Table, index: int) -> str | int:

@@ -1,35 +1,40 @@
-"""Read text files: tables of any dialect, and logs of a serial line.
+"""Read text files: tables of any dialect, and logs of a serial line; and the rows of workbooks.
 
 The dialect is the delimiter of the columns and the style of the numbers. The reader tries each
 possible dialect. If several give different numbers, it takes none: the error names them, and the
-keys of lab.yaml that decide.
+keys of lab.yaml that decide. A file is read line by line, so a long one takes little memory.
 """
 
 import csv
+import io
 import re
-from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from array import array
+from collections import Counter, deque
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import dropwhile, islice
 from types import SimpleNamespace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.cells import POINT, STYLES, NumberStyle, cells_table, missing_words
-from capsule.importing.table import QuestionError, Table, without_number_head
+from capsule.importing.table import LARGEST_NUMBER, QuestionError, Table, is_far
 from capsule.importing.units import is_unit
 
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
-# Keys of a file's own header lines that the recording keeps, or that tell how to read it.
-_NOTED = {"adc_bits", "vref_v", "series_ohm", "site", "session", "setup"}
-_NOTED |= {"unit", "source", "started"}
+# Keys of a file's own header lines that the recording keeps.
+KEPT_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
+# Lines with these keys may not contradict each other.
+_DECISIVE = {*KEPT_NOTES, "unit", "source", "started"}
 _LONGEST_LINE = 100_000
-# Lines that are tried first; if they leave a choice, all lines are tried.
-_TRIED = 200
+# Lines that are tried first; and if they leave a choice.
+_TRIED, _MOST_TRIED = 200, 20_000
+# Rows that are converted to numbers at a time.
+_ROWS_AT_ONCE = 5_000
 # Least share of the lines below the first sample that must look like samples.
 _LEAST_ROWS = 0.6
 # A dialect is dropped if its share of cells with numbers is lower than the best by this much.
@@ -41,19 +46,60 @@ _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]
 _LONGEST_LABELLED = 1000
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
-# Number and text of each line.
+# Least number of columns whose numbers are taken for names without a question.
+_LEAST_NAMES = 3
+_MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
+# Number and text of each line; number and cells of each row.
 _Lines: TypeAlias = Sequence[tuple[int, str]]
-# Rows of numbers. None: not a number. "?": a missing sample (NaN would not equal itself).
-_Rows: TypeAlias = list[list[float | str | None]]
+_Rows: TypeAlias = Iterable[tuple[int, list[str]]]
+
+
+class _Style(NamedTuple):
+    """The signs in numbers: ``point`` or ``comma``; thousands ``none``, ``comma`` or ``point``."""
+
+    decimal: str
+    thousands: str = "none"
+
+    def number(self, cell: str, missing: Collection[str | float] = ()) -> float | None:
+        """Return a cell's number; NaN for a missing sample, None if it is not a number."""
+        text = cell.strip()
+        if _PATTERNS[self].fullmatch(text):
+            if self.thousands != "none":
+                text = text.replace("," if self.thousands == "comma" else ".", "")
+            value = float(text.replace(",", "."))
+            if value in missing or text.lower() in missing:
+                return float("nan")
+            return value if abs(value) <= LARGEST_NUMBER else None
+        return float("nan") if text.lower() in _MISSING or text.lower() in missing else None
+
+
+_POINT = _Style("point")
+# A number with thousands never begins with 0: the comma of 0,123 is a decimal sign.
+_PATTERNS = {
+    style: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?[0-9]+)?")
+    for style, digits in {
+        _POINT: r"[0-9]+\.?[0-9]*|\.[0-9]+",
+        _Style("comma"): r"[0-9]+(?:,[0-9]+)?|,[0-9]+",
+        _Style("point", "comma"): r"(?:[1-9][0-9]{0,2}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]*)?",
+        _Style("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
+    }.items()
+}
 
 
 class _Dialect(NamedTuple):
-    """The format of a table: delimiter, style of numbers, index of the first sample, and cells."""
+    """A way to read a table.
+
+    After delimiter and style of the numbers come the number of cells in a row, the index of the
+    first sample, the share of the cells from there on that are numbers, and these numbers. None is
+    not a number, and "?" a missing sample, for NaN does not equal itself.
+    """
 
     delimiter: str
-    style: NumberStyle
-    first: int
-    cells: int
+    style: _Style
+    cells: int = 0
+    first: int = 0
+    share: float = 0.0
+    numbers: Sequence[list[float | str | None]] = ()
 
     def split(self, line: str) -> list[str]:
         """Return the cells of a line; the delimiter may stand behind the last cell, too."""
@@ -61,88 +107,132 @@ class _Dialect(NamedTuple):
         return cells[:-1] if len(cells) == self.cells + 1 and not cells[-1] else cells
 
 
-@dataclass(frozen=True)
-class _Text:
-    lines: _Lines
-    comments: _Lines
-    encoding: str
-    notes: Mapping[str, str]
-
-
-def read_text(content: bytes, keys: SimpleNamespace, needed: int) -> Table:
-    """Read the table of a text file.
+def read_text(content: bytes, keys: SimpleNamespace) -> Table:
+    """Read the table of a text file; in the log of a serial line, pass over broken lines.
 
     Parameters
     ----------
     content : bytes
         The file.
     keys : SimpleNamespace
-        The keys of lab.yaml.
-    needed : int
-        Smallest number of columns of numbers.
+        The keys.
 
     Raises
     ------
     CapsuleError
         The file is not text, no table can be recognised in it, or several can.
     """
-    text = _split_lines(*_decode(content, keys.encoding), keys.skip_lines or 0)
-    some = [line for _, line in text.lines[:_TRIED]]
-    fitting = sum(bool(_STAMP.fullmatch(line) or _labels(line)) for line in some)
-    is_log = bool(some) and fitting > _LEAST_SHARE * len(some)
-    table = _serial_table(text, keys, needed) if is_log else _text_table(text, keys, needed)
-    return without_number_head(table, keys)
+    encoding = _encoding(content, keys.encoding)
+    comments: list[tuple[int, str]] = []
+    lines = _lines(content, encoding, keys, comments)
+    known = list(islice(lines, _MOST_TRIED))
+    known += deque(lines, maxlen=_TRIED // 2)
+    lines = _lines(content, encoding, keys, [])
+    some = [line for _, line in known[:_TRIED]]
+    logged = sum(bool(_STAMP.fullmatch(line) or _labels(line)) for line in some)
+    is_log, stamps, passed_over = logged > _LEAST_SHARE * len(some), dict[int, str](), list[int]()
+    reading, labels = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}, tuple[str, ...]()
+    if is_log:
+        labels = _usual_labels(_bare(known, (), {}))
+        known, lines = list(_bare(known, labels, {})), _bare(lines, labels, stamps)
+    dialect = _guess_dialect(known, keys)
+    if not labels:
+        reading |= {"delimiter": dialect.delimiter, **dialect.style._asdict()}
+    names, units = _head(known, comments, dialect)
+    if labels:  # What stands above the samples is no head of a table.
+        names = labels
+        passed_over += [number for number, _ in known[: dialect.first]]
+    table = _table(
+        names,
+        units,
+        _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None),
+        dialect.style,
+        keys,
+        notes=_notes(comments),
+        passed_over=passed_over,
+        reading=reading,
+    )
+    at = [stamps.get(int(number), "") for number in (() if table.lines is None else table.lines)]
+    if not stamps or "" in at:
+        return table
+    return replace(
+        table,
+        names=(STAMP_NAME, *table.names),
+        units=("clock", *table.units),
+        columns=(np.array(at, dtype=object), *table.columns),
+    )
 
 
-def _decode(content: bytes, encoding: str | None) -> tuple[str, str]:
-    """Return a file's text and its encoding, which is detected if None is given."""
+def read_rows(lines: Iterable[tuple[int, list[str]]], keys: SimpleNamespace, **told: str) -> Table:
+    """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
+
+    Parameters
+    ----------
+    lines : iterable of (int, list of str)
+        Number of each row, and its cells; all rows have the same number of cells.
+    keys : SimpleNamespace
+        The keys.
+    **told
+        Further attributes of the table.
+    """
+    lines = [line for line in lines if line[0] > (keys.skip_lines or 0) and any(line[1])]
+    found = _found([row for _, row in lines], _Dialect("none", _POINT), keys)
+    first = found[0].first if found else len(lines)
+    # Empty cells that have a format make rows wider.
+    width = max(
+        (at for _, row in lines[first:] for at, cell in enumerate(row, 1) if cell), default=0
+    )
+    rows = [(number, row[:width]) for number, row in lines]
+    above = [row for _, row in rows[:first] if sum(map(bool, row)) > width / 2]
+    names, units = _names_and_units(above, width, _POINT)
+    return _table(names, units, rows[first:], _POINT, keys, **told)
+
+
+def _encoding(content: bytes, given: str | None) -> str:
+    """Return the codec of a text, which is detected if None is given."""
     if not content:
         raise CapsuleError("the file is empty; export it again")
-    for guess in [encoding] if encoding else _likely(content):
+    head, codecs = content[:4000], ["utf-8-sig", "cp1252", "latin-1"]
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        codecs = ["utf-16"]
+    elif b"\x00" in head:
+        # In UTF-16, a Latin letter has its null byte second (little endian) or first (big endian).
+        is_little = head[1::2].count(0) > head[0::2].count(0)
+        codecs = ["utf-16-le" if is_little else "utf-16-be"]
+    if given:
+        codecs = codecs[:1] if codecs[0].startswith(given) else [given]
+    for codec in codecs:
         try:
-            text = content.decode("utf-8-sig" if guess == "utf-8" else guess)
+            text = content.decode(codec)
         except UnicodeDecodeError as error:
-            fault = f"byte {error.start + 1} is not {guess}"
+            fault = f"byte {error.start + 1} is not {codec.removesuffix('-sig')}"
             continue
         if "\x00" not in text:
-            # The codecs utf-16-le and utf-16-be leave a byte-order mark in the text.
-            return text.lstrip("\ufeff"), guess.removesuffix("-le").removesuffix("-be")
+            return codec
         fault = "it holds null characters"
     raise CapsuleError(
         f"the file is not readable text: {fault}; use --encoding, or export the file as text"
     )
 
 
-def _likely(content: bytes) -> list[str]:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return ["utf-16"]
-    head = content[:4000]
-    if b"\x00" in head:
-        # In UTF-16, a Latin letter has its null byte second (little endian) or first (big endian).
-        low, high = head[0::2].count(0), head[1::2].count(0)
-        return ["utf-16-le"] if high > low else ["utf-16-be"]
-    return ["utf-8", "cp1252", "latin-1"]
-
-
-def _split_lines(text: str, encoding: str, skip: int) -> _Text:
-    """Return the lines and the comments of a text, except the first lines that are skipped."""
-    lines, comments = [], []
-    plain = text.replace("\r\n", "\n").replace("\r", "\n")
-    for number, line in enumerate(plain.split("\n"), start=1):
+def _lines(
+    content: bytes, encoding: str, keys: SimpleNamespace, comments: list[tuple[int, str]]
+) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a text that are not empty, but for those to skip; collect comments."""
+    stream = io.TextIOWrapper(io.BytesIO(content), encoding)
+    for number, line in enumerate(stream, start=1):
         stripped = line.strip()
-        if number <= skip or not stripped:
+        if number <= (keys.skip_lines or 0) or not stripped:
             continue
         if len(line) > _LONGEST_LINE:
             raise CapsuleError(
                 f"line {number} has {len(line)} characters, but a line of a table has at most "
                 f"{_LONGEST_LINE}; choose another file"
             )
-        mark = next((each for each in _COMMENT if stripped.startswith(each)), None)
-        if mark is None:
-            lines.append((number, line))
+        if stripped.startswith(_COMMENT):
+            comments.append((number, stripped.lstrip("".join(_COMMENT)).strip()))
         else:
-            comments.append((number, stripped[len(mark) :].lstrip(mark).strip()))
-    return _Text(lines, comments, encoding, _notes(comments))
+            yield number, line.removesuffix("\n")
 
 
 def _notes(comments: _Lines) -> dict[str, str]:
@@ -153,13 +243,41 @@ def _notes(comments: _Lines) -> dict[str, str]:
         if not (match := _NOTE.fullmatch(text)):
             continue
         key, value = match[1], match[2].strip()
-        if key in _NOTED and notes.get(key, value) != value:
+        if key in _DECISIVE and notes.get(key, value) != value:
             raise CapsuleError(
                 f"lines {lines[key]} and {number} name two values of {key}, "
                 f"{notes[key][:60]!r} and {value[:60]!r}; delete the line that is wrong"
             )
         notes[key], lines[key] = value, number
     return notes
+
+
+def _bare(
+    lines: Iterable[tuple[int, str]], labels: tuple[str, ...], stamps: dict[int, str]
+) -> Iterator[tuple[int, str]]:
+    """Yield the lines without the stamps of a serial monitor, which are collected, and labels."""
+    for number, line in lines:
+        if match := _STAMP.fullmatch(line):
+            stamps[number], line = match.groups()
+        if labels and _labels(line) == labels:
+            line = "\t".join(match[2] for match in _LABELLED.finditer(line))
+        if line.strip():
+            yield number, line.strip()
+
+
+def _labels(line: str) -> tuple[str, ...]:
+    """Return the labels of a line; empty if it holds anything but labelled numbers."""
+    if len(line) > _LONGEST_LABELLED:
+        return ()
+    rest = re.sub(r"[\s,;|]+", "", _LABELLED.sub("", line))
+    return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
+
+
+def _usual_labels(lines: Iterable[tuple[int, str]]) -> tuple[str, ...]:
+    """Return the labels that most lines have; empty if most have none."""
+    counted = Counter(_labels(line) for _, line in lines)
+    ((usual, count),) = counted.most_common(1) or [((), 0)]
+    return usual if count >= _LEAST_SHARE * counted.total() else ()
 
 
 def _split_cells(line: str, delimiter: str) -> list[str]:
@@ -173,107 +291,93 @@ def _split_cells(line: str, delimiter: str) -> list[str]:
     return line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
 
 
-def _guess_dialect(
-    lines: _Lines, keys: SimpleNamespace, needed: int, missing: Collection[str | float]
-) -> _Dialect:
+def _guess_dialect(lines: _Lines, keys: SimpleNamespace) -> _Dialect:
     """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
-    ways = _distinct(few, keys, needed, missing)
+    ways = _distinct(few, keys)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
-        ways = _distinct(lines, keys, needed, missing)
+        ways = _distinct(lines, keys)
     if not ways:
         number, text = lines[len(lines) // 2] if lines else (1, "")
         raise CapsuleError(
-            f"line {number}: there is no table with {needed} columns of numbers, separated by "
-            f"commas, semicolons, tabs, spaces or bars; the line is {text.strip()[:60]!r}; "
-            "describe the format with --delimiter, --decimal and --skip-lines"
+            f"line {number}: there is no table with {keys.sensor_count} columns of numbers, "
+            "separated by commas, semicolons, tabs, spaces or bars; the line is "
+            f"{text.strip()[:60]!r}; describe the format with --delimiter, --decimal and "
+            "--skip-lines"
         )
     if len(ways) > 1:
         raise QuestionError(_ambiguity(lines, ways))
     return ways[0]
 
 
-def _distinct(
-    lines: _Lines, keys: SimpleNamespace, needed: int, missing: Collection[str | float]
-) -> list[_Dialect]:
+def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
     """Try each dialect; return those that read different numbers, one of each."""
-    rated = []
-    for delimiter in [keys.delimiter] if keys.delimiter else _DELIMITERS:
-        if any(_DELIMITERS[delimiter] in text for _, text in lines):
-            for style in _styles(lines, keys):
-                rated += _try(lines, delimiter, style, needed, missing)
-    best = max((share for share, _, _ in rated), default=0.0)
-    # With the same delimiter, the style that reads more cells as numbers is the right one.
-    most: dict[str, float] = {}
-    for share, dialect, _ in rated:
-        most[dialect.delimiter] = max(most.get(dialect.delimiter, 0.0), share)
-    rated = [each for each in rated if each[0] == most[each[1].delimiter]]
-    if any(_is_named(lines, dialect) for _, dialect, _ in rated):
-        rated = [each for each in rated if each[1].delimiter != "none"]
-    ways: dict[_Dialect, _Rows] = {}
-    for share, dialect, rows in rated:
-        # In a table with tabs, spaces are part of a name or of an empty cell.
-        beside_tab = dialect.delimiter == "space" and any(way.delimiter == "tab" for way in ways)
-        if share >= best - _FEWER_NUMBERS and rows not in ways.values() and not beside_tab:
-            ways[dialect] = rows
-    return list(ways)
-
-
-def _styles(lines: _Lines, keys: SimpleNamespace) -> list[NumberStyle]:
     # A point is a decimal sign, unless commas appear, too.
     both = any("," in text and "." in text for _, text in lines)
-    return [
-        style
-        for style in STYLES
-        if keys.decimal in (None, style.decimal)
-        and keys.thousands in (None, style.thousands)
-        and (keys.thousands or both or style.thousands != "point")
-    ]
-
-
-def _is_named(lines: _Lines, dialect: _Dialect) -> bool:
-    """Return whether the line above the first sample names several columns."""
-    if dialect.cells < 2 or dialect.first == 0:
-        return False
-    return len(_split_cells(lines[dialect.first - 1][1], dialect.delimiter)) == dialect.cells
-
-
-def _try(
-    lines: _Lines,
-    delimiter: str,
-    style: NumberStyle,
-    needed: int,
-    missing: Collection[str | float],
-) -> list[tuple[float, _Dialect, _Rows]]:
-    """Return the share of numbers, the dialect and the rows; empty if it gives no table."""
     quotes = any('"' in text for _, text in lines)
-    # A comma has one role, unless quotes separate the two roles.
-    if delimiter == "comma" and "comma" in style and not quotes:
-        return []
-    split = [_split_cells(text, delimiter) for _, text in lines]
-    ((cells, _),) = Counter(map(len, split[len(split) // 4 :])).most_common(1) or [(0, 0)]
-    numbers = [[style.number(cell, missing) for cell in row] for row in split]
+    ways: list[_Dialect] = []
+    for delimiter in [keys.delimiter] if keys.delimiter else _DELIMITERS:
+        if not any(_DELIMITERS[delimiter] in text for _, text in lines):
+            continue
+        rows = [_split_cells(text, delimiter) for _, text in lines]
+        same: list[_Dialect] = []
+        for style in _PATTERNS:
+            if (
+                keys.decimal in (None, style.decimal)
+                and keys.thousands in (None, style.thousands)
+                and (keys.thousands or both or style.thousands != "point")
+                # A comma has one role, unless quotes separate the two roles.
+                and (delimiter != "comma" or "comma" not in style or quotes)
+            ):
+                same += _found(rows, _Dialect(delimiter, style), keys)
+        # With the same delimiter, the style that reads more cells as numbers is the right one.
+        ways += [way for way in same if way.share == max(other.share for other in same)]
+    if any(_is_named(lines, way) for way in ways):
+        ways = [way for way in ways if way.delimiter != "none"]
+    distinct: list[_Dialect] = []
+    for way in ways:
+        # In a table with tabs, spaces are part of a name or of an empty cell.
+        beside_tab = way.delimiter == "space" and any(each.delimiter == "tab" for each in distinct)
+        fewer = way.share < max(other.share for other in ways) - _FEWER_NUMBERS
+        if not beside_tab and not fewer and all(way.numbers != each.numbers for each in distinct):
+            distinct.append(way)
+    return distinct
+
+
+def _is_named(lines: _Lines, way: _Dialect) -> bool:
+    """Return whether the line above the first sample names several columns."""
+    if way.cells < 2 or way.first == 0:
+        return False
+    return len(_split_cells(lines[way.first - 1][1], way.delimiter)) == way.cells
+
+
+def _found(rows: Sequence[list[str]], way: _Dialect, keys: SimpleNamespace) -> list[_Dialect]:
+    """Return a dialect with the table that it finds in the rows; empty if there is none."""
+    ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1) or [(0, 0)]
+    missing = _missing_words(keys)
+    numbers = [[way.style.number(cell, missing) for cell in row] for row in rows]
     samples = [
-        len(row) == cells and sum(each is not None and each == each for each in row) >= needed
+        len(row) == width
+        and sum(each is not None and each == each for each in row) >= keys.sensor_count
         for row in numbers
     ]
     if not any(samples):
         return []
     # A line with a missing sample may hold only the time.
-    rows = [
-        len(row) == cells and None not in row and any(each == each for each in row)
+    whole = [
+        len(row) == width and None not in row and any(each == each for each in row)
         for row in numbers
     ]
     first = samples.index(True)
-    while first > 0 and rows[first - 1]:
+    while first > 0 and whole[first - 1]:
         first -= 1
-    number_of_rows = sum(map(max, samples[first:], rows[first:]))
-    if number_of_rows < max(2, _LEAST_ROWS * (len(numbers) - first)):
+    count = sum(map(max, samples[first:], whole[first:]))
+    if count < max(2, _LEAST_ROWS * (len(numbers) - first)):
         return []
-    below = [row for row in numbers[first:] if len(row) == cells]
-    share = sum(number is not None for row in below for number in row) / (cells * len(below))
-    comparable: _Rows = [["?" if each != each else each for each in row] for row in below]
-    return [(share, _Dialect(delimiter, style, first, cells), comparable)]
+    below = [row for row in numbers[first:] if len(row) == width]
+    share = sum(number is not None for row in below for number in row) / (width * len(below))
+    comparable = [["?" if each != each else each for each in row] for row in below]
+    return [_Dialect(way.delimiter, way.style, width, first, share, comparable)]
 
 
 def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
@@ -298,146 +402,139 @@ def _reading(cell: str, way: _Dialect, fewest: int) -> str:
     return f"{'no number' if value is None else format(value, '.12g')} ({option})"
 
 
-def _text_table(
-    text: _Text, keys: SimpleNamespace, needed: int, *, tolerant: bool = False
-) -> Table:
-    """Return the table of a text.
-
-    If it is tolerant, as for the log of a serial line, it passes over a line without a whole
-    sample instead of raising an error.
-    """
-    missing = missing_words(keys)
-    dialect = _guess_dialect(text.lines, keys, needed, missing)
-    _refuse_two_roles(text.lines, dialect)
-    lines = [(number, dialect.split(line)) for number, line in text.lines[dialect.first :]]
-    if tolerant:
-        read = [(number, cells) for number, cells in lines if _is_whole(cells, dialect, needed)]
-    else:
-        read = lines
-        _check_cells(lines, dialect)
-    names, units = _head(text, dialect)
-    taken = {number for number, _ in read}
-    return cells_table(
-        names,
-        units,
-        [cells for _, cells in read],
-        [number for number, _ in read],
-        dialect.style,
-        missing,
-        notes=text.notes,
-        reading={
-            "encoding": text.encoding,
-            "delimiter": dialect.delimiter,
-            "decimal": dialect.style.decimal,
-            "thousands": dialect.style.thousands,
-        },
-        passed_over=tuple(number for number, _ in lines if number not in taken),
-    )
-
-
-def _refuse_two_roles(lines: _Lines, dialect: _Dialect) -> None:
-    """Raise an error if commas are delimiters and decimal signs: there are half as many names."""
-    if dialect.delimiter == "comma" and dialect.first > 0:
-        (number, names), (first, _) = lines[dialect.first - 1 : dialect.first + 1]
-        if (named := len(_split_cells(names, "comma"))) * 2 == dialect.cells:
-            raise CapsuleError(
-                f"line {first} has {dialect.cells} cells, but line {number} names {named} columns: "
-                "a comma seems to be delimiter and decimal sign; export it with another delimiter"
-            )
-
-
-def _check_cells(lines: Sequence[tuple[int, list[str]]], dialect: _Dialect) -> None:
-    """Raise an error for a line without all cells, first for a last line that is cut off."""
-    number, cells = lines[-1]
-    if len(cells) < dialect.cells:
-        raise CapsuleError(
-            f"line {number}, the last one, has {len(cells)} cells, but there are {dialect.cells} "
-            "columns; the file is cut off: copy it again, or delete the line"
-        )
-    for number, cells in lines:
-        if len(cells) != dialect.cells:
-            raise CapsuleError(
-                f"line {number} has {len(cells)} cells, but there are {dialect.cells} columns; "
-                "complete the line, or delete it"
-            )
-
-
-def _is_whole(cells: Sequence[str], dialect: _Dialect, needed: int) -> bool:
-    numbers = sum(dialect.style.number(cell) is not None for cell in cells)
-    return len(cells) == dialect.cells and numbers >= needed
-
-
-def _head(text: _Text, dialect: _Dialect) -> tuple[list[str], list[str]]:
+def _head(
+    lines: _Lines, comments: _Lines, dialect: _Dialect
+) -> tuple[Sequence[str], Sequence[str]]:
     """Return the names above the first sample, and the units in the line below the names."""
-    above = [_as_head(line, dialect) for _, line in text.lines[: dialect.first]]
-    heads = [cells for cells in above if cells]
-    if not heads or not above[-1]:
-        first = text.lines[dialect.first][0]
-        comments = [line for number, line in text.comments if number < first]
+    above = [dialect.split(line) for _, line in lines[: dialect.first]]
+    first = lines[dialect.first][0]
+    # Commas are delimiters and decimal signs if there are half as many names as cells.
+    if dialect.delimiter == "comma" and above and len(above[-1]) * 2 == dialect.cells:
+        raise CapsuleError(
+            f"line {first} has {dialect.cells} cells, but line {lines[dialect.first - 1][0]} names "
+            f"{len(above[-1])} columns: a comma seems to be delimiter and decimal sign; export it "
+            "with another delimiter"
+        )
+    if not above or not _are_names(above[-1], dialect.cells, dialect.style):
         # np.savetxt writes the names as a comment.
-        heads = [cells for line in comments[-1:] if (cells := _as_head(line, dialect))]
-    unnamed = [""] * dialect.cells
+        above = [dialect.split(line) for number, line in comments if number < first][-1:]
+    return _names_and_units(above, dialect.cells, dialect.style)
+
+
+def _names_and_units(
+    above: Sequence[list[str]], cells: int, style: _Style
+) -> tuple[Sequence[str], Sequence[str]]:
+    heads = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, cells, style)]
+    unnamed = [""] * cells
     if len(heads) > 1 and all(map(is_unit, heads[-1])):
         return heads[-2], heads[-1]
     return (heads[-1] if heads else unnamed), unnamed
 
 
-def _as_head(line: str, dialect: _Dialect) -> list[str]:
-    cells = dialect.split(line)
-    numbers = sum(dialect.style.number(cell) is not None for cell in cells if cell)
-    fits = len(cells) == dialect.cells and numbers <= len(cells) / 2
-    return [cell.strip('"').strip() for cell in cells] if fits else []
+def _are_names(row: Sequence[str], cells: int, style: _Style) -> bool:
+    numbers = sum(style.number(cell) is not None for cell in row if cell)
+    return len(row) == cells and numbers <= cells / 2
 
 
-def _labels(line: str) -> tuple[str, ...]:
-    """Return the labels of a line; empty if it holds anything but labelled numbers."""
-    if len(line) > _LONGEST_LABELLED:
-        return ()
-    rest = re.sub(r"[\s,;|]+", "", _LABELLED.sub("", line))
-    return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
+def _rows(
+    lines: Iterable[tuple[int, str]],
+    known: _Lines,
+    dialect: _Dialect,
+    needed: int,
+    passed_over: list[int] | None,
+) -> _Rows:
+    """Yield the cells of each line from the first sample on.
+
+    The number of a line without a whole sample is put into `passed_over`. If this is None, a line
+    without all cells is an error.
+    """
+    first, last = known[dialect.first][0], known[-1][0]
+    for number, line in dropwhile(lambda each: each[0] < first, lines):
+        cells = dialect.split(line)
+        is_whole = len(cells) == dialect.cells
+        if passed_over is not None:
+            is_whole &= sum(dialect.style.number(cell) is not None for cell in cells) >= needed
+        if is_whole:
+            yield number, cells
+        elif passed_over is not None:
+            passed_over.append(number)
+        else:
+            where, remedy = "", "complete the line, or delete it"
+            if number == last and len(cells) < dialect.cells:
+                where, remedy = (
+                    ", the last one,",
+                    "the file is cut off: copy it again, or delete it",
+                )
+            raise CapsuleError(
+                f"line {number}{where} has {len(cells)} cells, but there are {dialect.cells} "
+                f"columns; {remedy}"
+            )
 
 
-def _serial_table(text: _Text, keys: SimpleNamespace, needed: int) -> Table:
-    """Return the table in the log of a serial line; pass over lines without a whole sample."""
-    stamps, lines = {}, []
-    for number, line in text.lines:
-        if match := _STAMP.fullmatch(line):
-            stamps[number] = match[1]
-        if rest := (match[2] if match else line).strip():
-            lines.append((number, rest))
-    bare = replace(text, lines=lines)
-    table = _labelled(bare, keys) or _text_table(bare, keys, needed, tolerant=True)
-    if table.texts is None or table.lines is None or table.unreadable is None:
+def _missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
+    """Return the additional marks of a missing sample, as lower-case words and as numbers.
+
+    The number matches all its spellings: -999 is also written -999.0.
+    """
+    words = {str(word).strip().lower() for word in keys.missing or ()}
+    numbers = {_POINT.number(word) for word in words}
+    return frozenset(words | {each for each in numbers if each is not None and each == each})
+
+
+def _table(
+    names: Sequence[str],
+    units: Sequence[str],
+    rows: _Rows,
+    style: _Style,
+    keys: SimpleNamespace,
+    **told: Any,
+) -> Table:
+    """Return a table of cells of text.
+
+    A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
+    far from all samples below.
+    """
+    missing, rows = _missing_words(keys), iter(rows)
+    lines, parts, first = array("q"), [], list[str]()
+    while chunk := list(islice(rows, _ROWS_AT_ONCE)):
+        first = first or chunk[0][1]
+        lines.extend(number for number, _ in chunk)
+        cells = zip(*(row for _, row in chunk), strict=True)
+        parts.append([_column(each, style, missing) for each in cells])
+    columns = tuple(np.concatenate(each) for each in zip(*parts, strict=True))
+    table = Table(tuple(names), tuple(units), columns, lines=np.array(lines), **told)
+    if len(lines) <= 2 or any(names) or not _counts_columns(first):
         return table
-    texts = [stamps.get(number, "") for number in table.lines.tolist()]
-    if not stamps or "" in texts:
-        return table
-    return replace(
-        table,
-        names=(STAMP_NAME, *table.names),
-        units=("clock", *table.units),
-        numbers=np.vstack([np.full(len(texts), np.nan), table.numbers]),
-        texts=np.vstack([np.array(texts, dtype=object), table.texts]),
-        unreadable=np.vstack([np.full(len(texts), fill_value=True), table.unreadable]),
-    )
+    shown = f"{table.line(0)}: {','.join(first)!r}"
+    values = np.array([table.numbers(index) for index in range(1, len(columns))])
+    if len(first) >= _LEAST_NAMES and np.mean(is_far(values)) >= 0.5:
+        return replace(
+            table,
+            columns=tuple(column[1:] for column in columns),
+            lines=np.array(lines[1:]),
+            remark=f"{shown} is taken for the names of the columns, not for a sample",
+        )
+    if keys.skip_lines is None:
+        raise QuestionError(
+            f"{shown} can be the names of the columns (--skip-lines {lines[0]}) or the first "
+            f"sample (--skip-lines {lines[0] - 1}); choose one"
+        )
+    return table
 
 
-def _labelled(text: _Text, keys: SimpleNamespace) -> Table | None:
-    """Return the table of labelled numbers; None if the lines have no labels."""
-    labels = [_labels(line) for _, line in text.lines]
-    usual = max(set(labels), key=labels.count, default=())
-    if not usual or labels.count(usual) < _LEAST_SHARE * len(labels):
-        return None
-    whole = [line for line, each in zip(text.lines, labels, strict=True) if each == usual]
-    taken = {number for number, _ in whole}
-    return cells_table(
-        usual,
-        [""] * len(usual),
-        [[match[2] for match in _LABELLED.finditer(line)] for _, line in whole],
-        [number for number, _ in whole],
-        POINT,
-        missing_words(keys),
-        notes=text.notes,
-        reading={"encoding": text.encoding},
-        passed_over=tuple(number for number, _ in text.lines if number not in taken),
-    )
+def _column(cells: Sequence[str], style: _Style, missing: Collection[str | float]) -> Any:
+    """Return cells as floats; if one is not a number, as objects."""
+    read = [style.number(cell, missing) for cell in cells]
+    if None not in read:
+        return np.array(read, dtype=float)
+    mixed = [cell if number is None else number for cell, number in zip(cells, read, strict=True)]
+    return np.array(mixed, dtype=object)
+
+
+def _counts_columns(cells: Sequence[str]) -> bool:
+    """Return whether cells count from 0 or 1; the first may be empty, above the index of pandas."""
+    numbers = cells[1:] if not cells[0] else cells
+    if len(numbers) < 2 or not all(cell.isdecimal() and len(cell) < 4 for cell in numbers):
+        return False
+    first = int(numbers[0])
+    return first in (0, 1) and list(map(int, numbers)) == list(range(first, first + len(numbers)))

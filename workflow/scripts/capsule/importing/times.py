@@ -1,7 +1,7 @@
 """Convert a column of times, dates or times of day to seconds, and find its unit."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
@@ -24,12 +24,14 @@ _POSSIBLE_HZ = (0.2, 100_000.0)
 _SAME_RATE = 0.05
 # Seconds since 1970 of the years 2000 and 2100.
 _EPOCH_S = (946_684_800.0, 4_102_444_800.0)
-_CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2}):([0-9]{2})(?:[.,:]([0-9]{1,9}))?")
-_DAY_AND_MONTH = re.compile(r"([0-9]{1,2})([./-])([0-9]{1,2})\2([0-9]{4})[ T,]+(.*)")
-_YEAR_FIRST = re.compile(r"([0-9]{4})[-/.]([0-9]{1,2})[-/.]([0-9]{1,2})[ T,]+(.*)")
-_ZONE = re.compile(r"(.*?)\s*(Z|UTC|[+-][0-9]{2}:?[0-9]{2})?")
-# A time with AM or PM; 12:00:00 PM is noon.
-_NOON = re.compile(r"(.*?)\s*([AaPp])\.?[Mm]\.?")
+# A date or none, a time of day, a half of the day (12:00:00 PM is noon), and a zone or none.
+_MOMENT = re.compile(
+    r"(?:(?:(?P<year>[0-9]{4})[-/.](?P<month>[0-9]{1,2})[-/.](?P<day>[0-9]{1,2})"
+    r"|(?P<first>[0-9]{1,2})(?P<sign>[./-])(?P<second>[0-9]{1,2})(?P=sign)(?P<last>[0-9]{4}))"
+    r"[ T,]+)?(?P<hour>[0-9]{1,2}):(?P<minute>[0-9]{2}):(?P<s>[0-9]{2})"
+    r"(?:[.,:](?P<fraction>[0-9]{1,9}))?\s*(?:(?P<half>[AaPp])\.?[Mm]\.?)?"
+    r"\s*(?P<zone>Z|UTC|[+-][0-9]{2}:?[0-9]{2})?"
+)
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,7 @@ class Clock:
     date_order: str = ""
 
 
-def read_time(
-    table: Table, index: int | None, keys: SimpleNamespace, configured_hz: float
-) -> Clock:
+def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
     """Return the time of each sample.
 
     Parameters
@@ -72,9 +72,7 @@ def read_time(
     index : int or None
         Index of the column of the time; None if there is none.
     keys : SimpleNamespace
-        The keys of lab.yaml, of which ``time_unit``, ``rate`` and ``date_order`` are used.
-    configured_hz : float
-        Configured sampling rate.
+        The keys, of which ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
 
     Raises
     ------
@@ -88,22 +86,27 @@ def read_time(
                 "no column gives the time; name one with --time, or give the sampling rate in Hz "
                 "with --rate"
             )
-        _refuse_lines_between(table)
+        for number in table.passed_over:
+            if table.lines is not None and table.lines[0] < number < table.lines[-1]:
+                raise CapsuleError(
+                    f"line {number} does not hold a whole sample, and no column gives the time, so "
+                    "a missing sample would shift all later ones; delete the line, or complete it"
+                )
         told = "the option rate" if keys.rate else "the file"
-        time_s = np.arange(table.numbers.shape[1]) / rate
+        time_s = np.arange(table.columns[0].size) / rate
         return Clock(time_s, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
-    are_texts = table.unreadable is not None and np.mean(table.unreadable[index]) > 0.5
-    if are_texts or keys.time_unit in ("date", "clock"):
+    label = table.column_label(index)
+    if not table.holds_numbers(index) or keys.time_unit in ("date", "clock"):
         return _from_texts(table, index, keys)
-    numbers, label = table.all_numbers(index), table.column_label(index)
-    if np.isnan(numbers).any():
+    numbers = table.checked_numbers(index)
+    for row in np.flatnonzero(np.isnan(numbers))[:1]:
         raise CapsuleError(
-            f"{table.line(int(np.argmax(np.isnan(numbers))))}: the time is missing in column "
-            f"{label}; complete it, or use --time none and --rate"
+            f"{table.line(row)}: the time is missing in column {label}; complete it, or use --time "
+            "none and --rate"
         )
     if numbers.size < 2:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
-    unit, reason = _unit(table, index, keys, configured_hz)
+    unit, reason = _unit(table, index, keys)
     if unit == "sample" and rate is None:
         raise QuestionError(
             f"column {label} counts samples; give the sampling rate in Hz with --rate"
@@ -116,23 +119,10 @@ def read_time(
     return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
 
 
-def _refuse_lines_between(table: Table) -> None:
-    """Raise an error for lines without a sample if only the row numbers give the time."""
-    if table.lines is None:
-        return
-    first, last = int(table.lines[0]), int(table.lines[-1])
-    between = [number for number in table.passed_over if first < number < last]
-    if between:
-        raise CapsuleError(
-            f"line {between[0]} does not hold a whole sample, and no column gives the time, so a "
-            "missing sample would shift all later ones; delete the line, or complete it"
-        )
-
-
-def _unit(table: Table, index: int, keys: SimpleNamespace, configured_hz: float) -> tuple[str, str]:
+def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
     """Return the unit of a column of numbers, and the reason."""
     label, name = table.column_label(index), table.names[index]
-    steps = np.diff(table.numbers[index])
+    steps = np.diff(table.numbers(index))
     step = float(np.median(steps))
     if step <= 0:
         raise CapsuleError(
@@ -154,7 +144,7 @@ def _unit(table: Table, index: int, keys: SimpleNamespace, configured_hz: float)
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
     rates = {unit: 1.0 / (step * _SECONDS[unit]) for unit in _TRIED}
     fitting = {unit: hz for unit, hz in rates.items() if low <= hz <= high}
-    configured = [unit for unit, hz in fitting.items() if abs(hz / configured_hz - 1) <= _SAME_RATE]
+    configured = [unit for unit, hz in fitting.items() if abs(hz / keys.rate_hz - 1) <= _SAME_RATE]
     if len(configured) == 1:
         fitting = {configured[0]: fitting[configured[0]]}
     if np.all(steps == 1.0) and (keys.rate or not configured):
@@ -179,57 +169,61 @@ def _unit(table: Table, index: int, keys: SimpleNamespace, configured_hz: float)
 
 
 def text_kind(texts: Sequence[str]) -> str:
-    """Return whether a column of text holds a ``date``, a ``clock`` or neither (empty)."""
-    some = [text.strip() for text in texts[:50] if text.strip()]
-    if some and all(_CLOCK.fullmatch(_NOON.sub(r"\1", text)) for text in some):
-        return "clock"
-    if some and all(_YEAR_FIRST.fullmatch(text) or _DAY_AND_MONTH.fullmatch(text) for text in some):
-        return "date"
-    return ""
+    """Return whether texts hold each a ``date`` with a time, a ``clock``, or neither (empty)."""
+    matches = [_MOMENT.fullmatch(text.strip()) for text in texts if text.strip()]
+    kinds = {"" if match is None else "date" if _has_date(match) else "clock" for match in matches}
+    return kinds.pop() if len(kinds) == 1 else ""
+
+
+def _has_date(match: re.Match[str]) -> bool:
+    return bool(match["year"] or match["last"])
 
 
 def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
-    texts = [] if table.texts is None else table.texts[index].tolist()
-    kind, asked = text_kind(texts), keys.time_unit
-    places = [f"{table.line(row)}, column {table.column_label(index)}" for row in range(len(texts))]
+    texts, asked = table.texts(index), keys.time_unit
+    kind = text_kind(texts[:50])
+
+    def refusal(row: int, what: str) -> CapsuleError:
+        place = f"{table.line(row)}, column {table.column_label(index)}"
+        return CapsuleError(f"{place}: {texts[row][:60]!r} {what}")
+
     if not kind or (asked and asked != kind):
-        place = places[0] if places else f"{table.line(0)}, column {table.column_label(index)}"
-        shown = repr(texts[0][:60]) if texts else "a number"
-        raise CapsuleError(
-            f"{place}: {shown} is not a {asked or 'time'}; name another column with --time, or "
-            "use another --time-unit"
+        raise refusal(
+            0,
+            f"is not a {asked or 'time'}; name another column with --time, or use another "
+            "--time-unit",
         )
+    matches = [_MOMENT.fullmatch(text.strip()) for text in texts]
+    order = keys.date_order or _date_order(matches, refusal)
+    moments = []
+    for row, match in enumerate(matches):
+        try:
+            moments.append(_moment(match, kind, order))
+        except (ValueError, OverflowError):
+            such = "time of day such as" if kind == "clock" else "date such as 2026-03-04"
+            raise refusal(
+                row,
+                f"is not a {such} 12:34:56.789; correct the line, use the other --date-order, or "
+                "name another column with --time",
+            ) from None
+    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
+    first_s = (moments[0] - datetime(1970, 1, 1)).total_seconds()
     if kind == "clock":
-        seconds = np.array([_time_of_day(*each) for each in zip(texts, places, strict=True)])
         # After midnight the times continue to rise.
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_SECONDS["day"] / 2)])
         seconds += _SECONDS["day"] * days
-        return Clock(seconds - seconds[0], kind, "times of day", float(seconds[0]), table.started)
-    order = keys.date_order or _date_order(texts, places[0])
-    dates = [_date(text, order, place) for text, place in zip(texts, places, strict=True)]
-    first, has_zone = dates[0]
-    seconds = np.array([(date - first).total_seconds() for date, _ in dates])
-    since_1970 = (first - datetime(1970, 1, 1)).total_seconds()
-    started = first.isoformat(timespec="seconds") + ("Z" if has_zone else "")
-    return Clock(seconds, kind, "dates", since_1970, started, order)
+        return Clock(seconds, kind, "times of day", first_s, table.started)
+    has_zone = matches[0] and matches[0]["zone"]
+    started = moments[0].isoformat(timespec="seconds") + ("Z" if has_zone else "")
+    return Clock(seconds, kind, "dates", first_s, started, order)
 
 
-def _time_of_day(text: str, place: str) -> float:
-    noon = _NOON.fullmatch(text.strip())
-    match = _CLOCK.fullmatch(noon[1] if noon else text.strip())
-    if not match or int(match[1]) > 23 or int(match[2]) > 59 or int(match[3]) > 60:
-        raise CapsuleError(
-            f"{place}: {text[:60]!r} is not a time of day such as 12:34:56.789; "
-            "correct the line, or name another column with --time"
-        )
-    hour = int(match[1]) % 12 + 12 * (noon[2].lower() == "p") if noon else int(match[1])
-    return 3600.0 * hour + 60.0 * int(match[2]) + int(match[3]) + float(f"0.{match[4] or 0}")
-
-
-def _date_order(texts: Sequence[str], place: str) -> str:
+def _date_order(
+    matches: Sequence[re.Match[str] | None], refusal: Callable[[int, str], CapsuleError]
+) -> str:
     """Return the order of day and month in dates; empty if it makes no difference."""
-    matches = [match for text in texts if (match := _DAY_AND_MONTH.fullmatch(text.strip()))]
-    pairs = {(int(match[1]), int(match[3])) for match in matches}
+    ordered = [match for match in matches if match and match["first"]]
+    pairs = {(int(match["first"]), int(match["second"])) for match in ordered}
     if not pairs or (len(pairs) == 1 and len(set(*pairs)) == 1):
         return ""
     if any(first > 12 for first, _ in pairs):
@@ -237,58 +231,46 @@ def _date_order(texts: Sequence[str], place: str) -> str:
     if any(second > 12 for _, second in pairs):
         return "month_first"
     # Countries that write points between day and month write the day first.
-    if all(match[2] == "." for match in matches):
+    if all(match["sign"] == "." for match in ordered):
         return "day_first"
     day, month = next(iter(pairs))
-    raise QuestionError(
-        f"{place}: {texts[0][:60]!r} can be day {day} of month {month} (--date-order day_first) or "
-        f"day {month} of month {day} (--date-order month_first); choose one"
+    question = refusal(
+        0,
+        f"can be day {day} of month {month} (--date-order day_first) or day {month} of month {day} "
+        "(--date-order month_first); choose one",
     )
+    raise QuestionError(str(question))
 
 
-def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
-    """Return a date, and whether the text names a time zone."""
-    if match := _YEAR_FIRST.fullmatch(text.strip()):
-        year, month, day, rest = int(match[1]), int(match[2]), int(match[3]), match[4]
-    elif match := _DAY_AND_MONTH.fullmatch(text.strip()):
-        year, rest = int(match[4]), match[5]
-        first, second = int(match[1]), int(match[3])
-        day, month = (second, first) if order == "month_first" else (first, second)
-    else:
-        raise CapsuleError(
-            f"{place}: {text[:60]!r} is not a date with a time, such as 2026-03-04 12:34:56.789; "
-            "correct the line, or name another column with --time"
-        )
-    zone = _ZONE.fullmatch(rest)
-    seconds = _time_of_day(zone[1] if zone else rest, place)
-    named = zone[2] if zone else None
-    try:
-        date = datetime(year, month, day) + timedelta(seconds=seconds)
-        if named and named not in ("Z", "UTC"):
-            east = timedelta(hours=int(named[1:3]), minutes=int(named[-2:]))
-            date += east if named[0] == "-" else -east
-    except (ValueError, OverflowError):
-        raise CapsuleError(
-            f"{place}: there is no day {day} of month {month} in {year}; "
-            "correct the line, or use the other --date-order"
-        ) from None
-    return date, named is not None
+def _moment(match: re.Match[str] | None, kind: str, order: str) -> datetime:
+    """Return a date and time, in UTC if it names a zone; without a date, on 1 January 1970.
+
+    Raises a ValueError or an OverflowError if there is no such date or time.
+    """
+    # Some clocks count a leap second as second 60.
+    if not match or _has_date(match) != (kind == "date") or int(match["s"]) > 60:
+        raise ValueError
+    year, month, day = match["year"] or match["last"], match["month"], match["day"]
+    if match["first"]:
+        day, month = match.group("first", "second")
+        if order == "month_first":
+            day, month = month, day
+    hour, zone = int(match["hour"]), match["zone"]
+    if match["half"]:
+        hour = hour % 12 + 12 * (match["half"] in "pP")
+    moment = datetime(int(year or 1970), int(month or 1), int(day or 1), hour, int(match["minute"]))
+    moment += timedelta(seconds=float(f"{match['s']}.{match['fraction'] or 0}"))
+    if zone and zone not in ("Z", "UTC"):
+        east = timedelta(hours=int(zone[1:3]), minutes=int(zone[-2:]))
+        moment += east if zone[0] == "-" else -east
+    return moment
 
 
 def later(started: str, seconds: float) -> str:
     """Return a date and time that a file states, moved by seconds, as ISO 8601.
 
-    Parameters
-    ----------
-    started : str
-        Date and time; with a zone, the result is in coordinated universal time and ends in ``Z``.
-    seconds : float
-        Time to add, in s.
-
-    Returns
-    -------
-    str
-        Empty if `started` is empty, or is no date with a time that ISO 8601 knows.
+    With a zone, it is in coordinated universal time and ends in ``Z``. It is empty if `started` is
+    empty, or is no date with a time that ISO 8601 knows.
     """
     try:
         moment = datetime.fromisoformat(started.strip()) + timedelta(seconds=seconds)
