@@ -38,6 +38,7 @@ FLOORS = (
     "capsule.parts.sheets",
     "capsule.parts.command",
     "capsule.run",
+    "capsule.forget",
     "capsule.importing",
     "capsule.exporting",
     "capsule.bench",
@@ -50,7 +51,7 @@ FLOORS = (
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
 ON_FILES |= {"archive", "described", "listed"}
 # The command, and those of subjects.
-ON_FILES |= {"__main__", "cli", "command", "completion", "new"}
+ON_FILES |= {"__main__", "cli", "command", "completion", "new", "forget"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "verify", "workflow_call"}
 # These folders are at work on files, boards and other programs as a whole; and one module reads the

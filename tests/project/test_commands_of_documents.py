@@ -116,7 +116,7 @@ def test_every_option_that_its_section_names_exists(word):
 
 
 def test_every_option_of_the_commands_that_are_described_there_alone_is_named():
-    for word in ("judge", "demo", "report", "verify", "new"):
+    for word in ("judge", "demo", "report", "verify", "forget", "new"):
         options = {*parsers()[word]._option_string_actions} - {"-h", "--help"}
         assert options <= set(re.findall(r"--[a-z-]+", SECTIONS[word])), word
 

@@ -62,6 +62,7 @@ COMMANDS = {
     "verify": Command(
         "capsule.verify", "make all results again elsewhere, and name each that differs"
     ),
+    "forget": Command("capsule.forget", "remove every trace of a recording or a survey"),
     "new": Command("capsule.new", "make a folder of its own for a bench: settings and raw/"),
     "parts": Command("capsule.parts.command", "make the parts of capsule and bench to print"),
     "demo": Command(

@@ -106,14 +106,22 @@ def fitted(
 def _session(path: Path) -> str:
     """Return the session of a recording as its table has it; empty if it names none."""
     try:
-        return as_cell(_header(path).get("session", ""))
+        return as_cell(header_of(path).get("session", ""))
     except (RecordingError, OSError):
         # The recording will be rejected with this reason.
         return ""
 
 
-def _header(path: Path) -> dict[str, str]:
-    """Return the header lines of a recording; read no more of it than they take."""
+def header_of(path: Path) -> dict[str, str]:
+    """Return the header lines of a recording; read no more of it than they take.
+
+    Raises
+    ------
+    RecordingError
+        The header cannot be read, or says two things.
+    OSError
+        The file cannot be read.
+    """
     size = _BEGINNING
     while True:
         content = files.read_beginning(path, size)

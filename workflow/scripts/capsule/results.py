@@ -170,6 +170,26 @@ class Results:
         yield from grouped.items()
 
 
+def files_of(recordings: Iterable[str], wanted: int | str) -> dict[str, list[str]]:
+    """Return the files of an archive's recordings, below results/, with what each holds.
+
+    Parameters
+    ----------
+    recordings : iterable of str
+        All recordings of the archive.
+    wanted : int or str
+        ``recordings_per_job`` of the configuration.
+    """
+    names = list(recordings)
+    size = batch_size(len(names), wanted)
+    divided, described = batches(names, size), described_together(names, size)
+    return {
+        pattern(kind, size).format(batch=batch): held
+        for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED)
+        for batch, held in (described if kind in DESCRIBED else divided).items()
+    }
+
+
 def left_over(
     folder: Path,
     size: int,
