@@ -1,6 +1,8 @@
 """The places that name packages agree: pyproject.toml, the two locks and environment.yml."""
 
+import ast
 import importlib.metadata
+import importlib.util
 import os
 import re
 import shlex
@@ -25,6 +27,8 @@ from support.project import ROOT
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = ROOT / "workflow" / "scripts"
 EXTRAS = PROJECT["optional-dependencies"]
+# The packages that give each module.
+DISTRIBUTIONS = importlib.metadata.packages_distributions()
 # What `make report` installs, and what `make formats` and `make test` add to it.
 LOCKS = ("requirements.lock", "requirements-formats.lock", "requirements-test.lock")
 
@@ -104,6 +108,23 @@ def test_make_report_installs_nothing_that_only_an_extra_asks_for():
     }
     assert len(optional) > 10
     assert not optional & locked_versions("requirements.lock").keys()
+
+
+def test_snakemakes_own_report_needs_no_more_than_make_report_installs():
+    folder = Path(importlib.util.find_spec("snakemake").origin).parent / "report"
+    needed = {
+        distribution.lower()
+        for path in folder.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for name in (
+            [node.module]
+            if isinstance(node, ast.ImportFrom) and node.level == 0
+            else [alias.name for alias in node.names] * isinstance(node, ast.Import)
+        )
+        for distribution in DISTRIBUTIONS.get(name.partition(".")[0], ())
+    }
+    assert {"pygments", "snakemake"} <= needed
+    assert needed <= locked_versions("requirements.lock").keys()
 
 
 def test_only_the_extra_for_parts_and_the_tests_ask_for_solids():

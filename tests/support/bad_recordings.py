@@ -1,7 +1,4 @@
-"""Cases of faulty files under raw/, each with the reason that the workflow gives.
-
-`python tests/support/bad_recordings.py` prints the tables of docs/robustness.md.
-"""
+"""Cases of faulty files under raw/, each with the reason that the workflow gives."""
 
 import io
 import os
@@ -26,7 +23,7 @@ class Case:
     Attributes
     ----------
     what : str
-        Description of the fault, for the documentation.
+        Description of the fault.
     name : str or bytes
         The path under raw/.
     make : callable
@@ -633,39 +630,3 @@ HARMLESS = [
     ),
     ("a clock that jitters by a quarter of the interval", lambda data: jittered(data)),
 ]
-
-
-def table() -> str:
-    """Return the tables of docs/robustness.md."""
-    parts = []
-    for title, cases, head in [
-        ("Files that cannot be read", UNREADABLE, "reason"),
-        ("Recordings that cannot be used", UNUSABLE, "reason"),
-        ("Entries that are not files", NO_FILES, "reason"),
-        ("Names", STRANGE_NAMES, ""),
-        ("Passed over", PASSED_OVER, "reason in `results/passed_over.csv`"),
-    ]:
-        # All names are rejected for the same reason, so the reason is above the table.
-        same = "" if head else f"Refused by name: `{cases[0].reason}`.\n\n"
-        rows = [["what", "as", head], ["---"] * 3]
-        for case in cases:
-            shown = _shorten(displayed(os.fsdecode(case.name)))
-            rows.append([case.what, _code(shown), _code(case.reason)])
-        lines = ["| " + " | ".join(row if head else row[:2]) + " |" for row in rows]
-        parts += [f"### {title}\n", same + "\n".join(lines) + "\n"]
-    parts += ["### Accepted\n", "| what |\n|---|"]
-    parts[-1] += "".join(f"\n| {what} |" for what, _ in HARMLESS)
-    return "\n".join(parts) + "\n"
-
-
-def _code(text: str) -> str:
-    escaped = text.replace("|", "\\|")
-    return f"`` {escaped} ``" if "`" in text else f"`{escaped}`"
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= 40 else text[:37] + "..."
-
-
-if __name__ == "__main__":
-    print(table(), end="")

@@ -1,6 +1,6 @@
 """Every kind of bad file beside good recordings, in one run of the workflow.
 
-`bad_recordings.py` holds the cases, and makes the tables of docs/robustness.md from them.
+`bad_recordings.py` holds the cases.
 """
 
 import csv
@@ -18,7 +18,7 @@ import yaml
 from capsule import files
 from capsule.detectors.described import read_features
 from capsule.names import as_cell
-from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
+from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED
 from support.packed import inflated
 from support.project import ROOT, Project
 
@@ -242,7 +242,3 @@ def test_a_folder_that_snakemake_cannot_work_in_is_refused(good, tmp_path):
         in run.output
     )
     assert "Traceback" not in run.output
-
-
-def test_the_documentation_shows_every_case():
-    assert table() in (ROOT / "docs/robustness.md").read_text(encoding="utf-8")
