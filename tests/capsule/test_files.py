@@ -265,3 +265,13 @@ def test_a_folder_that_cannot_be_written_is_refused_with_the_way_out(tmp_path, m
     monkeypatch.setattr(os, "access", lambda path, mode: not (path == tmp_path and mode == os.W_OK))
     with pytest.raises(CapsuleError, match=r"cannot be written, .*capsule new NAME"):
         files.refuse_folders(Path("/"), tmp_path)
+
+
+@pytest.mark.parametrize("name", ["", "metadata", "iocache/latest.pkl"])
+def test_notes_of_another_user_that_cannot_be_written_are_named(tmp_path, monkeypatch, name):
+    path = tmp_path / ".snakemake" / name
+    path.mkdir(parents=True)
+    monkeypatch.setattr(os, "access", lambda each, mode: each != path)
+    with pytest.raises(CapsuleError) as caught:
+        files.refuse_folders(Path("/"), tmp_path)
+    assert str(caught.value).startswith(f"{path} cannot be written")

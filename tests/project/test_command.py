@@ -82,9 +82,14 @@ def test_the_module_is_the_same_command(tmp_path):
         (KeyboardInterrupt(), 130, ""),
         (CapsuleError("no board"), 1, "error: no board\n"),
         (OSError(28, "No space left on device", "raw"), 1, "error: raw: No space left on device"),
+        (BrokenPipeError(), 141, ""),
     ],
 )
-def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys):
+def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, monkeypatch):
+    # A program that reads no more, such as `head`, is no error to tell of.
+    monkeypatch.setattr(os, "dup2", lambda *_: None)
+    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
+
     def fail():
         raise raised
 

@@ -72,6 +72,8 @@ try:
     files.refuse_without_notes(Path(RESULTS), Path(".snakemake"))
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
+except OSError as error:
+    raise WorkflowError(files.error_line(error)) from None
 
 # Largest number of recordings of one job, and the recordings of each batch. All recordings of a
 # batch are of one folder.

@@ -30,6 +30,8 @@ onstart:
         RUN.begin()
     except CapsuleError as error:
         raise WorkflowError(str(error)) from None
+    except OSError as error:
+        raise WorkflowError(files.error_line(error)) from None
 
 
 onsuccess:

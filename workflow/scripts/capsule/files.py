@@ -176,11 +176,15 @@ def refuse_folders(project: Path, here: Path) -> None:
                 f"{folder}: rename this folder; Snakemake cannot work in a folder whose name holds "
                 "{ or }"
             )
-    if not os.access(here, os.W_OK):
-        raise CapsuleError(
-            f"{here} cannot be written, and Snakemake keeps notes there; run it in a folder of "
-            "your own that holds raw/ and config/ (capsule new NAME makes one)"
-        )
+    notes = here / ".snakemake"
+    # Another user's folder may be open to all, and what it holds may not.
+    for path in (here, notes, *notes.glob("*"), notes / "iocache" / "latest.pkl"):
+        if path.exists() and not os.access(path, os.W_OK):
+            raise CapsuleError(
+                f"{path} cannot be written, and Snakemake keeps notes there; have its owner allow "
+                "it, or run it in a folder of your own that holds raw/ and config/ (capsule new "
+                "NAME makes one)"
+            )
 
 
 def refuse_without_notes(results: Path, notes: Path) -> None:
@@ -392,6 +396,11 @@ def run(main: Callable[[], int | None]) -> None:
     except CapsuleError as error:
         print(error_line(error), file=sys.stderr)
         sys.exit(error.status)
+    except BrokenPipeError:
+        # The program that reads the output, such as `head`, wants no more. Python would fail once
+        # more when it closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(141)
     except OSError as error:
         sys.exit(error_line(error))
 

@@ -93,7 +93,7 @@ def verify(folder: Path, cores: str) -> Comparison:
     """
     check_workflow(folder)
     results = folder / "results"
-    if not results.is_dir():
+    if not results.is_dir() or not any(results.iterdir()):
         raise CapsuleError(f"{results} does not exist; make it first: snakemake -c2")
     waiting = _what_waits(folder)
     with tempfile.TemporaryDirectory(prefix="capsule-verify-") as name:
@@ -124,9 +124,10 @@ def _what_waits(folder: Path) -> str:
     """Return why Snakemake would run jobs, in one line; empty if there is nothing to be done."""
     command = snakemake_command(folder, ["--dry-run", "results/report.html"])
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    text = done.stdout + done.stderr
+    text = done.stderr + done.stdout
     if done.returncode:
-        return text.strip().splitlines()[-1]
+        # Snakemake adds the place in its file, in a line that is indented.
+        return [line for line in text.splitlines() if line.strip() and line[0] != " "][-1]
     if "Nothing to be done" in text:
         return ""
     return next(filter(_JOB.match, text.splitlines()), "snakemake -n lists what waits")
