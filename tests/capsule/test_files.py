@@ -267,6 +267,28 @@ def test_a_folder_that_cannot_be_written_is_refused_with_the_way_out(tmp_path, m
         files.refuse_folders(Path("/"), tmp_path)
 
 
+@pytest.mark.parametrize("error", [ValueError("bad\n" * 99), KeyError("size_mm"), MemoryError()])
+def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, monkeypatch, error):
+    monkeypatch.setattr(files, "_read_results", {})
+    tables = [tmp_path / f"{name}.csv" for name in ("one", "two")]
+    for path in (*tables, *(tmp_path / f"checks/{run}.csv" for run in range(9))):
+        files.write_csv(path, ["value"], [{"value": 1}])
+        files.read_csv(path)
+    with pytest.raises(CapsuleError) as caught, files.explaining_damage():
+        raise error
+    told = str(caught.value)
+    assert f"read were {tables[0]}, {tables[1]}, {tmp_path / 'checks'}/; capsule verify" in told
+    assert f"{type(error).__name__} in test_files.py, line " in told
+    assert "\n" not in told
+    assert len(told) < 700 + len(str(tmp_path)) * 3
+
+
+def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(monkeypatch):
+    monkeypatch.setattr(files, "_read_results", {})
+    with pytest.raises(KeyError), files.explaining_damage():
+        raise KeyError("typo")
+
+
 @pytest.mark.parametrize("name", ["", "metadata", "iocache/latest.pkl"])
 def test_notes_of_another_user_that_cannot_be_written_are_named(tmp_path, monkeypatch, name):
     path = tmp_path / ".snakemake" / name

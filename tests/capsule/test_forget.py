@@ -1,5 +1,6 @@
 """What `capsule forget` removes, what it refuses, and what it names because it cannot know it."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,16 @@ def test_all_recordings_of_a_session_or_a_site_go(folder, key, capsys):
     assert forget(f"--{key}", "ward 3", "--yes") == 0
     assert files.list_archive(folder / "raw").recordings == (*NAMES[2:3], "3mm/torn", NAMES[3])
     assert "3mm/torn is not removed, unless you name it" in capsys.readouterr().out
+
+
+def test_a_file_of_300_gigabytes_is_removed_unread(folder, capsys):
+    path = folder / "raw/3mm/huge.csv"
+    path.touch()
+    os.truncate(path, 300_000_000_000)
+    for _ in range(2):
+        assert forget("3mm/huge", "--dry-run") == 0
+    assert forget("3mm/huge", "--yes") == 0
+    assert not path.exists()
 
 
 def test_copies_and_exports_that_stay_are_named(folder, capsys):

@@ -79,7 +79,7 @@ class Outcome(NamedTuple):
         errors = [line for line in lines if line.startswith("error: ")]
         if len(errors) != 1 or lines[-1] != errors[0]:
             return f"not one line: {self.told}"
-        named = file in errors[0] or Path(file).name in errors[0]
+        named = file in errors[0] or f"{Path(file).parent}/" in errors[0]
         remedy = "snakemake -c2" in errors[0] or "delete" in errors[0]
         return "" if named and remedy else f"no file or no remedy: {errors[0]}"
 

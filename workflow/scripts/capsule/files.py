@@ -11,25 +11,49 @@ import io
 import json
 import os
 import stat
+import struct
 import sys
 import time
+import traceback
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
+from zipfile import BadZipFile
 
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.locks import refuse_replaced_run
-from capsule.names import Archive, Entry, classify, without_formula
+from capsule.names import Archive, Entry, classify, displayed, without_formula
 
 UNFINISHED = ".unfinished"
 _HEAD_BYTES = 2000
+_MOST_LETTERS = 200
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 # The first line of the report from the start of a run until a new report is complete.
 OUTDATED = (
     b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
     b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
 )
+
+# What readers of JSON, tables and arrays raise at damaged bytes, and what rests on them at values
+# that no job has written.
+DAMAGE = (
+    ArithmeticError,
+    AttributeError,
+    BadZipFile,
+    EOFError,
+    LookupError,
+    MemoryError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    csv.Error,
+    struct.error,
+    zlib.error,
+)
+# The results that this process has read.
+_read_results: dict[Path, None] = {}
 
 
 def list_archive(raw: Path) -> Archive:
@@ -329,6 +353,7 @@ def write_json(path: Path, content: object) -> None:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON file that an earlier step has written."""
+    note_read(path)
     content: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
     return content
 
@@ -353,6 +378,7 @@ def _cell(value: object) -> object:
 
 def read_csv(path: Path) -> list[dict[str, str]]:
     """Read a table that an earlier step has written; every cell is a text."""
+    note_read(path)
     with path.open(encoding="utf-8", newline="") as stream:
         return list(csv.DictReader(stream))
 
@@ -379,6 +405,43 @@ def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
     return {row["recording"]: row for row in rows}
 
 
+def note_read(path: Path) -> None:
+    """Note that a file of the results is read, for `explaining_damage`."""
+    _read_results[path] = None
+
+
+def in_short(error: Exception) -> str:
+    """Return the text of an error of a library in one line of some length."""
+    text = displayed(" ".join(str(error).split()))
+    return text if len(text) <= _MOST_LETTERS else f"{text[:_MOST_LETTERS]}..."
+
+
+@contextlib.contextmanager
+def explaining_damage() -> Iterator[None]:
+    """Raise an error that names the results that were read, in place of one of `DAMAGE`.
+
+    A file may be whole and still hold a value that no job has written. Where that shows, nobody
+    knows which file it came from.
+    """
+    try:
+        yield
+    except DAMAGE as error:
+        if not _read_results:
+            raise
+        named: dict[str, None] = {}
+        for path in _read_results:
+            # The files of the recordings are many, so their folder stands for them.
+            of_many = sum(each.parent == path.parent for each in _read_results) > 3
+            named[f"{path.parent}/" if of_many else str(path)] = None
+        *_, place = traceback.extract_tb(error.__traceback__)
+        raise CapsuleError(
+            f"a file of the results is damaged or was changed, or this program has a fault ("
+            f"{type(error).__name__} in {Path(place.filename).name}, line {place.lineno}: "
+            f"{in_short(error)}); read were {', '.join(named)}; capsule verify names a file "
+            "that differs; delete it, and make it again: snakemake -c2"
+        ) from None
+
+
 def run(main: Callable[[], int | None]) -> None:
     """Run a script or a command; the program ends with its exit status (None: 0).
 
@@ -389,7 +452,9 @@ def run(main: Callable[[], int | None]) -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        if status := main():
+        with explaining_damage():
+            status = main()
+        if status:
             sys.exit(status)
     except KeyboardInterrupt:
         sys.exit(130)

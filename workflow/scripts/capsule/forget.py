@@ -148,9 +148,9 @@ def _trace_of(own: Mapping[str, Iterable[Path]]) -> re.Pattern[bytes]:
     names = [re.escape(name).replace("/", "[/_]").replace("sessions", "s[a-z]+s") for name in own]
     found = [rf"(?<![\w.+-])(?:{'|'.join(names)})(?![\w+-])".encode()]
     for path in (path for paths in own.values() for path in paths if path.is_file()):
-        lines = files.read_beginning(path, _MOST_BYTES).splitlines()
+        lines = files.read_beginning(path, 1_000_000).splitlines()
         middle = lines[len(lines) // 2 :][: path.suffix in (".csv", PART)]
-        found += [re.escape(line) for line in middle if len(line) > 15]
+        found += [re.escape(line) for line in middle if 15 < len(line) < 500]
     return re.compile(b"|".join(found))
 
 

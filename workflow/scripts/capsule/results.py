@@ -7,18 +7,15 @@ finds a recording in either. A batch depends on the recordings' names alone.
 The Snakefile and every script use this module, so it imports nothing but numpy and fast modules.
 """
 
-import csv
 import functools
 import hashlib
 import os
-import struct
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -311,34 +308,19 @@ def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
     return shape, kind
 
 
-# What readers of JSON, tables and arrays raise at damaged bytes.
-_DAMAGE = (
-    ArithmeticError,
-    AttributeError,
-    BadZipFile,
-    EOFError,
-    LookupError,
-    MemoryError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    csv.Error,
-    struct.error,
-    zlib.error,
-)
-
-
 def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
     """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
+    files.note_read(path)
     try:
         return read(path)
     except FileNotFoundError:
         raise CapsuleError(
             f"{path} does not exist; make all that is missing: snakemake -c2"
         ) from None
-    except _DAMAGE as error:
+    except files.DAMAGE as error:
+        reason = files.in_short(error)
         raise CapsuleError(
-            f"{path} is damaged ({error}); delete it, and make it again: snakemake -c2"
+            f"{path} is damaged ({reason}); delete it, and make it again: snakemake -c2"
         ) from None
 
 

@@ -109,9 +109,13 @@ class Run:
 
     def succeed(self, key: str) -> None:
         """Print a summary, and remove the mark of a report that was made from this key."""
-        self._summarize_recordings()
-        self._summarize_surveys()
-        self._tell_leftovers()
+        try:
+            with files.explaining_damage():
+                self._summarize_recordings()
+                self._summarize_surveys()
+                self._tell_leftovers()
+        except CapsuleError as error:
+            _tell(files.error_line(error))
         if not self.page.exists():
             return
         if files.is_made_from(self.page, key):

@@ -1,6 +1,7 @@
 """Make all results again in a temporary folder, and name each one on disk that differs."""
 
 import argparse
+import filecmp
 import os
 import re
 import shutil
@@ -113,7 +114,7 @@ def compare(before: Path, again: Path, waiting: str) -> Comparison:
     names, made = _files_of(before), _files_of(again)
     common = sorted(names & made)
     different = [
-        name for name in common if (before / name).read_bytes() != (again / name).read_bytes()
+        name for name in common if not filecmp.cmp(before / name, again / name, shallow=False)
     ]
     return Comparison(
         waiting, len(common) - len(different), different, sorted(made - names), sorted(names - made)

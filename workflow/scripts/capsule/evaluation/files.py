@@ -9,6 +9,7 @@ import yaml
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.kinds import Settings
+from capsule.results import read_or_explain
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
@@ -18,6 +19,10 @@ TEXT |= {"familiar", "unfamiliar_because", "no_verdict", "first", "second", "mea
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a table that an earlier step has written; only an empty cell is an unknown value."""
+    return read_or_explain(path, _table_in)
+
+
+def _table_in(path: Path) -> pd.DataFrame:
     columns = pd.read_csv(path, nrows=0).columns
     return pd.read_csv(
         path,
