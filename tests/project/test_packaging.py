@@ -1,8 +1,8 @@
 """The places that name packages agree: pyproject.toml, the two locks and environment.yml."""
 
-import ast
 import importlib.metadata
 import importlib.util
+import json
 import os
 import re
 import shlex
@@ -110,19 +110,26 @@ def test_make_report_installs_nothing_that_only_an_extra_asks_for():
     assert not optional & locked_versions("requirements.lock").keys()
 
 
+def test_the_environment_of_make_formats_has_what_the_notebook_needs():
+    notebook = json.loads((ROOT / "docs/tutorial.ipynb").read_text(encoding="utf-8"))
+    code = "\n".join("".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code")
+    imported = set(re.findall(r"^(?:import|from) (\w+)", code, re.MULTILINE)) - {"capsule"}
+    needed = {name.lower() for module in imported for name in DISTRIBUTIONS[module]}
+    assert {"numpy", "scikit-learn"} <= needed
+    assert needed | {"ipykernel"} <= locked_versions("requirements-formats.lock").keys()
+
+
+def test_the_address_of_the_repository_is_to_be_filled_in():
+    page = (ROOT / "docs/module.md").read_text(encoding="utf-8")
+    assert 'github("OWNER/NAME"' in page
+    assert "Fill in `OWNER/NAME`" in page
+
+
 def test_snakemakes_own_report_needs_no_more_than_make_report_installs():
     folder = Path(importlib.util.find_spec("snakemake").origin).parent / "report"
-    needed = {
-        distribution.lower()
-        for path in folder.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        for name in (
-            [node.module]
-            if isinstance(node, ast.ImportFrom) and node.level == 0
-            else [alias.name for alias in node.names] * isinstance(node, ast.Import)
-        )
-        for distribution in DISTRIBUTIONS.get(name.partition(".")[0], ())
-    }
+    text = "\n".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
+    imported = re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE)
+    needed = {name.lower() for module in imported for name in DISTRIBUTIONS.get(module, ())}
     assert {"pygments", "snakemake"} <= needed
     assert needed <= locked_versions("requirements.lock").keys()
 

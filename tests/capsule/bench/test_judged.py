@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capsule.acceptance import check_recording
 from capsule.bench.judged import (
     JudgedFile,
     as_plain_values,
@@ -22,7 +23,8 @@ from capsule.configuration import read_config_file
 from capsule.detectors.base import NO_VERDICT, Verdict
 from capsule.detectors.familiar import Familiarity
 from capsule.errors import CapsuleError
-from capsule.files import fingerprint, write_csv
+from capsule.files import fingerprint, list_archive, write_csv
+from capsule.listing import full_list
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.project import PROJECT
@@ -225,6 +227,35 @@ def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):
 
 def verdict_at(samples):
     return Verdict(3.0, 2.0, 1.0, estimate_mm=3.0, location_samples=samples)
+
+
+HOSTILE_HEADERS = [
+    ("\x1b[31mred\x07", "\\x1b[31mred\\x07"),
+    ("r01\u202egpj.exe \u2066x\u2069", "r01\\u202egpj.exe \\u2066x\\u2069"),
+    ("$(touch pwned); ../../etc/passwd", "$(touch pwned); ../../etc/passwd"),
+    ("<img src=x onerror=alert(1)>", "<img src=x onerror=alert(1)>"),
+]
+
+
+@pytest.mark.parametrize(("text", "told"), HOSTILE_HEADERS)
+def test_a_header_moves_no_cursor_of_the_terminal_and_no_cell_of_a_table(
+    tmp_path, judged, text, told
+):
+    check = judged.check | {"header": {"source": text}}
+    moved = replace(judged, check=check, file=f"{text}.csv")
+    title = judged_lines(moved, CONFIGURATION, 80)[0]
+    assert title.startswith(f"{told}.csv: ")
+    assert title.endswith(told)
+    rejected = replace(moved, check=check | {"status": "rejected", "reason": "torn"})
+    assert judged_lines(rejected, CONFIGURATION, 80) == [f"{told}.csv: rejected: torn"]
+    path = tmp_path / "raw/3mm/r01.csv"
+    write_archive(tmp_path / "raw", ["3mm/r01"])
+    head = "".join(f"# {key}: {text}\n" for key in ("site", "session", "setup", "source"))
+    readings = path.read_text().partition("\ntime_s")[2]
+    path.write_text(f"{head}time_s{readings}")
+    outcome, values, _ = check_recording("3mm/r01", path.read_bytes(), 10**7, CONFIGURATION)
+    (row,) = full_list(list_archive(tmp_path / "raw"), {"3mm/r01": outcome}, lambda _: values)
+    assert [row[key] for key in ("site", "session", "setup", "source")] == [told] * 4
 
 
 def test_the_plot_marks_each_place_below_the_sensors():

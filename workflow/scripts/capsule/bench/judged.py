@@ -23,6 +23,7 @@ from capsule.detectors.familiar import Familiarity
 from capsule.errors import WrongOptionError
 from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings
+from capsule.names import displayed
 from capsule.page.provenance import is_simulated
 from capsule.preprocessing import preprocess_run
 from capsule.project import config_file
@@ -166,11 +167,11 @@ def judged_lines(
     """
     check = judged.check
     if not judged.is_accepted:
-        return [f"{judged.file}: rejected: {check['reason']}"]
+        return [f"{displayed(judged.file)}: rejected: {check['reason']}"]
     rate_hz = settings["recording"]["rate_hz"]
-    source = source_of(check["header"]) or "source not given"
+    source = displayed(source_of(check["header"])) or "source not given"
     duration = words.duration(check["duration_s"])
-    title = f"{judged.file}: {check['samples']} samples, {duration}, {source}"
+    title = f"{displayed(judged.file)}: {check['samples']} samples, {duration}, {source}"
     places = places_s(judged.verdicts, rate_hz)
     lines = [title, *_plot(judged.values, places, rate_hz, width, plain=plain)]
     if check["no_verdict"]:

@@ -1,0 +1,48 @@
+"""Some damaged files of each kind for each reader; `fuzz_results.py` tries thousands by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support.damaged_results import KINDS, call, change, read_files, readers
+from support.marks import needs_process_groups
+from support.project import Project
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.workflow,
+    pytest.mark.takes(120),
+    needs_process_groups,
+]
+
+# Each change of `KINDS` once for the commands; jobs take longer, so one change for them.
+JOBS = {"list", "list_labelled", "fit", "describe", "templates", "evaluate", "detect", "report"}
+NAMES = [*(f"0mm/r{run}" for run in range(1, 5)), "3mm/r1", "3mm/r2", "unlabelled/p"]
+few = {"particles": 10, "iterations": 10}
+
+
+def test_no_reader_ends_in_a_traceback(tmp_path, monkeypatch):
+    project = Project.create(tmp_path / "project", NAMES, 400, **few)
+    other = Project.create(tmp_path / "other", [*NAMES, "2mm/r1"], 500, **few)
+    for each in (project, other):
+        run = each.snakemake()
+        assert run.status == 0, run.output
+    monkeypatch.chdir(project.folder)
+    rng, tried, faults = np.random.default_rng(1), 0, []
+    for name, usual_s, opened in read_files(readers(project.folder)):
+        if name == "evaluate":
+            continue
+        for kind, file in opened.items():
+            path = Path(file)
+            whole = path.read_bytes()
+            swapped = (other.folder / file).read_bytes()
+            chosen = rng.choice(KINDS, size=1) if name in JOBS else KINDS
+            for how in chosen:
+                path.write_bytes(change(whole, swapped, how, rng))
+                tried += 1
+                if fault := call(readers(project.folder)[name]).fault(file, usual_s):
+                    faults.append((name, kind, str(how), fault))
+            path.write_bytes(whole)
+    assert tried >= 100
+    assert not faults
