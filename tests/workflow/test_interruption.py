@@ -182,6 +182,27 @@ def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, undis
 
 
 @pytest.mark.workflow
+@pytest.mark.slow
+@needs_process_groups
+@pytest.mark.parametrize("jobs_done", [0, 2])
+def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new, tmp_path, jobs_done):
+    project = new.copy(tmp_path / "project")
+    with project.start(*TABLES, cores=2) as process:
+        lines = []
+        for line in process.stdout:
+            lines.append(line)
+            # A job imports its modules right after this line.
+            begun = sum(each.startswith("Job ") for each in lines)
+            if begun == jobs_done + 1 and line.startswith("Job "):
+                time.sleep(0.2)
+                os.killpg(process.pid, signal.SIGINT)
+        status = process.wait()
+    assert status != 0
+    assert "Traceback" not in "".join(lines)
+    assert project.snakemake(*TABLES).status == 0
+
+
+@pytest.mark.workflow
 def test_a_dry_run_is_possible_beside_a_run(new, tmp_path):
     project = new.copy(tmp_path / "project")
     with hold_run_lock(project.folder / ".snakemake/run.lock"):

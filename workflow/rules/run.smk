@@ -11,6 +11,8 @@ RUN = Run(RAW, RESULTS, SESSIONS, config, SIZE, BATCHES, DESCRIBED, SURVEYS, WIT
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.
 if not IS_MODULE:
+    # Ctrl-C during a job's imports would end in a traceback; `capsule.files.run` hears it again.
+    shell.prefix("trap '' INT; ")
 
     localrules:
         list,

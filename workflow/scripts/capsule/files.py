@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import os
+import signal
 import stat
 import struct
 import sys
@@ -23,7 +24,7 @@ from zipfile import BadZipFile
 
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
-from capsule.locks import refuse_replaced_run
+from capsule.locks import is_job, refuse_replaced_run
 from capsule.names import Archive, Entry, classify, displayed, without_formula
 
 UNFINISHED = ".unfinished"
@@ -452,6 +453,8 @@ def run(main: Callable[[], int | None]) -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
+        if is_job():
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         with explaining_damage():
             status = main()
         if status:

@@ -111,6 +111,11 @@ def hold_run_lock(path: Path = RUN_LOCK) -> IO[bytes]:
     return stream
 
 
+def is_job() -> bool:
+    """Return whether this process is a job of a run."""
+    return bool(os.environ.get(_RUN))
+
+
 def refuse_replaced_run() -> None:
     """Raise an error if this is the job of a run that another run of the folder has replaced.
 
