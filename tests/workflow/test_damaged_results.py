@@ -31,7 +31,8 @@ def test_no_reader_ends_in_a_traceback(tmp_path, monkeypatch):
     monkeypatch.chdir(project.folder)
     rng, tried, faults = np.random.default_rng(1), 0, []
     for name, usual_s, opened in read_files(readers(project.folder)):
-        if name == "evaluate":
+        # These compute for seconds with most damaged files; `fuzz_results.py` tries them.
+        if name in ("evaluate", "detect", "verify"):
             continue
         for kind, file in opened.items():
             path = Path(file)
