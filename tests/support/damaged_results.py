@@ -113,8 +113,9 @@ def readers(folder: Path) -> dict[str, Callable[[], int | None]]:
         The folder of the project, the working directory.
     """
     # What the readers need is imported once, and not in each fork.
-    for module in ("bench.judge_command", "exporting.command", "page.sections", "verify"):
-        importlib.import_module(f"capsule.{module}")
+    for word in ("judge", "export", "verify"):
+        importlib.import_module(cli.COMMANDS[word].module)
+    importlib.import_module("capsule.page.sections")
     called: dict[str, Callable[[], int | None]] = {}
     for path in sorted((folder / ".snakemake/metadata").iterdir()):
         note = json.loads(path.read_text(encoding="utf-8"))
