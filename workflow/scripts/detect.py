@@ -4,13 +4,10 @@ import argparse
 import json
 from pathlib import Path
 
-import pandas as pd
-
 from capsule import files
 from capsule.detectors.files import read_training_archive, write_learned
-from capsule.evaluation.cross_validation import Detectors, choosing_scheme, judge_unlabelled
-from capsule.evaluation.files import read_table
-from capsule.evaluation.sites import site_table
+from capsule.evaluation.columns import SITES
+from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
 from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
 from capsule.particle import particles_of
@@ -42,12 +39,16 @@ def main() -> None:
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
     write_learned(arguments.learned, detectors.stored(), settings, arguments.templates)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
-    # Thresholds of several passes come from the places that teach.
-    predictions = read_table(arguments.results / "evaluation" / "predictions.csv")
-    judged = predictions[predictions["scheme"] == choosing_scheme(rules["schemes"])]
-    made = site_table(pd.concat([judged, pd.DataFrame(verdicts)]), rows, rules["specificity"])
-    files.write_csv(arguments.sites, list(made), made.to_dict("records"))
-    print(f"{made['site'].nunique()} sites have several passes")
+    sites = [row["site"] for row in rows.values() if row["site"]]
+    made = []
+    if len(set(sites)) < len(sites):
+        # It imports pandas, which most archives need not wait for here.
+        from capsule.evaluation.files import judged_sites
+
+        predictions = arguments.results / "evaluation" / "predictions.csv"
+        made = judged_sites(predictions, verdicts, rows, rules)
+    files.write_csv(arguments.sites, SITES, made)
+    print(f"{len({row['site'] for row in made})} sites have several passes")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,13 @@
 This module imports nothing, because the Snakefile reads the names.
 """
 
+# One row for each detector and site with several passes.
+SITES = [
+    *("site", "size_mm", "recordings", "detector", "passes", "score", "threshold", "detected"),
+    *("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"),
+    *("familiar", "unfamiliar_because"),
+]
+
 _KEY = ("detector", "scheme")
 # Rates by the paper's definitions.
 RATES = {

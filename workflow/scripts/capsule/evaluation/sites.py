@@ -11,6 +11,7 @@ import pandas as pd
 
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
+from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Rows
 
 _OF_A_NODULE = {
@@ -19,11 +20,6 @@ _OF_A_NODULE = {
     "estimate_low_mm": "mean",
     "estimate_high_mm": "mean",
 }
-COLUMNS = (
-    *("site", "size_mm", "recordings", "detector"),
-    *("passes", "score", "threshold", "detected", *_OF_A_NODULE),
-    *("familiar", "unfamiliar_because"),
-)
 
 
 def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.DataFrame:
@@ -42,7 +38,7 @@ def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.Da
     Returns
     -------
     DataFrame
-        The columns `COLUMNS`; ``unfamiliar_because`` names the first pass that is not familiar.
+        The columns `SITES`; ``unfamiliar_because`` names the first pass that is not familiar.
     """
     turn = {recording: number for number, recording in enumerate(index)}
     named = {recording: row["site"] or recording for recording, row in index.items()}
@@ -56,12 +52,12 @@ def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.Da
         number = rows.groupby(["site", "size_mm"], sort=False, dropna=False).ngroup()
         order = np.lexsort((rows["recording"].map(turn), number))
         made.append(site_verdicts(rows.iloc[order], detector, specificity))
-    table = pd.concat(made) if made else pd.DataFrame(columns=COLUMNS)
+    table = pd.concat(made) if made else pd.DataFrame(columns=SITES)
     table = table[table["recordings"] > 1]
     known = np.where(table["site"].isin(answers["site"]), "yes", "")
     table["familiar"] = np.where(table["site"].isin(because.index), "no", known)
     table["unfamiliar_because"] = [because.get(site, "") for site in table["site"]]
-    return table[[*COLUMNS]]
+    return table[SITES]
 
 
 def site_verdicts(rows: pd.DataFrame, detector: str, specificity: float) -> pd.DataFrame:
@@ -83,7 +79,7 @@ def site_verdicts(rows: pd.DataFrame, detector: str, specificity: float) -> pd.D
     Returns
     -------
     DataFrame
-        One row for each site, with the columns `COLUMNS` but whether it is familiar:
+        One row for each site, with the columns `SITES` but whether it is familiar:
 
         - ``passes``: how many of them have a score; ``score`` is their mean.
         - ``detected``: whether the score is above the threshold; None for no verdict.
