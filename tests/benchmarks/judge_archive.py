@@ -24,7 +24,8 @@ from capsule.detectors.base import Detector, StoredRecording, TrainingArchive, V
 from capsule.detectors.registry import detector_class
 from capsule.detectors.search import passage_of
 from capsule.evaluation import roc
-from capsule.evaluation.sites import COLUMNS, detections_by_passes
+from capsule.evaluation.columns import SITES
+from capsule.evaluation.sites import detections_by_passes
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
@@ -171,7 +172,7 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
     """
     searched, judged = search_archive(archive, config), config["evaluation"]
     rows = [
-        dict.fromkeys(COLUMNS, np.nan)
+        dict.fromkeys(SITES, np.nan)
         | {"site": recording.site, "size_mm": recording.size_mm}
         | {"score": searched.recordings[recording.name].passage.evidence}
         for recording in archive

@@ -4,12 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from capsule.evaluation.sites import (
-    COLUMNS,
-    detections_by_passes,
-    site_table,
-    site_verdicts,
-)
+from capsule.evaluation.columns import SITES
+from capsule.evaluation.sites import detections_by_passes, site_table, site_verdicts
 from capsule.seeding import generator
 
 UNKNOWN = float("nan")
@@ -198,7 +194,7 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     # A site that was passed once is not listed either.
     made = table_of(pd.DataFrame([*predictions, unlabelled]), sites, 0.6)
     by_rule, by_threshold = made.to_dict("records")
-    assert list(made) == list(COLUMNS)
+    assert list(made) == SITES
     assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
     assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.

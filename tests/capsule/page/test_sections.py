@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from capsule import files
-from capsule.evaluation import columns, learning, sites
+from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
@@ -32,7 +32,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         settings=CONFIG,
         passed_over=pd.DataFrame(columns=["path", "reason"]),
         detections=detections,
-        sites=pd.DataFrame(verdicts_on_places, columns=sites.COLUMNS),
+        sites=pd.DataFrame(verdicts_on_places, columns=columns.SITES),
         templates=[],
         evaluation=evaluated(verdicts, sizes_mm),
         judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
