@@ -12,12 +12,14 @@ from support.project import Project
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.workflow,
-    pytest.mark.takes(120),
+    pytest.mark.takes(60),
     needs_process_groups,
 ]
 
-# Each change of `KINDS` once for the commands; jobs take longer, so one change for them.
-JOBS = {"list", "list_labelled", "fit", "describe", "templates", "evaluate", "detect", "report"}
+# These compute for seconds with most damaged files; `fuzz_results.py` tries them.
+LONG = {"fit", "describe", "evaluate", "detect", "report", "verify"}
+# Each change of `KINDS` once for the commands; a job takes longer, so one change for it.
+JOBS = {"list", "list_labelled", "templates"}
 NAMES = [*(f"0mm/r{run}" for run in range(1, 5)), "3mm/r1", "3mm/r2", "unlabelled/p"]
 few = {"particles": 10, "iterations": 10}
 
@@ -31,8 +33,7 @@ def test_no_reader_ends_in_a_traceback(tmp_path, monkeypatch):
     monkeypatch.chdir(project.folder)
     rng, tried, faults = np.random.default_rng(1), 0, []
     for name, usual_s, opened in read_files(readers(project.folder)):
-        # These compute for seconds with most damaged files; `fuzz_results.py` tries them.
-        if name in ("evaluate", "detect", "verify"):
+        if name in LONG:
             continue
         for kind, file in opened.items():
             path = Path(file)

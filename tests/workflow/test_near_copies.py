@@ -1,5 +1,7 @@
 """A near copy of a recording changes no verdict on it, and the summary names it."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -81,4 +83,6 @@ def test_near_copies_are_named(projects):
     assert "  nearly the same as 3mm/later: raw/3mm/r02\n" in run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
     assert '<ul class="problems" id="near-copies-list">' in page
-    assert "<code>3mm/later</code>, <code>3mm/r02</code>" in page
+    # Each name leads to its drawing.
+    assert '<code><a href="#recording=3mm/later">' in page
+    assert "<code>3mm/later</code>, <code>3mm/r02</code>" in re.sub(r"</?a\b[^>]*>", "", page)

@@ -317,7 +317,10 @@ def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
         raise CapsuleError(
             f"{path} does not exist; make all that is missing: snakemake -c2"
         ) from None
-    except files.DAMAGE as error:
+    except (*files.DAMAGE, OSError) as error:
+        # The error of a file that cannot be opened names it; that of a place in it does not.
+        if isinstance(error, OSError) and error.filename:
+            raise
         reason = files.in_short(error)
         raise CapsuleError(
             f"{path} is damaged ({reason}); delete it, and make it again: snakemake -c2"
