@@ -14,7 +14,6 @@ from capsule.detectors.template import (
     TemplateMargin,
     compare_templates,
     first_peak_sample,
-    lag_of_first_peak,
     nearest_size,
     place_of_largest,
     template_distances,
@@ -217,8 +216,8 @@ def test_a_margin_at_the_threshold_is_no_nodule(archive):
         assert (model.verdict(taught.recordings["3mm/r0"]).predicted_mm > 0) == found
 
 
-def test_a_lag_and_the_sample_of_the_first_peak_belong_together():
+def test_the_first_peak_comes_as_many_samples_later_as_the_template_is_shifted():
     for lag in (1, 7, 1001, 2000):
-        assert lag_of_first_peak(first_peak_sample(lag, 150, 1000), 150, 1000) == lag
+        assert first_peak_sample(lag, 150, 1000) == 149 + (lag - 1001)
     # Without a shift, the first peak of a template lies in column u, counted from 1.
     assert first_peak_sample(1001, 150, 1000) == 149

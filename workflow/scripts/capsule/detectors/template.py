@@ -92,11 +92,6 @@ def first_peak_sample(lag: float, first_peak: int, length: int) -> float:
     return first_peak - 1 + lag - (length + 1)
 
 
-def lag_of_first_peak(sample: float, first_peak: int, length: int) -> int:
-    """Return the lag tau at which sensor 1 feels the first peak then; see `first_peak_sample`."""
-    return round(sample - first_peak + 1) + length + 1
-
-
 @dataclass(frozen=True)
 class NearestTemplate(Detector):
     """The detector ``template``: the paper's rule, the size of the nearest template of a fold.
