@@ -1,5 +1,6 @@
 """The paper's detector on whole archives: recordings that are left out teach nothing."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from capsule.detectors.base import StoredRecording
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.template import (
     NearestTemplate,
@@ -99,6 +101,27 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
         verdict = TemplateMargin.taught(taught, left_out).verdict(taught.recordings[left_out[0]])
         others = taught.place_numbers([name for name in healthy if name not in left_out])
         assert verdict.threshold == rank_threshold(np.array(margins), others, 0.8)
+
+
+def test_the_folds_read_the_matrix_of_each_of_many_healthy_recordings_once(archive):
+    sizes, particles, matrices, templates = archive
+    nodules = {name: size for name, size in sizes.items() if size > 0}
+    healthy = [f"0mm/r{number}" for number in range(300)]
+    taught = archive_of_matrices(matrices, nodules, templates, particles, 0.9)
+    read = Counter()
+
+    def recording(name):
+        def load():
+            read[name] += 1
+            return matrices["0mm/r0"]
+
+        return StoredRecording(load)
+
+    recordings = {**taught.recordings, **{name: recording(name) for name in healthy}}
+    many = replace(taught, sizes_mm=dict.fromkeys(healthy, 0.0) | nodules, recordings=recordings)
+    for left_out in ("1mm/r0", "1mm/r1", "3mm/r0"):
+        TemplateMargin.taught(many, [left_out])
+    assert read == Counter(healthy)
 
 
 def test_without_a_nodule_there_is_no_margin_and_no_threshold(archive):

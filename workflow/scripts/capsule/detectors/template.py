@@ -193,16 +193,16 @@ def _healthy(archive: TrainingArchive) -> list[str]:
 @lru_cache(maxsize=32)
 def _healthy_gains(archive: TrainingArchive, template: RepeatedParticle) -> FloatArray:
     """Return the gains of a template on the healthy recordings; the least of all if unknown."""
-    comparisons = [_comparison(archive, name) for name in _healthy(archive)]
+    comparisons = _comparisons(archive)
     if not template.is_known:
         return np.full(len(comparisons), -np.inf)
     return np.fmax([each.gain_of(template)[0] for each in comparisons], -np.inf)
 
 
-# One takes some 200 kB.
-@lru_cache(maxsize=256)
-def _comparison(archive: TrainingArchive, name: str) -> SlidingComparison:
-    return SlidingComparison(archive.recordings[name].matrix)
+# Nearly every fold needs all of them, in the same order; each takes some 200 kB.
+@lru_cache(maxsize=1)
+def _comparisons(archive: TrainingArchive) -> list[SlidingComparison]:
+    return [SlidingComparison(archive.recordings[name].matrix) for name in _healthy(archive)]
 
 
 @lru_cache(maxsize=1)
