@@ -9,7 +9,7 @@ from capsule.evaluation.columns import COLUMNS as RATES
 
 EVALUATE = step(
     "evaluate",
-    sections("detectors", "evaluation", "recording", *DETECTOR_SECTIONS, templates=SHAPE),
+    sections("detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS),
     lambda _: [LIST_LABELLED.key(), TEMPLATES.key(), *keys_of(DESCRIBE, DESCRIBED_LABELLED)],
     modules=DETECTOR_MODULES,
 )

@@ -3,14 +3,14 @@
 # takes: results/fits/<size>mm/<run>.json, results/labelled.csv
 # gives: results/templates.json, results/templates.npz
 
-SHAPE = {
-    "sensors": config["recording"]["sensors"],
-    "first_peak": config["fit"]["first_peak"],
-    "length": config["preprocessing"]["length"],
-}
 TEMPLATES = step(
     "templates",
-    SHAPE | {"held_out": config["evaluation"]["held_out"]},
+    {
+        "sensors": config["recording"]["sensors"],
+        "first_peak": config["fit"]["first_peak"],
+        "length": config["preprocessing"]["length"],
+        "held_out": config["evaluation"]["held_out"],
+    },
     lambda _: [LIST_LABELLED.key(), *keys_of(FIT, NODULES)],
 )
 

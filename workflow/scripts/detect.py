@@ -10,9 +10,7 @@ from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
 from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
-from capsule.particle import particles_of
 from capsule.results import Results
-from capsule.templates import build_templates, by_size, template_options
 
 
 def main() -> None:
@@ -32,9 +30,7 @@ def main() -> None:
     rows = teaching(files.accepted_recordings(arguments.recordings), rules["held_out"])
     unlabelled = sorted(rows.keys() - sizes_of(rows).keys(), key=sort_key)
     fitted = recordings_with_fits(arguments.recordings, rules["held_out"])
-    particles = particles_of(results.fits(fitted))
-    templates = build_templates(by_size(particles), **template_options(settings))
-    detectors = Detectors(read_training_archive(results, rows, templates, particles, settings))
+    detectors = Detectors(read_training_archive(results, rows, fitted, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
     write_learned(arguments.learned, detectors.stored(), settings, arguments.templates)

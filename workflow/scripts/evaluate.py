@@ -10,9 +10,7 @@ from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
 from capsule.evaluation.whole_evaluation import evaluate_archive
 from capsule.forks import Forks
 from capsule.held_out import recordings_with_fits
-from capsule.particle import particles_of
 from capsule.results import Results
-from capsule.templates import build_templates, by_size
 
 
 def main() -> None:
@@ -27,12 +25,9 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, spread = arguments.settings, Forks(arguments.processes)
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
-    held_out = settings["evaluation"]["held_out"]
     rows = files.accepted_recordings(arguments.recordings)
-    fitted = recordings_with_fits(arguments.recordings, held_out)
-    particles = particles_of(results.fits(fitted))
-    templates = build_templates(by_size(particles), **settings["templates"])
-    archive = read_training_archive(results, rows, templates, particles, settings)
+    fitted = recordings_with_fits(arguments.recordings, settings["evaluation"]["held_out"])
+    archive = read_training_archive(results, rows, fitted, settings)
     tables = evaluate_archive(archive, rows, spread)
     for name, table in tables.items():
         files.write_csv(arguments.output / f"{name}.csv", list(table), table.to_dict("records"))

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,32 +17,45 @@ from capsule.errors import CapsuleError
 from capsule.held_out import places_of
 from capsule.kinds import Settings
 from capsule.names import sizes_of
-from capsule.particle import Particle
+from capsule.particle import particles_of
 from capsule.project import WEIGHTS
 from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain
-from capsule.templates import TemplateSet
+from capsule.templates import TemplateSet, build_templates, by_size, template_options
 
 
 def read_training_archive(
     results: Results,
     rows: Mapping[str, Mapping[str, str]],
-    templates: TemplateSet,
-    particles: Mapping[str, Particle],
+    fitted: Iterable[str],
     settings: Settings,
 ) -> TrainingArchive:
-    """Read the recordings that the detectors learn from; other parameters as in `TrainingArchive`.
+    """Read the recordings that the detectors learn from, and average their fits to the templates.
 
-    `results` are the files of the recordings, and `rows` the rows of recordings.csv for all
-    recordings that are judged or that teach.
+    Parameters
+    ----------
+    results : Results
+        The files of the recordings.
+    rows : mapping of str to mapping
+        The rows of recordings.csv for all recordings that are judged or that teach.
+    fitted : iterable of str
+        The recordings of which templates are made, from `capsule.held_out.recordings_with_fits`.
+    settings : mapping
+        As in `TrainingArchive`, and the sections from which `template_options` takes its own.
     """
     features = results.described(FEATURES, rows, read_features)
     recordings = {
         name: StoredRecording(partial(results.matrix, name), *described, features[name])
         for name, described in results.described(BEST_PLACES, rows, read_best_places).items()
     }
-    no_verdict = {name: row["no_verdict"] for name, row in rows.items()}
+    particles = particles_of(results.fits(fitted))
     return TrainingArchive(
-        sizes_of(rows), recordings, templates, particles, settings, no_verdict, places_of(rows)
+        sizes_of(rows),
+        recordings,
+        build_templates(by_size(particles), **template_options(settings)),
+        particles,
+        settings,
+        no_verdict={name: row["no_verdict"] for name, row in rows.items()},
+        places=places_of(rows),
     )
 
 

@@ -243,8 +243,8 @@ class LoadedArchive:
             self.templates,
             self._particles,
             self.settings,
-            {name: row["no_verdict"] for name, row in index.items()},
-            places_of(index),
+            no_verdict={name: row["no_verdict"] for name, row in index.items()},
+            places=places_of(index),
         )
 
     @cached_property
