@@ -200,16 +200,17 @@ class Importer:
                 recording = Recording(
                     recording.time_s, recording.values, origin | dict(recording.header)
                 )
-                if known := self._archive.known(recording):
+                content = format_recording(recording)
+                if known := self._archive.known(content):
                     self._archive.refuse_other_size(known, name)
-                planned.append((name, recording, remarks))
+                planned.append((name, recording, content, remarks))
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
         self._archive.check_free(
-            [name for name, each, _ in planned if not self._archive.known(each)]
+            [name for name, _, content, _ in planned if not self._archive.known(content)]
         )
-        for name, recording, remarks in planned:
-            self._archive_run(name, recording, remarks)
+        for name, recording, content, remarks in planned:
+            self._archive_run(name, recording, content, remarks)
         if not self._options.map:
             self._keep_map(as_map(readings[0], self._keys))
 
@@ -228,16 +229,18 @@ class Importer:
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
-    def _archive_run(self, name: str, recording: Recording, remarks: list[str]) -> None:
+    def _archive_run(
+        self, name: str, recording: Recording, content: bytes, remarks: list[str]
+    ) -> None:
         plain = not (sys.stdout.encoding or "").lower().startswith("utf")
         _tell("\n".join(_sample_lines(recording, plain=plain)))
         # It may be one that this file holds twice.
-        if known := self._archive.known(recording):
+        if known := self._archive.known(content):
             self.known += 1
             _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
         if not self._options.dry_run:
-            self._archive.add(name, recording)
+            self._archive.add(name, content)
         self.written += 1
         verb = "would write" if self._options.dry_run else "wrote"
         path, here = self._options.raw / f"{name}.csv", Path.cwd()
@@ -337,9 +340,9 @@ class _Archive:
             if content is not None:
                 self._names[_checksum(content)] = name
 
-    def known(self, recording: Recording) -> str:
+    def known(self, content: bytes) -> str:
         """Return the name of the recording with the same samples; empty if there is none."""
-        return self._names.get(_checksum(format_recording(recording)), "")
+        return self._names.get(_checksum(content), "")
 
     def refuse_other_size(self, known: str, name: str) -> None:
         """Raise an error if the archive holds the same samples under another size."""
@@ -359,9 +362,9 @@ class _Archive:
                     f"two of its runs would be written to {path}; give them different names"
                 )
 
-    def add(self, name: str, recording: Recording) -> None:
-        """Write a recording; its name must be free."""
-        path, content = self._raw / f"{name}.csv", format_recording(recording)
+    def add(self, name: str, content: bytes) -> None:
+        """Write the file of a recording; its name must be free."""
+        path = self._raw / f"{name}.csv"
         try:
             write_new(path, content)
         except FileExistsError:
