@@ -20,13 +20,20 @@ from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema, map_text
-from capsule.importing.runs import Reading, as_map, joined, passed_over, read_columns, runs_of
+from capsule.importing.runs import (
+    LONGEST_ENTRY,
+    Reading,
+    as_map,
+    joined,
+    passed_over,
+    read_columns,
+    runs_of,
+)
 from capsule.importing.table import QuestionError, Table, choose_tables
 from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
-from capsule.recording import Recording, format_recording
+from capsule.recording import Recording, column_names, format_recording
 
-_LONGEST_NAMES = 300
 # Columns and samples of what is shown.
 _BARS = "▁▂▃▄▅▆▇█"
 _PLAIN_BARS = "_.-=+*#@"
@@ -188,7 +195,7 @@ class Importer:
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
         names = displayed(", ".join(file.name for file in files))
         origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
-        origin = {key: text[:_LONGEST_NAMES] for key, text in origin.items()}
+        origin = {key: text[:LONGEST_ENTRY] for key, text in origin.items()}
         stem, planned = files[0].name if files[0].is_dir() else files[0].stem, []
         for part in parts:
             with _named(part.table.place):
@@ -416,7 +423,7 @@ def _numbered(table: Table, index: int) -> str:
 
 def _sample_lines(recording: Recording, *, plain: bool) -> list[str]:
     """Return lines with the first samples of a recording, and a line of bars for each sensor."""
-    names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
+    names = column_names(recording.values.shape[0])
     samples = [
         [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
         for time_s, sample in zip(

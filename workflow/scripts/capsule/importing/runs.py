@@ -23,7 +23,8 @@ _MOST_RUNS = 1000
 _LONG_GAP_S = 60.0
 # Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
-_LONGEST_ENTRY = 300
+# Characters of a header line that the import adds.
+LONGEST_ENTRY = 300
 
 
 @dataclass(frozen=True)
@@ -289,7 +290,7 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
         "import_passed_over": passed_over(table),
         "import_resampled": reading.resampled,
     }
-    header = {key: displayed(text)[:_LONGEST_ENTRY] for key, text in said.items() if text}
+    header = {key: displayed(text)[:LONGEST_ENTRY] for key, text in said.items() if text}
     own = "format_version" in notes
     for key, text in notes.items():
         if (own and key not in ("format_version", "rate_hz", "started")) or key in KEPT_NOTES:
