@@ -15,7 +15,7 @@ import numpy as np
 
 from capsule.acceptance import readings_of
 from capsule.arguments import LONGEST_NAME, recording_name, size_folder
-from capsule.configuration import BENCH, read_config_file, read_settings
+from capsule.configuration import read_config_file, read_settings
 from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
@@ -132,15 +132,13 @@ class Importer:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        settings = read_settings(options.config)
-        bench = {key: settings["diagonal"][key] for key in BENCH}
-        self._settings = settings | {"diagonal": bench}
+        self._settings = read_settings(options.config)
         self._options = options
         given = read_config_file(options.map) if options.map else {}
         with _named(str(options.map or "")):
             self._keys = checked_keys(given | _given_keys(options), self._settings)
         self._folder = UNLABELLED if options.unlabelled else options.size
-        most_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+        most_bytes = int(self._settings["recording"]["max_megabytes"] * 1e6)
         self._archive = _Archive(options.raw, most_bytes)
         self.written = self.known = self.refused = 0
 
