@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.files import read_limited
+from capsule.files import in_short, read_limited
 from capsule.forks import Forks
 from capsule.importing.table import Table
 from capsule.importing.text import read_rows, read_text
@@ -137,7 +137,7 @@ def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) ->
             "the package that reads this format crashed at it; copy or export it again"
         )
     if fault:
-        reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
+        reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
         raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
     (tables,) = reading.result()
     if not tables:
