@@ -1,6 +1,7 @@
-"""Read a file of any format, one function a format; its first bytes decide which one.
+"""Read a file of any format, one function a format.
 
-Nothing outside of the file is read. Each package is imported only for a file of its format.
+Its first bytes decide which one; for .mat and .nwb, the ending of its name, too. Nothing outside of
+the file is read. Each package is imported only for a file of its format.
 """
 
 import dataclasses
@@ -312,7 +313,7 @@ def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
             arrays[name] = node[()]
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        _refuse_outside(file, h5py)
+        _refuse_outside(file)
         visit("", file)
         file.visititems(visit)
     return _array_tables(arrays, units, "/", started[0] if started else "")
@@ -322,8 +323,10 @@ def _decoded(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _refuse_outside(file: Any, h5py: Any) -> None:
+def _refuse_outside(file: Any) -> None:
     """Raise an error if an HDF5 file takes samples from other files, or holds too many."""
+    import h5py
+
     outside: list[tuple[str, str]] = []
     sizes: list[int] = []
 
@@ -356,7 +359,7 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
     import pynwb
 
     with h5py.File(io.BytesIO(content), "r") as hdf:
-        _refuse_outside(hdf, h5py)
+        _refuse_outside(hdf)
         with pynwb.NWBHDF5IO(file=hdf, mode="r", load_namespaces=True) as stream:
             file = stream.read()
             series = [each for each in file.objects.values() if isinstance(each, pynwb.TimeSeries)]
