@@ -392,7 +392,7 @@ def _reading_lines(reading: Reading) -> list[str]:
     table, clock = reading.table, reading.clock
     rows = [(key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
     rows.append(("thousands", table.reading.get("thousands", "none").removeprefix("none"), ""))
-    rows.append((table.kind, table.label, ""))
+    rows.append((table.kind, displayed(table.label), ""))
     rows.append(("time", "none" if reading.time is None else _numbered(table, reading.time), ""))
     if reading.time is not None:
         rows.append(("time_unit", clock.unit, clock.reason))

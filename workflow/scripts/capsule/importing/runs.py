@@ -185,7 +185,9 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
                     how += f"-{STOP_DB:g} dB from {keys.rate_hz / 2:g} Hz on"
                 header["import_resampled"] = f"from {rate_hz:.4g} Hz to {keys.rate_hz:g} Hz, {how}"
         except CapsuleError as fault:
-            raise CapsuleError(f"run {label}: {fault}" if label else str(fault)) from None
+            raise CapsuleError(
+                f"run {displayed(label)}: {fault}" if label else str(fault)
+            ) from None
         recording = Recording(np.round(time_s - time_s[0], 9), values, header)
         runs.append((label, recording, remarks))
     return runs
