@@ -401,3 +401,28 @@ def test_a_long_text_takes_little_memory(tmp_path):
     tracemalloc.stop()
     assert table.columns[0].size == 60_000
     assert most < 10 * path.stat().st_size
+
+
+def test_no_character_of_a_file_moves_the_cursor(tmp_path):
+    clear = "\x1b[2J"
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset(f"run{clear}/readings", data=KILO_OHMS)
+        file[f"run{clear}"].attrs["rate"] = 10.0
+    columns = [[f"{time_s:.1f}" for time_s in TIME_S], *COUNTS.astype(int).tolist()]
+    columns[0][9] = columns[0][8]
+    columns.append([f"one{clear}"] * 20 + ["two"] * (len(TIME_S) - 20))
+    rows = "\n".join(",".join(map(str, row)) for row in zip(*columns, strict=True))
+    (tmp_path / "b.csv").write_text(f"time,S1,S2,S3,S4,trial\n{rows}\n")
+    with h5py.File(tmp_path / "c.h5", "w") as file:
+        for name, readings in zip("abcd", KILO_OHMS, strict=True):
+            file[f"run/{name}"] = readings
+        file["run"].attrs["rate"] = 10.0
+        file["run/a"].attrs["unit"] = f"V{clear}"
+    for path, options, shown in (
+        (tmp_path / "a.h5", [], r"variable  run\x1b[2J"),
+        (tmp_path / "b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
+        (tmp_path / "c.h5", [], r"a unit of 'a' (V\x1b[2J), and none of 'b', 'c', 'd'"),
+    ):
+        imported = import_files(tmp_path, path, *options)
+        assert shown in imported.shown + imported.refused
+        assert clear not in imported.shown + imported.refused

@@ -411,7 +411,7 @@ def note_read(path: Path) -> None:
     _read_results[path] = None
 
 
-def in_short(error: Exception) -> str:
+def in_short(error: BaseException) -> str:
     """Return the text of an error of a library in one line of some length."""
     text = displayed(" ".join(str(error).split()))
     return text if len(text) <= _MOST_LETTERS else f"{text[:_MOST_LETTERS]}..."

@@ -23,7 +23,7 @@ FORMAT_VERSION = "1"
 # ASCII digits only: float() would also accept digits of other scripts.
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 # No clock and no ADC gives more than this; its square is far from overflow.
-_LARGEST_NUMBER = 1e20
+LARGEST_NUMBER = 1e20
 # No recording comes near these limits. A file beyond them is something else: it is rejected at
 # once, because reading it in full could take minutes.
 _LONGEST_LINE = 10_000
@@ -226,7 +226,7 @@ def _parse_number(cell: str, number: int) -> float:
         what = f"{_shorten(cell)!r} is not a number" if cell else empty
         raise RecordingError(f"line {number}: {what}")
     value = float(cell)
-    if abs(value) > _LARGEST_NUMBER:
+    if abs(value) > LARGEST_NUMBER:
         raise RecordingError(f"line {number}: {_shorten(cell)!r} is too large")
     return value
 

@@ -137,7 +137,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     if EVALUATION in wanted:
         read += [results / "evaluation" / f"{name}.csv" for name in _EVALUATION]
         read += [results / "detections.csv", results / "sites.csv"]
-    tables = {path.stem: as_exported(read_or_explain(path, read_table)) for path in read}
+    tables = {path.stem: as_exported(read_table(path)) for path in read}
     listed = tables["recordings"]
     names = listed["recording"].tolist()
     accepted = listed.loc[listed["status"] == "accepted", "recording"].tolist()

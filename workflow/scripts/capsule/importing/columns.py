@@ -105,7 +105,7 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
     """Return the column of the time; `sensors` other columns of numbers must remain."""
     free = [index for index in range(len(table.names)) if index not in taken]
     numbers = [index for index in free if table.holds_numbers(index)]
-    texts = [index for index in free if text_kind(table.texts(index, 50))]
+    texts = [index for index in free if text_kind(table, index)]
     candidates = [index for index in free if _is_time_name(table.names[index])]
     candidates = [index for index in candidates if index in (*numbers, *texts)]
     if not candidates and len(numbers) > sensors:

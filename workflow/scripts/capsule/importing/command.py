@@ -15,18 +15,25 @@ import numpy as np
 
 from capsule.acceptance import readings_of
 from capsule.arguments import LONGEST_NAME, recording_name, size_folder
-from capsule.configuration import BENCH, read_config_file, read_settings
+from capsule.configuration import read_config_file, read_settings
 from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema, map_text
-from capsule.importing.runs import Reading, as_map, joined, passed_over, read_columns, runs_of
+from capsule.importing.runs import (
+    LONGEST_ENTRY,
+    Reading,
+    as_map,
+    joined,
+    passed_over,
+    read_columns,
+    runs_of,
+)
 from capsule.importing.table import QuestionError, Table, choose_tables
 from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
-from capsule.recording import Recording, format_recording
+from capsule.recording import Recording, column_names, format_recording
 
-_LONGEST_NAMES = 300
 # Columns and samples of what is shown.
 _BARS = "▁▂▃▄▅▆▇█"
 _PLAIN_BARS = "_.-=+*#@"
@@ -125,15 +132,13 @@ class Importer:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        settings = read_settings(options.config)
-        bench = {key: settings["diagonal"][key] for key in BENCH}
-        self._settings = settings | {"diagonal": bench}
+        self._settings = read_settings(options.config)
         self._options = options
         given = read_config_file(options.map) if options.map else {}
         with _named(str(options.map or "")):
             self._keys = checked_keys(given | _given_keys(options), self._settings)
         self._folder = UNLABELLED if options.unlabelled else options.size
-        most_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+        most_bytes = int(self._settings["recording"]["max_megabytes"] * 1e6)
         self._archive = _Archive(options.raw, most_bytes)
         self.written = self.known = self.refused = 0
 
@@ -188,7 +193,7 @@ class Importer:
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
         names = displayed(", ".join(file.name for file in files))
         origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
-        origin = {key: text[:_LONGEST_NAMES] for key, text in origin.items()}
+        origin = {key: text[:LONGEST_ENTRY] for key, text in origin.items()}
         stem, planned = files[0].name if files[0].is_dir() else files[0].stem, []
         for part in parts:
             with _named(part.table.place):
@@ -200,16 +205,17 @@ class Importer:
                 recording = Recording(
                     recording.time_s, recording.values, origin | dict(recording.header)
                 )
-                if known := self._archive.known(recording):
+                content = format_recording(recording)
+                if known := self._archive.known(content):
                     self._archive.refuse_other_size(known, name)
-                planned.append((name, recording, remarks))
+                planned.append((name, recording, content, remarks))
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
         self._archive.check_free(
-            [name for name, each, _ in planned if not self._archive.known(each)]
+            [name for name, _, content, _ in planned if not self._archive.known(content)]
         )
-        for name, recording, remarks in planned:
-            self._archive_run(name, recording, remarks)
+        for name, recording, content, remarks in planned:
+            self._archive_run(name, recording, content, remarks)
         if not self._options.map:
             self._keep_map(as_map(readings[0], self._keys))
 
@@ -228,16 +234,18 @@ class Importer:
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
-    def _archive_run(self, name: str, recording: Recording, remarks: list[str]) -> None:
+    def _archive_run(
+        self, name: str, recording: Recording, content: bytes, remarks: list[str]
+    ) -> None:
         plain = not (sys.stdout.encoding or "").lower().startswith("utf")
         _tell("\n".join(_sample_lines(recording, plain=plain)))
         # It may be one that this file holds twice.
-        if known := self._archive.known(recording):
+        if known := self._archive.known(content):
             self.known += 1
             _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
         if not self._options.dry_run:
-            self._archive.add(name, recording)
+            self._archive.add(name, content)
         self.written += 1
         verb = "would write" if self._options.dry_run else "wrote"
         path, here = self._options.raw / f"{name}.csv", Path.cwd()
@@ -337,9 +345,9 @@ class _Archive:
             if content is not None:
                 self._names[_checksum(content)] = name
 
-    def known(self, recording: Recording) -> str:
+    def known(self, content: bytes) -> str:
         """Return the name of the recording with the same samples; empty if there is none."""
-        return self._names.get(_checksum(format_recording(recording)), "")
+        return self._names.get(_checksum(content), "")
 
     def refuse_other_size(self, known: str, name: str) -> None:
         """Raise an error if the archive holds the same samples under another size."""
@@ -359,9 +367,9 @@ class _Archive:
                     f"two of its runs would be written to {path}; give them different names"
                 )
 
-    def add(self, name: str, recording: Recording) -> None:
-        """Write a recording; its name must be free."""
-        path, content = self._raw / f"{name}.csv", format_recording(recording)
+    def add(self, name: str, content: bytes) -> None:
+        """Write the file of a recording; its name must be free."""
+        path = self._raw / f"{name}.csv"
         try:
             write_new(path, content)
         except FileExistsError:
@@ -384,7 +392,7 @@ def _reading_lines(reading: Reading) -> list[str]:
     table, clock = reading.table, reading.clock
     rows = [(key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
     rows.append(("thousands", table.reading.get("thousands", "none").removeprefix("none"), ""))
-    rows.append((table.kind, table.label, ""))
+    rows.append((table.kind, displayed(table.label), ""))
     rows.append(("time", "none" if reading.time is None else _numbered(table, reading.time), ""))
     if reading.time is not None:
         rows.append(("time_unit", clock.unit, clock.reason))
@@ -413,7 +421,7 @@ def _numbered(table: Table, index: int) -> str:
 
 def _sample_lines(recording: Recording, *, plain: bool) -> list[str]:
     """Return lines with the first samples of a recording, and a line of bars for each sensor."""
-    names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
+    names = column_names(recording.values.shape[0])
     samples = [
         [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
         for time_s, sample in zip(

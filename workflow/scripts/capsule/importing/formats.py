@@ -1,6 +1,7 @@
-"""Read a file of any format, one function a format; its first bytes decide which one.
+"""Read a file of any format, one function a format.
 
-Nothing outside of the file is read. Each package is imported only for a file of its format.
+Its first bytes decide which one; for .mat and .nwb, the ending of its name, too. Nothing outside of
+the file is read. Each package is imported only for a file of its format.
 """
 
 import dataclasses
@@ -25,7 +26,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.files import read_limited
+from capsule.files import in_short, read_limited
 from capsule.forks import Forks
 from capsule.importing.table import Table
 from capsule.importing.text import read_rows, read_text
@@ -137,7 +138,7 @@ def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) ->
             "the package that reads this format crashed at it; copy or export it again"
         )
     if fault:
-        reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
+        reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
         raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
     (tables,) = reading.result()
     if not tables:
@@ -312,7 +313,7 @@ def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
             arrays[name] = node[()]
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        _refuse_outside(file, h5py)
+        _refuse_outside(file)
         visit("", file)
         file.visititems(visit)
     return _array_tables(arrays, units, "/", started[0] if started else "")
@@ -322,8 +323,10 @@ def _decoded(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _refuse_outside(file: Any, h5py: Any) -> None:
+def _refuse_outside(file: Any) -> None:
     """Raise an error if an HDF5 file takes samples from other files, or holds too many."""
+    import h5py
+
     outside: list[tuple[str, str]] = []
     sizes: list[int] = []
 
@@ -356,7 +359,7 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
     import pynwb
 
     with h5py.File(io.BytesIO(content), "r") as hdf:
-        _refuse_outside(hdf, h5py)
+        _refuse_outside(hdf)
         with pynwb.NWBHDF5IO(file=hdf, mode="r", load_namespaces=True) as stream:
             file = stream.read()
             series = [each for each in file.objects.values() if isinstance(each, pynwb.TimeSeries)]

@@ -1,5 +1,6 @@
 """Read, check and write lab.yaml, with which a laboratory describes its files."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ import yaml
 
 from capsule.configuration import faults_of, read_config_file
 from capsule.errors import CapsuleError
-from capsule.files import read_json, write_new
+from capsule.files import write_new
 from capsule.kinds import Settings
 from capsule.project import SCHEMAS
 
@@ -18,7 +19,8 @@ _HEAD = "# How capsule import reads your files; docs/import.md explains each key
 
 def lab_schema() -> dict[str, Any]:
     """Read the JSON Schema of lab.yaml."""
-    return read_json(SCHEMAS / "lab.schema.json")
+    schema: dict[str, Any] = json.loads((SCHEMAS / "lab.schema.json").read_text("utf-8"))
+    return schema
 
 
 def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:

@@ -23,7 +23,8 @@ _MOST_RUNS = 1000
 _LONG_GAP_S = 60.0
 # Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
-_LONGEST_ENTRY = 300
+# Characters of a header line that the import adds.
+LONGEST_ENTRY = 300
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,9 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
                     how += f"-{STOP_DB:g} dB from {keys.rate_hz / 2:g} Hz on"
                 header["import_resampled"] = f"from {rate_hz:.4g} Hz to {keys.rate_hz:g} Hz, {how}"
         except CapsuleError as fault:
-            raise CapsuleError(f"run {label}: {fault}" if label else str(fault)) from None
+            raise CapsuleError(
+                f"run {displayed(label)}: {fault}" if label else str(fault)
+            ) from None
         recording = Recording(np.round(time_s - time_s[0], 9), values, header)
         runs.append((label, recording, remarks))
     return runs
@@ -289,7 +292,7 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
         "import_passed_over": passed_over(table),
         "import_resampled": reading.resampled,
     }
-    header = {key: displayed(text)[:_LONGEST_ENTRY] for key, text in said.items() if text}
+    header = {key: displayed(text)[:LONGEST_ENTRY] for key, text in said.items() if text}
     own = "format_version" in notes
     for key, text in notes.items():
         if (own and key not in ("format_version", "rate_hz", "started")) or key in KEPT_NOTES:

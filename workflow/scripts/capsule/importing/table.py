@@ -9,9 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.recording import LARGEST_NUMBER
 
-# Larger numbers are neither times nor readings.
-LARGEST_NUMBER = 1e20
 _NAMED_AT_MOST = 20
 
 

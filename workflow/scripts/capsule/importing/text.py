@@ -19,8 +19,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.table import LARGEST_NUMBER, QuestionError, Table, is_far
+from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import is_unit
+from capsule.recording import LARGEST_NUMBER
 
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"

@@ -15,6 +15,8 @@ from capsule.importing.units import TIME_UNITS, plain_unit, split_unit
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
+# First cells of a column that tell whether it holds dates or times of day.
+_CELLS_TRIED = 50
 # Plausible sampling rates: a wave of 3 s needs the lower one, and no sensor is faster than the
 # upper one.
 _PLAUSIBLE_HZ = (2.0, 4000.0)
@@ -168,8 +170,9 @@ def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
     )
 
 
-def text_kind(texts: Sequence[str]) -> str:
-    """Return whether texts hold each a ``date`` with a time, a ``clock``, or neither (empty)."""
+def text_kind(table: Table, index: int) -> str:
+    """Return whether a column begins with a ``date`` and time, a ``clock``, or neither (empty)."""
+    texts = table.texts(index, _CELLS_TRIED)
     matches = [_MOMENT.fullmatch(text.strip()) for text in texts if text.strip()]
     kinds = {"" if match is None else "date" if _has_date(match) else "clock" for match in matches}
     return kinds.pop() if len(kinds) == 1 else ""
@@ -181,7 +184,7 @@ def _has_date(match: re.Match[str]) -> bool:
 
 def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
     texts, asked = table.texts(index), keys.time_unit
-    kind = text_kind(texts[:50])
+    kind = text_kind(table, index)
 
     def refusal(row: int, what: str) -> CapsuleError:
         place = f"{table.line(row)}, column {table.column_label(index)}"

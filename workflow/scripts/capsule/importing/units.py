@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table
+from capsule.names import displayed
 
 _READING = {
     "counts": "counts count adc raw lsb digits digit a.u. au adu",
@@ -98,8 +99,9 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) ->
             table.listed([at for at, text in zip(sensors, texts, strict=True) if bool(text) == has])
             for has in (True, False)
         )
+        units_named = " and ".join(sorted({*texts} - {""}))
         raise QuestionError(
-            f"the file names a unit of {named} ({' and '.join(sorted({*texts} - {''}))}), and none "
+            f"the file names a unit of {named} ({displayed(units_named)}), and none "
             f"of {unnamed}; give the unit of all sensors with --unit"
         )
     if units == {""} or len(units) > 1:
