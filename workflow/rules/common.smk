@@ -16,8 +16,6 @@ from snakemake.utils import min_version, update_config
 min_version("9.16")
 
 from capsule import files
-from capsule.project import config_file
-from capsule.results import batch_size, batches, described_together
 from capsule.configuration import BENCH, changed_values, check_configuration, without_effect
 from capsule.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
@@ -26,7 +24,7 @@ from capsule.held_out import fitted
 from capsule.keys import Step, checksum_of_code
 from capsule.names import size_mm
 from capsule.project import config_file
-from capsule.results import pattern
+from capsule.results import batch_size, batches, described_together, pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
