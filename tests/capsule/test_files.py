@@ -273,7 +273,7 @@ def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, m
     tables = [tmp_path / f"{name}.csv" for name in ("one", "two")]
     for path in (*tables, *(tmp_path / f"checks/{run}.csv" for run in range(9))):
         files.write_csv(path, ["value"], [{"value": 1}])
-        files.read_csv(path)
+        files.read_or_explain(path, files.read_csv)
     with pytest.raises(CapsuleError) as caught, files.explaining_damage():
         raise error
     told = str(caught.value)
@@ -283,8 +283,11 @@ def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, m
     assert len(told) < 700 + len(str(tmp_path)) * 3
 
 
-def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(monkeypatch):
+def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "_read_results", {})
+    # A schema, or the settings of a survey: nobody could make these again.
+    files.write_json(tmp_path / "settings.json", {})
+    assert files.read_json(tmp_path / "settings.json") == {}
     with pytest.raises(KeyError), files.explaining_damage():
         raise KeyError("typo")
 

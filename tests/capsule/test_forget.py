@@ -49,11 +49,15 @@ def present(folder):
 
 def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder):
     (folder / "raw/3mm/r07.csv.part").touch()
+    for name in ("r07", "r07b"):
+        log = folder / f"logs/acquisition/3mm/{name}.log"
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text("damaged, a wrong checksum\n")
     assert forget("raw/3mm/r07.csv", "--yes") == 0
     left = present(folder)
     assert {name for name in left if "r07." in name} == set()
     assert {f"raw/{name}.csv" for name in NAMES} - left == {"raw/3mm/r07.csv"}
-    assert "results/fits/3mm/r07b.json" in left
+    assert {"results/fits/3mm/r07b.json", "logs/acquisition/3mm/r07b.log"} <= left
     assert not {"results/recordings.csv", "results/report.html"} & left
     assert "results/surveys/gut-7/survey.json" in left
 
@@ -102,12 +106,15 @@ def test_copies_and_exports_that_stay_are_named(folder, capsys):
         path.parent.mkdir()
     copy.write_bytes(original.read_bytes())
     export.touch()
+    (folder / "disk.img").touch()
+    os.truncate(folder / "disk.img", 300_000_000_000)
     (folder / "notes.txt").write_text("repeat 3mm/r07 on Monday, not 3mm/r07b")
     assert forget("3mm/r07", "--yes") == 1
     told = capsys.readouterr().out
     for path in ("mine/renamed.csv", "notes.txt"):
         assert f"{path} still names it, or holds its readings" in told
-    assert "export/all.mat may hold it" in told
+    for path in ("disk.img", "export/all.mat"):
+        assert f"{path} may hold it, and is packed or large" in told
     assert "Git keeps what was committed" in told
     assert copy.exists()
 

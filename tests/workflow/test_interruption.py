@@ -182,8 +182,6 @@ def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, undis
 
 
 @pytest.mark.workflow
-@pytest.mark.slow
-@needs_process_groups
 @pytest.mark.parametrize("jobs_done", [0, 2])
 def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new, tmp_path, jobs_done):
     project = new.copy(tmp_path / "project")

@@ -7,7 +7,7 @@ import pytest
 
 from capsule.bench import survey_folder
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError
-from capsule.bench.survey_folder import SessionFolder
+from capsule.bench.survey_folder import SessionFolder, read_about
 
 
 def no_room(path, *_):
@@ -53,3 +53,13 @@ def test_another_fault_of_the_disk_is_told_as_it_is(tmp_path, monkeypatch):
         disk.write_places([])
     assert not isinstance(refused.value, DiskFullError)
     disk.discard()
+
+
+@pytest.mark.parametrize("content", [b"", b'{"boards": ', b"\xff"])
+def test_a_session_whose_settings_are_damaged_is_not_resumed_and_stays(tmp_path, content):
+    path = tmp_path / "session.json"
+    path.write_bytes(content)
+    with pytest.raises(AcquisitionError, match="cannot be resumed; its samples stay") as refused:
+        read_about(tmp_path)
+    assert str(path) in str(refused.value)
+    assert path.read_bytes() == content

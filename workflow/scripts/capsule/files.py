@@ -17,15 +17,18 @@ import sys
 import time
 import traceback
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 from zipfile import BadZipFile
 
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.locks import is_job, refuse_replaced_run
 from capsule.names import Archive, Entry, classify, displayed, without_formula
+
+Read = TypeVar("Read")
 
 UNFINISHED = ".unfinished"
 _HEAD_BYTES = 2000
@@ -39,7 +42,7 @@ OUTDATED = (
 
 # What readers of JSON, tables and arrays raise at damaged bytes, and what rests on them at values
 # that no job has written.
-DAMAGE = (
+_DAMAGE = (
     ArithmeticError,
     AttributeError,
     BadZipFile,
@@ -53,7 +56,7 @@ DAMAGE = (
     struct.error,
     zlib.error,
 )
-# The results that this process has read.
+# The results that this process has read, in their order.
 _read_results: dict[Path, None] = {}
 
 
@@ -354,7 +357,6 @@ def write_json(path: Path, content: object) -> None:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON file that an earlier step has written."""
-    note_read(path)
     content: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
     return content
 
@@ -379,7 +381,6 @@ def _cell(value: object) -> object:
 
 def read_csv(path: Path) -> list[dict[str, str]]:
     """Read a table that an earlier step has written; every cell is a text."""
-    note_read(path)
     with path.open(encoding="utf-8", newline="") as stream:
         return list(csv.DictReader(stream))
 
@@ -401,39 +402,47 @@ def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
     dict of str to dict
         The rows, by the recording's name.
     """
-    rows = [row for row in read_csv(index) if row["status"] == "accepted"]
+    listed = read_or_explain(index, read_csv)
+    rows = [row for row in listed if row["status"] == "accepted"]
     rows.sort(key=lambda row: row["readings_sha256"])
     return {row["recording"]: row for row in rows}
 
 
-def note_read(path: Path) -> None:
-    """Note that a file of the results is read, for `explaining_damage`."""
+def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
+    """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
     _read_results[path] = None
-
-
-def in_short(error: BaseException) -> str:
-    """Return the text of an error of a library in one line of some length."""
-    text = displayed(" ".join(str(error).split()))
-    return text if len(text) <= _MOST_LETTERS else f"{text[:_MOST_LETTERS]}..."
+    try:
+        return read(path)
+    except FileNotFoundError:
+        raise CapsuleError(
+            f"{path} does not exist; make all that is missing: snakemake -c2"
+        ) from None
+    except (*_DAMAGE, OSError) as error:
+        # The error of a file that cannot be opened names it; that of a place in it does not.
+        if isinstance(error, OSError) and error.filename:
+            raise
+        raise CapsuleError(
+            f"{path} is damaged ({in_short(error)}); delete it, and make it again: snakemake -c2"
+        ) from None
 
 
 @contextlib.contextmanager
 def explaining_damage() -> Iterator[None]:
-    """Raise an error that names the results that were read, in place of one of `DAMAGE`.
+    """Raise an error that names what `read_or_explain` has read, in place of one of `_DAMAGE`.
 
     A file may be whole and still hold a value that no job has written. Where that shows, nobody
     knows which file it came from.
     """
     try:
         yield
-    except DAMAGE as error:
+    except _DAMAGE as error:
         if not _read_results:
             raise
-        named: dict[str, None] = {}
-        for path in _read_results:
-            # The files of the recordings are many, so their folder stands for them.
-            of_many = sum(each.parent == path.parent for each in _read_results) > 3
-            named[f"{path.parent}/" if of_many else str(path)] = None
+        # The files of the recordings are many, so their folder stands for them.
+        beside = Counter(path.parent for path in _read_results)
+        named = dict.fromkeys(
+            f"{path.parent}/" if beside[path.parent] > 3 else str(path) for path in _read_results
+        )
         *_, place = traceback.extract_tb(error.__traceback__)
         raise CapsuleError(
             f"a file of the results is damaged or was changed, or this program has a fault ("
@@ -441,6 +450,12 @@ def explaining_damage() -> Iterator[None]:
             f"{in_short(error)}); read were {', '.join(named)}; capsule verify names a file "
             "that differs; delete it, and make it again: snakemake -c2"
         ) from None
+
+
+def in_short(error: BaseException) -> str:
+    """Return the text of an error of a library in one line of some length."""
+    text = displayed(" ".join(str(error).split()))
+    return text if len(text) <= _MOST_LETTERS else f"{text[:_MOST_LETTERS]}..."
 
 
 def run(main: Callable[[], int | None]) -> None:

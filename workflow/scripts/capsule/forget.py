@@ -16,14 +16,14 @@ from capsule import files
 from capsule.configuration import read_settings
 from capsule.errors import CapsuleError, RecordingError, WrongOptionError
 from capsule.held_out import header_of
-from capsule.locks import hold_run_lock
+from capsule.locks import RUN_LOCK, hold_run_lock
 from capsule.names import PART, displayed
-from capsule.project import config_file
+from capsule.project import RECORD_LOGS, config_file
 from capsule.results import files_of
 
 RAW, RESULTS, SESSIONS, NOTES = map(Path, ("raw", "results", "sessions", ".snakemake"))
 # Packages, copies of the code, the lock of the folder: these notes are of no recording.
-_OTHER_NOTES = {"cache", "capsule", "conda", "conda-archive", "singularity", "run.lock"}
+_OTHER_NOTES = {"cache", "capsule", "conda", "conda-archive", "singularity", RUN_LOCK.name}
 # Snakemake names its notes on a file by the file's path in base 64.
 _NAMED_NOTES = ("metadata", "incomplete")
 # Not looked through: git's history, code and its documents, a larger file, and what is packed.
@@ -65,7 +65,8 @@ def main(arguments: argparse.Namespace) -> int:
     own = {name: _own_files(name) for name in named}
     trace = _trace_of(own)
     for name in own:
-        if not own[name] and not any(_naming(_trace_of({name: []}))):
+        by_name = _trace_of({name: []})
+        if not own[name] and not any(_holds(path, by_name) for path in _looked_through()):
             near = [*get_close_matches(name, listed, n=1), *listed, "3mm/r07"][0]
             raise CapsuleError(f"nothing here names {name}; give a name such as {near}")
     with hold_run_lock():
@@ -114,8 +115,9 @@ def _own_files(name: str) -> list[Path]:
     if name.startswith(f"{SESSIONS}/"):
         return _files_below(Path(name))
     path = RAW / name
-    beside = (path, path.with_name(f"{path.name}.csv"), path.with_name(f"{path.name}.csv{PART}"))
-    return [each for each in beside if each.is_symlink() or each.is_file()]
+    beside = [path.with_name(f"{path.name}{ending}") for ending in ("", ".csv", f".csv{PART}")]
+    of_record = RECORD_LOGS / f"{name}.log"
+    return [each for each in (*beside, of_record) if each.is_symlink() or each.is_file()]
 
 
 def _files_below(folder: Path) -> list[Path]:
@@ -154,25 +156,31 @@ def _trace_of(own: Mapping[str, Iterable[Path]]) -> re.Pattern[bytes]:
     return re.compile(b"|".join(found))
 
 
-def _naming(trace: re.Pattern[bytes]) -> Iterator[Path]:
-    """Yield the files below this folder whose path or content holds a trace."""
+def _looked_through() -> Iterator[Path]:
+    """Yield the files below this folder, but not those of `_NOT_READ`."""
     for folder, folders, names in os.walk("."):
-        read = set() if folder != "." else _NOT_READ
-        folders[:] = sorted({*folders} - read)
-        for path in (Path(folder, name) for name in sorted({*names} - read)):
-            is_read = path.is_file() and not path.is_symlink()
-            content = files.read_limited(path, _MOST_BYTES) if is_read else None
-            if trace.search(os.fsencode(path)) or trace.search(content or b""):
-                yield path
+        passed_over = _NOT_READ if folder == "." else set()
+        folders[:] = sorted({*folders} - passed_over)
+        yield from (Path(folder, name) for name in sorted({*names} - passed_over))
+
+
+def _holds(path: Path, trace: re.Pattern[bytes]) -> bool:
+    """Return whether the path or the content of a file holds a trace."""
+    is_read = path.is_file() and not path.is_symlink()
+    content = files.read_limited(path, _MOST_BYTES) if is_read else None
+    return bool(trace.search(os.fsencode(path)) or trace.search(content or b""))
 
 
 def _tell_rest(trace: re.Pattern[bytes]) -> int:
     """Print which files still name what was removed, or could; return 1 if one does."""
-    left = list(_naming(trace))
+    stayed = list(_looked_through())
+    left = [path for path in stayed if _holds(path, trace)]
     for path in left:
         print(f"{displayed(str(path))} still names it, or holds its readings; remove it yourself")
-    for path in _files_below(Path()):
-        if path.suffix in _PACKED and not {path.parts[0]} & {*_NOT_READ, "results"}:
-            print(f"{displayed(str(path))} may hold it, and is packed; look there yourself")
+    for path in stayed:
+        is_read = path.suffix not in _PACKED and path.lstat().st_size <= _MOST_BYTES
+        if not is_read and path.parts[0] != RESULTS.name:
+            why = "may hold it, and is packed or large; look there yourself"
+            print(f"{displayed(str(path))} {why}")
     print("Git keeps what was committed. Copies and exports in other folders stay, too.")
     return int(bool(left))

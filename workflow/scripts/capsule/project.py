@@ -15,6 +15,8 @@ SCHEMAS = PROJECT / "workflow" / "schemas"
 WEIGHTS = PROJECT / "workflow" / "weights" / "scorer.npz"
 # The configuration of a folder of recordings; a folder without one has that of the project.
 OWN_CONFIG = Path("config", "config.yaml")
+# Where `capsule record` keeps a log of each recording.
+RECORD_LOGS = Path("logs", "acquisition")
 
 
 def config_file() -> Path:

@@ -14,14 +14,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.errors import CapsuleError
+from capsule.files import Read, read_or_explain
 from capsule.kinds import Settings
 from capsule.names import Entry, classify, folder_of
 
@@ -34,7 +34,6 @@ DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
 # Archives of a large run stay open, because recordings are read in the order of their content.
 _MOST_OPEN = 200
 
-Read = TypeVar("Read")
 # Up to this many recordings, each is a batch of its own; beyond, batches of some ten, then of some
 # hundred. Batches are divided in halves, so most hold less than the largest number.
 _EACH_ALONE, _IN_TENS = 500, 5000
@@ -248,7 +247,7 @@ def _contents_in(names: Iterable[str], path: Path) -> dict[str, dict[str, Any]]:
 
 def _listed_in(table: Path) -> tuple[str, ...]:
     """Return the recordings of a table that have files; some rows name files that are none."""
-    rows = files.read_csv(table)
+    rows = read_or_explain(table, files.read_csv)
     return classify(Entry(f"{row['recording']}.csv") for row in rows).recordings
 
 
@@ -306,25 +305,6 @@ def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
     np.lib.format.read_magic(stream)
     shape, _, kind = np.lib.format.read_array_header_1_0(stream)
     return shape, kind
-
-
-def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
-    """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
-    files.note_read(path)
-    try:
-        return read(path)
-    except FileNotFoundError:
-        raise CapsuleError(
-            f"{path} does not exist; make all that is missing: snakemake -c2"
-        ) from None
-    except (*files.DAMAGE, OSError) as error:
-        # The error of a file that cannot be opened names it; that of a place in it does not.
-        if isinstance(error, OSError) and error.filename:
-            raise
-        reason = files.in_short(error)
-        raise CapsuleError(
-            f"{path} is damaged ({reason}); delete it, and make it again: snakemake -c2"
-        ) from None
 
 
 def _batch_of(divided: Mapping[str, Iterable[str]]) -> dict[str, str]:

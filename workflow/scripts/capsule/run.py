@@ -147,7 +147,7 @@ class Run:
         """Print that the archive has passed a limit, so that its jobs take more recordings."""
         table, count = Path(self.results) / "recordings.csv", sum(map(len, self.batches.values()))
         if table.exists() and self.config["recordings_per_job"] == "auto":
-            earlier = batch_size(len(files.read_csv(table)), "auto")
+            earlier = batch_size(len(files.read_or_explain(table, files.read_csv)), "auto")
             if earlier != self.size:
                 _tell(
                     f"{count} recordings: each job now takes up to {self.size} instead of "
@@ -161,7 +161,7 @@ class Run:
         )
         if not table.exists() or not others.exists():
             return
-        rows = files.read_csv(table)
+        rows = files.read_or_explain(table, files.read_csv)
         rejected = [row for row in rows if row["status"] != "accepted"]
         _tell(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.")
         for row in rejected:
@@ -175,7 +175,7 @@ class Run:
         by_name = {row["recording"]: row for row in rows}
         if said := in_words(confounded_keys(by_name, self.config["evaluation"]["held_out"])):
             _tell(f"  confounded: among the recordings that teach, {said}")
-        for row in files.read_csv(others):
+        for row in files.read_or_explain(others, files.read_csv):
             _tell(f"  passed over: {self.raw}/{row['path']}: {row['reason']}")
 
     def _summarize_surveys(self) -> None:
@@ -183,8 +183,10 @@ class Run:
         problems = dict(self.surveys.passed_over)
         for name in self.surveys.names:
             values = Path(self.results) / "surveys" / name / "survey.json"
-            if values.exists() and (problem := files.read_json(values).get("problem")):
-                problems[name] = f"cannot be read: {problem}"
+            if values.exists():
+                content = files.read_or_explain(values, files.read_json)
+                if problem := content.get("problem"):
+                    problems[name] = f"cannot be read: {problem}"
         for name, problem in sorted(problems.items()):
             _tell(f"  survey passed over: {self.sessions}/{name}: {problem}")
 

@@ -21,14 +21,13 @@ from capsule.configuration import read_settings
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
 from capsule.errors import WrongOptionError
-from capsule.files import read_csv, read_limited
+from capsule.files import read_csv, read_limited, read_or_explain
 from capsule.kinds import Settings
 from capsule.names import displayed
 from capsule.page.provenance import is_simulated
 from capsule.preprocessing import preprocess_run
 from capsule.project import config_file
 from capsule.recording import source_of
-from capsule.results import read_or_explain
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"

@@ -11,7 +11,7 @@ from capsule.bench import recorder, terminal
 from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
-from capsule.project import config_file
+from capsule.project import RECORD_LOGS, config_file
 
 LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"
@@ -175,8 +175,8 @@ def _stream_name(text: str) -> str:
 def _add_place_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("files").add_argument
     add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
-    logs = "logs, with all damaged frames (default: logs/acquisition/)"
-    add("--logs", type=Path, default=Path("logs/acquisition"), help=logs)
+    logs = f"logs, with all damaged frames (default: {RECORD_LOGS}/)"
+    add("--logs", type=Path, default=RECORD_LOGS, help=logs)
     templates = (
         "templates for --detect; detectors.json must be in the same folder "
         "(default: results/templates.npz)"

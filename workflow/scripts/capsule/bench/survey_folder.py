@@ -211,13 +211,19 @@ def read_about(folder: Path) -> dict[str, Any]:
     Raises
     ------
     AcquisitionError
-        The session does not exist, is finished, or was simulated.
+        The session does not exist, is finished, or was simulated, or its settings are damaged.
     """
     if not (folder / ABOUT).exists():
         raise AcquisitionError(
             f"{folder} holds no session: there is no {ABOUT}; give the folder of a session"
         )
-    about = read_json(folder / ABOUT)
+    try:
+        about = read_json(folder / ABOUT)
+    except ValueError as error:
+        raise AcquisitionError(
+            f"{folder / ABOUT} is damaged ({error}), so this session cannot be resumed; its "
+            f"samples stay in {folder}"
+        ) from None
     if (folder / STREAM).exists():
         raise AcquisitionError(f"the session in {folder} is finished; there is nothing to resume")
     if "boards" not in about:

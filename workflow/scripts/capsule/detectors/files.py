@@ -19,7 +19,7 @@ from capsule.kinds import Settings
 from capsule.names import sizes_of
 from capsule.particle import particles_of
 from capsule.project import WEIGHTS
-from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain
+from capsule.results import BEST_PLACES, FEATURES, Results
 from capsule.templates import TemplateSet, build_templates, by_size, template_options
 
 
@@ -66,7 +66,7 @@ def read_templates(path: Path) -> dict[float, FloatArray]:
         with path.open("rb") as stream, np.load(stream) as stored:
             return {size: stored[label] for label, size in sizes_of(stored).items()}
 
-    return read_or_explain(path, read)
+    return files.read_or_explain(path, read)
 
 
 def read_template_set(path: Path, first_peak: int) -> TemplateSet:
@@ -111,7 +111,7 @@ def read_learned(path: Path) -> dict[str, Any]:
     CapsuleError
         The file is missing, damaged or of another version; the message names it and the remedy.
     """
-    content = read_or_explain(path, files.read_json)
+    content = files.read_or_explain(path, files.read_json)
     checksum = content.pop("checksum", None) if isinstance(content, dict) else None
     if checksum is None or checksum != _checksum(content):
         raise CapsuleError(

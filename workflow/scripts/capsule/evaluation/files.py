@@ -11,8 +11,8 @@ from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.cross_validation import Rows, choosing_scheme
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.sites import site_table
+from capsule.files import read_or_explain
 from capsule.kinds import Cells, Settings
-from capsule.results import read_or_explain
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}

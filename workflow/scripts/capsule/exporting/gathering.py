@@ -29,7 +29,6 @@ from capsule.results import (
     SIGNALS,
     Results,
     changed_recordings,
-    read_or_explain,
 )
 from capsule.units import reading_unit
 
@@ -167,9 +166,9 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         templates = results / "templates.json", results / "templates.npz"
         read += [*(stored.file(FITS, name) for name in fits), *templates]
         tables["fits"] = _with_parameters(fits.values())
-        means = read_or_explain(templates[0], files.read_json)["templates"]
+        means = files.read_or_explain(templates[0], files.read_json)["templates"]
         tables["templates"] = _with_parameters(means)
-        arrays["template"] = long_table("size", read_or_explain(templates[1], _arrays_in))
+        arrays["template"] = long_table("size", files.read_or_explain(templates[1], _arrays_in))
     # Several recordings may lie in one file.
     checksums = {
         path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)

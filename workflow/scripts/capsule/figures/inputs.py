@@ -54,8 +54,9 @@ class FigureInputs:
     @property
     def template_counts(self) -> list[int]:
         """The number of recordings behind each template."""
-        entries = files.read_json(self._results.folder / "templates.json")["templates"]
-        return [entry["recordings"] for entry in entries]
+        path = self._results.folder / "templates.json"
+        content = files.read_or_explain(path, files.read_json)
+        return [entry["recordings"] for entry in content["templates"]]
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Return an accepted recording after each stage of pre-processing."""

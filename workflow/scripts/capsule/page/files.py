@@ -20,7 +20,6 @@ from capsule.page import surveys
 from capsule.page.render import Frame
 from capsule.page.sections import Tables
 from capsule.project import PROJECT
-from capsule.results import read_or_explain
 
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (
@@ -60,7 +59,7 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
         passed_over=read_table(results / "passed_over.csv"),
         detections=read_table(results / "detections.csv"),
         sites=read_table(results / "sites.csv"),
-        templates=read_or_explain(results / "templates.json", files.read_json)["templates"],
+        templates=files.read_or_explain(results / "templates.json", files.read_json)["templates"],
         learning=read_table(results / "evaluation" / "learning.csv"),
         benches=files.read_csv(template / "benches.csv"),
         references=(template / "references.bib").read_text(encoding="utf-8"),
@@ -86,7 +85,7 @@ def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, s
         Folders that hold no finished survey, each with the reason.
     """
     drawn = [
-        read_or_explain(folder / name / "survey.json", files.read_json)
+        files.read_or_explain(folder / name / "survey.json", files.read_json)
         | {"picture": read_figure(folder / name, "picture")}
         for name in names
     ]

@@ -46,7 +46,7 @@ class Run:
     head_mm
         Distance of sensor 1 from the start, shape (K,).
     nodule_at_mm
-    Place of the nodule, as a value of `head_mm`; without a nodule, the place that it would have.
+        Place of the nodule, as a value of `head_mm`; without one, the place that it would have.
     compression_mm
         Compression of each substructure, shape (S, K).
     counts
