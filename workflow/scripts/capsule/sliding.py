@@ -10,7 +10,7 @@ keep them apart.
 """
 
 import itertools
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -82,7 +82,9 @@ class SlidingComparison:
     """A comparison of many particles with one recording, several at once.
 
     The caller draws the particles into `particles`, or passes one to `gain_of`. The spectrum of
-    the recording and all buffers are made once.
+    the recording is made once, and so are the buffers of `gains`, which a fit calls thousands of
+    times. `gain_of` needs no buffers, so that a detector can keep the comparisons of thousands of
+    recordings.
 
     Parameters
     ----------
@@ -94,6 +96,8 @@ class SlidingComparison:
 
     Attributes
     ----------
+    length : int
+        L.
     particles : (B, S, L) array
         The particles to compare, drawn here before `gains` is called; a view of padded frames.
     """
@@ -102,18 +106,29 @@ class SlidingComparison:
         sensors, length = matrix.shape
         filled = np.flatnonzero(matrix.any(axis=0))
         first, end = (filled[0], filled[-1] + 1) if filled.size else (0, 1)
+        self.length, self._rows = length, (at_once, sensors)
         # Element m of the convolution is the particle shifted by end - 1 - m = tau - 1 - L.
-        self._lags = length + end - np.arange(length + end - first)
-        self._size = fast_length(self._lags.size)
+        self._last_lag, self._count = length + end, length + end - first
+        self._size = fast_length(self._count)
         self._reversed = np.fft.rfft(matrix[:, first:end][:, ::-1], self._size)
-        frequencies = self._reversed.shape[1]
+
+    @cached_property
+    def _frames(self) -> FloatArray:
         # Padded here, because numpy uses vector registers for two rows at a time only if the rows
         # have the full length.
-        self._frames = np.zeros((at_once, sensors, self._size))
-        self.particles = self._frames[:, :, :length]
-        self._spectra = np.empty((at_once, sensors, frequencies), dtype=np.complex128)
-        self._summed = np.empty((at_once, frequencies), dtype=np.complex128)
-        self._convolved = np.empty((at_once, self._size))
+        return np.zeros((*self._rows, self._size))
+
+    @cached_property
+    def particles(self) -> FloatArray:
+        """Where particles are drawn, (B, S, L)."""
+        return self._frames[:, :, : self.length]
+
+    @cached_property
+    def _buffers(self) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+        at_once, frequencies = self._rows[0], self._reversed.shape[1]
+        spectra = np.empty((*self._rows, frequencies), dtype=np.complex128)
+        summed = np.empty((at_once, frequencies), dtype=np.complex128)
+        return spectra, summed, np.empty((at_once, self._size))
 
     def gains(self, count: int) -> tuple[FloatArray, IntArray]:
         """Return the best lags of the particles drawn into `particles`, and their gains.
@@ -131,28 +146,28 @@ class SlidingComparison:
         lags : (count,) array of int
             tau in 1..2L of the largest gain.
         """
-        frames, spectra = self._frames[:count], self._spectra[:count]
-        summed, convolved = self._summed[:count], self._convolved[:count]
+        frames = self._frames[:count]
+        spectra, summed, convolved = self._buffers
+        spectra, summed, convolved = spectra[:count], summed[:count], convolved[:count]
         np.fft.rfft(frames, out=spectra)
         np.multiply(spectra, self._reversed, out=spectra)
         np.add.reduce(spectra, axis=1, out=summed)
         np.fft.irfft(summed, self._size, out=convolved)
-        correlation = convolved[:, : self._lags.size]
+        correlation = convolved[:, : self._count]
         values = frames.reshape(count, -1)
         gains = 2.0 * correlation.max(axis=1) - np.vecdot(values, values)
-        return gains, self._lags[correlation.argmax(axis=1)]
+        return gains, self._last_lag - correlation.argmax(axis=1)
 
     def gain_of(self, particle: RepeatedParticle) -> tuple[float, int]:
         """Return the gain and the lag of a particle whose spectra are kept; see `gains`."""
         spectra, energy = particle.spectra(self._size)
         if energy == 0.0:
             # The zero matrix of no nodule has the same gain at all lags.
-            return 0.0, int(self._lags[0])
-        product = np.multiply(spectra, self._reversed, out=self._spectra[0])
-        summed = np.add.reduce(product, axis=0, out=self._summed[0])
-        convolved = np.fft.irfft(summed, self._size, out=self._convolved[0])
-        best = int(convolved[: self._lags.size].argmax())
-        return 2.0 * float(convolved[best]) - energy, int(self._lags[best])
+            return 0.0, int(self._last_lag)
+        summed = np.add.reduce(spectra * self._reversed, axis=0)
+        convolved = np.fft.irfft(summed, self._size)
+        best = int(convolved[: self._count].argmax())
+        return 2.0 * float(convolved[best]) - energy, int(self._last_lag - best)
 
 
 @lru_cache(maxsize=256)

@@ -199,7 +199,7 @@ def _healthy_gains(archive: TrainingArchive, template: RepeatedParticle) -> Floa
     return np.fmax([each.gain_of(template)[0] for each in comparisons], -np.inf)
 
 
-# Nearly every fold needs all of them, in the same order; each takes some 200 kB.
+# Nearly every fold needs all of them, in the same order; each takes some 50 kB.
 @lru_cache(maxsize=1)
 def _comparisons(archive: TrainingArchive) -> list[SlidingComparison]:
     return [SlidingComparison(archive.recordings[name].matrix) for name in _healthy(archive)]

@@ -335,9 +335,10 @@ def nearest_template(
     first_peak : float
         u.
     """
-    length = comparison.particles.shape[-1]
     found = {
-        size_mm: comparison.gain_of(RepeatedParticle(render(particle, first_peak, length)))
+        size_mm: comparison.gain_of(
+            RepeatedParticle(render(particle, first_peak, comparison.length))
+        )
         for size_mm, particle in particles.items()
     }
     size_mm = max(found, key=lambda size_mm: found[size_mm][0])
