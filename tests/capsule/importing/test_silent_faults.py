@@ -21,6 +21,7 @@ from rosbags.rosbag2 import StoragePlugin
 from capsule.acceptance import check_recording
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys
+from capsule.recording import DECISIVE
 from support.command import CAPSULE
 from support.importing import ODD, SETTINGS, assert_readings, import_files
 from support.lab_files import (
@@ -126,6 +127,10 @@ def test_two_header_lines_that_differ_are_refused(tmp_path, good):
     assert "lines 1 and 4 name two values of session, 'monday' and 'tuesday'; delete" in (
         import_files(tmp_path, good).refused
     )
+    # Whatever the reader of recordings takes one value of, the import does.
+    for key in DECISIVE:
+        good.write_text(f"# {key}: 1\n# {key}: 2\n{text}")
+        assert f"name two values of {key}, '1' and '2'" in import_files(tmp_path, good).refused
     good.write_text(f"# session: monday\n# session: monday\n{text}")
     assert import_files(tmp_path, good).the_recording().header["session"] == "monday"
 

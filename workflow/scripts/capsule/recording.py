@@ -33,7 +33,7 @@ _LONGEST_HEADER = 1000
 # The report shows every header in full.
 _MOST_HEADER_CHARACTERS = 10_000
 # Header lines that decide how a recording is read, taught from and judged. Each may have one value.
-_DECISIVE = ("site", "session", "setup", "unit", "nodule_at_mm", "adc_bits", "vref_v", "series_ohm")
+DECISIVE = ("site", "session", "setup", "unit", "nodule_at_mm", "adc_bits", "vref_v", "series_ohm")
 
 
 @dataclass(frozen=True)
@@ -330,7 +330,7 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
         key, colon, value = stripped.lstrip("#").partition(":")
         if colon:
             key, value = key.strip(), value.strip()
-            if key in _DECISIVE and header.get(key, value) != value:
+            if key in DECISIVE and header.get(key, value) != value:
                 raise RecordingError(
                     f"line {index + 1}: the header says {key} {header[key]!r} above, and {value!r} "
                     "here; keep the line that is true"

@@ -161,7 +161,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         read += [stored.file(MATRICES, name) for name in accepted]
         arrays["matrix"] = long_table("recording", rejected | matrices)
     if FITS in wanted:
-        teaching = recordings_with_fits(read[0], settings["evaluation"]["held_out"])
+        teaching = {*recordings_with_fits(read[0], settings["evaluation"]["held_out"])}
         fits = stored.fits(name for name in names if name in teaching)
         templates = results / "templates.json", results / "templates.npz"
         read += [*(stored.file(FITS, name) for name in fits), *templates]

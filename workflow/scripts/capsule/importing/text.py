@@ -21,7 +21,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import is_unit
-from capsule.recording import LARGEST_NUMBER
+from capsule.recording import DECISIVE, LARGEST_NUMBER
 
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
@@ -30,7 +30,7 @@ _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
 # Keys of a file's own header lines that the recording keeps.
 KEPT_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
 # Lines with these keys may not contradict each other.
-_DECISIVE = {*KEPT_NOTES, "unit", "source", "started"}
+_DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
 # Lines that are tried first; and if they leave a choice.
 _TRIED, _MOST_TRIED = 200, 20_000
