@@ -1,5 +1,7 @@
 """Make rates and tables from a few verdicts, for tests of the report."""
 
+from dataclasses import replace
+
 import pandas as pd
 
 from capsule.evaluation.columns import RATES as TABLES
@@ -64,8 +66,8 @@ def rates_of(evaluation, settings=SETTINGS, index=None):
     named = named.set_index("recording")
     table = named.assign(nodule_at_mm="").to_dict("index")
     rules = {**RULES, **settings["evaluation"]}
-    judgements = measure_tables(evaluation.predictions, evaluation.sizes_mm(), rules, table)
-    return Rates(evaluation, judgements, index, settings)
+    made = measure_tables(evaluation.predictions, evaluation.sizes_mm(), rules, table)
+    return Rates(replace(evaluation, tables={**made, **evaluation.tables}), index, settings)
 
 
 def index_of(*rows):

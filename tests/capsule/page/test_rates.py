@@ -16,7 +16,7 @@ def predictions(*names):
 def rates_by(shown, table=None, configured=()):
     evaluation = Evaluation(predictions(*shown), {}, {})
     settings = {"evaluation": {"schemes": configured, "held_out": ["late"]}}
-    return rates.Rates(evaluation, {}, table, settings)
+    return rates.Rates(evaluation, table, settings)
 
 
 def test_what_was_held_out_is_shown_first_and_then_leaving_one_place_out():

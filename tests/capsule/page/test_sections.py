@@ -3,6 +3,7 @@
 import datetime
 import json
 import re
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -27,6 +28,8 @@ EVIL = "bench <script>alert(1)</script>"
 
 def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
     """Put together what the page says of some recordings, each without signals."""
+    judged = evaluated(verdicts, sizes_mm)
+    without_rows = {name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()}
     tables = sections.Tables(
         index=index_of(*rows),
         settings=CONFIG,
@@ -34,8 +37,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         detections=detections,
         sites=pd.DataFrame(verdicts_on_places, columns=columns.SITES),
         templates=[],
-        evaluation=evaluated(verdicts, sizes_mm),
-        judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
+        evaluation=replace(judged, tables={**without_rows, **judged.tables}),
         learning=pd.DataFrame(columns=learning.COLUMNS),
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
         references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),

@@ -1,13 +1,19 @@
 """Surveys in the report, by eye and by hand: the picture, the places, and the slider."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
+from capsule.figures.draw_survey import frame_of, survey_drawing
+from capsule.figures.style import PAGE_WIDTH_IN
+from capsule.page.surveys import page_values, player, survey_values
 from capsule.survey.cycle import STATES
+from capsule.survey.files import parse_session
+from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support.browser import PHONE, needed
-from support.surveys import head_mm
+from support.surveys import DETECTOR, head_mm, lost_contents
 
 pytestmark = [
     pytest.mark.browser,
@@ -105,6 +111,25 @@ def test_a_survey_that_was_folded_away_is_drawn_when_it_is_opened(browser, page)
     browser.run("return new Promise((done) => setTimeout(done, 100))")
     wide = "return document.querySelector('#survey-second .uplot').clientWidth"
     assert browser.run(wide) > 600
+    assert browser.messages() == []
+
+
+def test_a_survey_that_never_knew_its_position_is_replayed_without_a_mark(browser, page, tmp_path):
+    lost = parse_session("demo", lost_contents())
+    track, pins = track_of(lost), pins_of(lost)
+    _, draw = survey_drawing(lost, "demo", track, pins, (80.0, crest_at_mm(lost, DETECTOR)))
+    values = survey_values(lost, track, pins) | {"player": player(lost, track)}
+    (shown,) = page_values([values | {"frame": frame_of(draw(PAGE_WIDTH_IN))}], {})["shown"]
+    before, data, after = re.split(
+        '(?<=data-survey="demo">)(.*?)(?=</script>)', page.read_text("utf-8"), maxsplit=1
+    )
+    assert json.loads(data)["player"]["head"]
+    (tmp_path / "report.html").write_text(f"{before}{shown['data']}{after}", "utf-8")
+    browser.open(tmp_path / "report.html")
+    browser.run(MOVE, 60.0)
+    assert "Head anywhere, position not measured; score 0.05" in browser.find("output.moment").text
+    assert not browser.run("return document.querySelector('#surveys > article .overlay .head')")
+    assert browser.texts("#survey-second > summary") and browser.find("#chosen").is_displayed()
     assert browser.messages() == []
 
 

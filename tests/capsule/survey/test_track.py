@@ -17,7 +17,7 @@ from capsule.survey.track import (
     simplified,
     track_of,
 )
-from support.surveys import CREST_MM, DETECTOR, head_mm, session_contents
+from support.surveys import CREST_MM, DETECTOR, head_mm, lost_contents, session_contents
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +53,8 @@ def test_each_stretch_has_the_look_of_its_states(session):
     assert track.time_s[runs[3].last] == pytest.approx(280)
 
 
-def test_a_survey_that_never_knew_its_position_has_no_path(session):
-    contents = session_contents()
-    lines = contents["stream.csv"].decode().splitlines()
-    cells = [line.split(",") for line in lines]
-    contents["stream.csv"] = "\n".join(
-        ",".join([*row[:6], "head_mm" if row[6] == "head_mm" else "", *row[7:]]) for row in cells
-    ).encode()
-    lost = parse_session("lost", contents)
+def test_a_survey_that_never_knew_its_position_has_no_path():
+    lost = parse_session("lost", lost_contents())
     assert runs_of(track_of(lost)) == []
     assert np.isnan(crest_at_mm(lost, DETECTOR))
 

@@ -22,9 +22,9 @@ class Evaluation:
     predictions : DataFrame
         One row for each recording, detector and scheme.
     tables : dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing`` and ``confusion`` for every detector.
+        Those of `capsule.evaluation.columns.COLUMNS`, for every detector.
     paper : dict of str to DataFrame
-        The paper's tables in the same columns.
+        The paper's tables of `capsule.evaluation.columns.RATES`, in the same columns.
     """
 
     predictions: pd.DataFrame

@@ -8,11 +8,7 @@ import pandas as pd
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.detectors.files import read_templates
-from capsule.evaluation.files import (
-    read_evaluation,
-    read_printed,
-    read_table,
-)
+from capsule.evaluation.files import read_evaluation, read_printed, read_table
 from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
 from capsule.preprocessing import PreprocessedRun, preprocess_run

@@ -9,10 +9,7 @@ from pathlib import Path
 
 from capsule import files
 from capsule.detectors.registry import DETECTORS
-from capsule.evaluation.files import (
-    read_evaluation,
-    read_table,
-)
+from capsule.evaluation.files import read_evaluation, read_table
 from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
 from capsule.kinds import Cells, Settings
@@ -50,10 +47,8 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
         The content of paper.yaml, and the configuration.
     """
     confidence = settings["evaluation"]["confidence"]
-    evaluation = read_evaluation(results / "evaluation", printed, confidence)
     return Tables(
-        evaluation=evaluation,
-        judgements=evaluation.tables,
+        evaluation=read_evaluation(results / "evaluation", printed, confidence),
         index=read_table(results / "recordings.csv"),
         settings=settings,
         passed_over=read_table(results / "passed_over.csv"),

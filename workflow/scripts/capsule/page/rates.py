@@ -1,6 +1,6 @@
 """The rates that the page shows: by which scheme, and for which recordings they hold."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,8 +40,6 @@ class Rates:
     ----------
     evaluation : Evaluation
         The rates, ours and the paper's.
-    judgements : mapping of str to DataFrame
-        The tables that compare the detectors, by name.
     index : DataFrame
         results/recordings.csv.
     settings : mapping
@@ -49,7 +47,6 @@ class Rates:
     """
 
     evaluation: Evaluation
-    judgements: Mapping[str, pd.DataFrame]
     index: pd.DataFrame
     settings: Settings
 
@@ -99,12 +96,8 @@ class Rates:
 
     def of(self, detector: str, scheme: str) -> dict[str, pd.DataFrame]:
         """Return a detector's rows of all tables, by one scheme."""
-        tables = {**self.judgements, **self.evaluation.tables}
-        rows = {
-            name: (tables[name]["detector"] == detector) & (tables[name]["scheme"] == scheme)
-            for name in _OF_ANSWERS
-        }
-        return {name: tables[name][chosen] for name, chosen in rows.items()}
+        of_detector = {name: self.evaluation.of(name, detector) for name in _OF_ANSWERS}
+        return {name: rows[rows["scheme"] == scheme] for name, rows in of_detector.items()}
 
     def at(self, detector: str, scheme: str, confidence: float) -> dict[str, pd.DataFrame]:
         """Return the tables of a detector with intervals of another level than the configured."""
