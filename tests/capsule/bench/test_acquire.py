@@ -175,11 +175,11 @@ def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint)
         port="A",
         bytes_read=1,
         first_bytes=b"",
-        receive=lambda: [line.Arrival(identity, 0.0)],
+        receive=lambda timeout_s: [line.Arrival(identity, 0.0)],
         send=lambda payload: None,
     )
     with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
-        identification.Identification(talking, "logger").step(talking.receive())
+        identification.Identification(talking, "logger").step()
 
 
 MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)

@@ -20,7 +20,7 @@ class LostLine:
     def __init__(self, port="lost", baud=0):
         self.port, self.baud, self.closed = port, baud, False
 
-    def receive(self):
+    def receive(self, timeout_s):
         """Fail, as an unplugged port does."""
         raise LineLostError("unplugged")
 

@@ -12,7 +12,6 @@ from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
 from capsule.project import CONFIG
 from capsule.survey.cycle import FOLD, UNFOLD
-from capsule.survey.odometer import mean_origin
 from capsule.survey.pilot import Pilot
 
 pytestmark = pytest.mark.boards
@@ -27,7 +26,7 @@ SEED = 7
 class Bench:
     """A simulated bench with a fault, which keeps the commands and the true fold states."""
 
-    def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, seed=SEED, **changes):
+    def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
@@ -35,11 +34,9 @@ class Bench:
         self.commands = []
         self.folds = []
 
-    def lead(self, origin_mm=None, **options):
-        """Run a survey to its end, on an earlier map if given; return the pilot."""
+    def lead(self, **options):
+        """Run a survey to its end; return the pilot."""
         pilot = Pilot(DETECTOR, 10.0, **options)
-        if origin_mm is not None:
-            pilot.sensing.take_origin(origin_mm)
         while not pilot.cycle.over:
             if self.bench.at_end:
                 for command in pilot.tell("gut_ended", "the end of the gut"):
@@ -216,22 +213,6 @@ def test_a_target_at_the_start_is_reckoned_from_the_start():
     arrival = pilot.log[-2]
     assert (arrival.before, arrival.event) == ("finding", "arrived")
     assert bench.bench.head_mm[-1][-1] == pytest.approx(1.0, abs=3)
-
-
-def test_the_map_of_an_earlier_session_holds_for_a_later_one():
-    # Where the first stroke led is another chance in each session; the drive's index is not.
-    places_mm, origins_mm = [], []
-    for seed in (7, 8, 9, 10):
-        bench = Bench(nodules=(), seed=seed)
-        pilot = bench.lead(targets_mm=[40.0])
-        places_mm.append(pilot.sensing.fix_mm - bench.bench.head_mm[-6][-1])
-        origins_mm.append(pilot.sensing.origin_mm)
-    origin_mm = mean_origin(origins_mm, DETECTOR["wavelength_mm"])
-    bench = Bench(nodules=(), seed=11)
-    pilot = bench.lead(origin_mm=origin_mm, targets_mm=[40.0])
-    off_mm = pilot.sensing.fix_mm - bench.bench.head_mm[-6][-1]
-    assert pilot.sensing.origin_mm == origin_mm
-    assert off_mm == pytest.approx(np.mean(places_mm), abs=1.0)
 
 
 def test_a_target_behind_a_capsule_that_cannot_go_back_is_given_up():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.survey.odometer import Odometer, mean_origin, nearest_turn, newest_place, place_in_wave
+from capsule.survey.odometer import Odometer, nearest_turn, newest_place, place_in_wave
 
 SETTINGS = {"wavelength_mm": 80.0, "wave_speed_mm_s": 25.0, "pitch_mm": 6.3}
 SPAN = 64
@@ -66,13 +66,6 @@ def test_the_newest_wave_alone_gives_a_newer_position():
     assert odometer.fix(63, pressed, wave_mm, 10.0) == pytest.approx(11.5, abs=0.4)
     assert odometer.newest(pressed, wave_mm) == pytest.approx(13.0, abs=0.4)
     assert np.isnan(odometer.newest(np.zeros_like(pressed), wave_mm))
-
-
-@given(st.floats(-40, 40), st.lists(st.floats(-3, 3), min_size=1, max_size=9))
-def test_the_mean_of_origins_is_one_wherever_the_wavelength_begins(origin_mm, off_mm):
-    mean_mm = mean_origin([nearest_turn(origin_mm + off, 0.0, 80.0) for off in off_mm], 80.0)
-    expected_mm = origin_mm + np.mean(off_mm)
-    assert nearest_turn(mean_mm, expected_mm, 80.0) == pytest.approx(expected_mm, abs=0.05)
 
 
 def test_a_dead_sensor_is_left_out_and_three_dead_ones_say_nothing():

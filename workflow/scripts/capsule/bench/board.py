@@ -4,12 +4,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardNotFoundError,
-    LineLostError,
-    NoAnswerError,
-)
+from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
 from capsule.bench.clock import elapsed_s
 from capsule.bench.identification import CONFIRM_S, Identification, differences
 from capsule.bench.line import AnyLine, Arrival, Line, UsbPort
@@ -130,12 +125,7 @@ class Board:
             self._opened = line, Identification(line, self.identity.device)
         line, identification = self._opened
         try:
-            identity = identification.step(line.receive(timeout_s))
-        except LineLostError as fault:
-            self._reject(line)
-            raise NoAnswerError(
-                f"the board at {line.port} was disconnected before it identified itself: {fault}"
-            ) from fault
+            identity = identification.step(timeout_s)
         except AcquisitionError:
             self._reject(line)
             raise

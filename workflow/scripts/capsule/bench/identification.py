@@ -17,7 +17,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from capsule.bench.line import BAUD, AnyLine, Arrival, Line
+from capsule.bench.line import BAUD, READ_TIMEOUT_S, AnyLine, Arrival, Line
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
@@ -80,16 +80,28 @@ class Identification:
         self._frames = 0
         self._others: list[Arrival] = []
 
-    def step(self, arrivals: Iterable[Arrival]) -> Identity | None:
-        """Process arrivals, and repeat the question; return None until the board has answered.
+    def step(self, timeout_s: float = READ_TIMEOUT_S) -> Identity | None:
+        """Read what has arrived, wait up to the timeout for the first, and repeat the question.
+
+        Returns
+        -------
+        Identity or None
+            None until the board has answered.
 
         Raises
         ------
         AcquisitionError
-            Another board answers, or none, or the baud rate is wrong.
-        LineLostError
-            The port disappeared.
+            Another board answers, or none, the baud rate is wrong, or the port disappeared.
         """
+        try:
+            return self._process(self._line.receive(timeout_s))
+        except LineLostError as fault:
+            raise NoAnswerError(
+                f"the board at {self._line.port} was disconnected before it identified itself: "
+                f"{fault}"
+            ) from fault
+
+    def _process(self, arrivals: Iterable[Arrival]) -> Identity | None:
         line, identity = self._line, None
         for arrival in arrivals:
             self._frames += not isinstance(arrival.event, Damaged)
@@ -249,14 +261,9 @@ def connect(
     line = Line(port, baud)
     identification = Identification(line, wanted)
     try:
-        while not (identity := identification.step(line.receive())):
+        while not (identity := identification.step()):
             if stopped():
                 raise KeyboardInterrupt
-    except LineLostError as fault:
-        line.close()
-        raise NoAnswerError(
-            f"the board at {port} was disconnected before it identified itself: {fault}"
-        ) from fault
     except (AcquisitionError, KeyboardInterrupt):
         line.close()
         raise
@@ -368,8 +375,8 @@ def _introduced(
         waiting = []
         for line, identification in strangers:
             try:
-                identity = identification.step(line.receive(0))
-            except (AcquisitionError, LineLostError) as reason:
+                identity = identification.step(0)
+            except AcquisitionError as reason:
                 line.close()
                 answers.append(str(reason))
                 continue

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import math
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule import files, words
+from capsule import arrays, files, words
 from capsule.acceptance import check_recording
 from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.bench.verdict import FinalVerdict, note_of_change, verdict_table
@@ -137,12 +136,8 @@ def _verdict_values(verdict: Verdict, rate_hz: float, familiarity: Familiarity) 
     values["probability"] = familiarity.stated(verdict.probability)
     # The same unit as in results/detections.csv.
     values["location_s"] = values.pop("location_samples") / rate_hz
-    values["distances"] = [_known(each) for each in verdict.distances or ()]
-    return {name: _known(value) for name, value in values.items()}
-
-
-def _known(value: object) -> object:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    values["distances"] = verdict.distances or ()
+    return {name: arrays.plain(value) for name, value in values.items()}
 
 
 _MARKS = "abcdefghij"

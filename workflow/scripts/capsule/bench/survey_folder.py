@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from capsule.arrays import plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import RESUME, RepeatedFile, writing
 from capsule.files import read_json, write_csv, write_json, write_whole
@@ -128,11 +128,7 @@ class SessionFolder:
     def add_events(self, events: Iterable[Event]) -> None:
         """Add events to the log."""
         for event in events:
-            content = {
-                key: None if isinstance(value, float) and not math.isfinite(value) else value
-                for key, value in asdict(event).items()
-            }
-            self._events.add(json.dumps(content) + "\n")
+            self._events.add(json.dumps(plain(asdict(event))) + "\n")
 
     def go_on_from_here(self) -> None:
         """Drop the stored lines that were not repeated: new readings on boards differ from them."""

@@ -7,8 +7,6 @@ the place modulo one wavelength. The last known position tells which wavelength 
 The method needs the phase of the drive, which does not exist in a real gut.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from capsule.arrays import ComplexArray, FloatArray, IntArray, RealArray
@@ -116,25 +114,6 @@ def nearest_turn(place_mm: float, expected_mm: float, wavelength_mm: float) -> f
     return place_mm + wavelength_mm * round((expected_mm - place_mm) / wavelength_mm)
 
 
-def mean_origin(origins_mm: Sequence[float], wavelength_mm: float) -> float:
-    """Return the mean of the origins of several journeys, each known modulo one wavelength.
-
-    Parameters
-    ----------
-    origins_mm : sequence of float
-        Place in the wave of position 0, for each journey.
-    wavelength_mm : float
-        Length of the wave.
-
-    Returns
-    -------
-    float
-        From -wavelength_mm / 2 to wavelength_mm / 2.
-    """
-    turn = 2 * np.pi / wavelength_mm
-    return float(np.angle(np.exp(1j * turn * np.array(origins_mm)).mean()) / turn)
-
-
 class Odometer:
     """An odometer that follows the head along the gut.
 
@@ -152,8 +131,8 @@ class Odometer:
     Attributes
     ----------
     origin_mm : float or None
-        Place in the wave of position 0, as from `place_in_wave`. It can be set from an earlier
-        journey on the same bench. Otherwise the first fix is assumed to be at `start_mm`.
+        Place in the wave of position 0, as from `place_in_wave`; None before the first fix, which
+        is assumed to be at `start_mm`.
     """
 
     def __init__(self, settings: Settings, rate_hz: float, start_mm: float) -> None:

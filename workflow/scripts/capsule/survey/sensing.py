@@ -102,16 +102,6 @@ class Sensing:
         """The newest fix, which holds for an earlier sample; NaN before the first fix."""
         return self._odometer.position_mm
 
-    @property
-    def origin_mm(self) -> float | None:
-        """Place in the wave of position 0; None before the first fix."""
-        return self._odometer.origin_mm
-
-    def take_origin(self, origin_mm: float) -> None:
-        """Use the origin of an earlier map; this has an effect only before the first fix."""
-        if self._odometer.origin_mm is None:
-            self._odometer.origin_mm = origin_mm
-
     def settled(self) -> bool:
         """Return whether enough fixes since the capsule unfolded agree."""
         return self._odometer.settled(_FIXES, _AGREE_MM)
