@@ -8,6 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 import pytest
 
 from capsule.page.files import RULE_SCRIPTS
+from capsule.results import SURVEY_VALUES, OfArchive
 from support.project import ROOT
 
 SCRIPTS = ROOT / "workflow" / "scripts"
@@ -110,6 +111,22 @@ def test_only_modules_that_say_so_in_their_name_know_files():
     ]
     names = {each.rpartition(".")[2] for each in library if SYSTEM & imported(MODULES[each])}
     assert names == ON_FILES | ON_PROGRAMS
+
+
+def test_one_module_knows_where_the_results_of_an_archive_stand():
+    # A folder's name may be another word, too; a file's name may not.
+    names = {value for key, value in vars(OfArchive).items() if key.isupper() and "." in value}
+    names |= {SURVEY_VALUES, *(name.rpartition("/")[2] for name in names)}
+    elsewhere = {
+        f"{module}: {node.value}"
+        for module, path in MODULES.items()
+        if module != "capsule.results"
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        # Texts with spaces are for people: documentation, help and messages.
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " not in node.value
+        if node.value.rpartition("/")[2] in names
+    }
+    assert not elsewhere
 
 
 def test_no_package_imports_snakemake():

@@ -8,6 +8,7 @@ from capsule import files
 from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
 from capsule.figures.style import WIDTHS_IN, render_figure
 from capsule.page.surveys import player, survey_values, title_of
+from capsule.results import SURVEY_VALUES
 from capsule.survey.files import SessionError, read_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 
@@ -42,7 +43,7 @@ def main() -> None:
         # The page shows the wide picture.
         content.setdefault("frame", frame_of(figure))
     files.write_csv(output / "picture.csv", list(table), table.to_dict("records"))
-    files.write_json(output / "survey.json", content)
+    files.write_json(output / SURVEY_VALUES, content)
 
 
 if __name__ == "__main__":

@@ -10,16 +10,16 @@ from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
 from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
-from capsule.results import Results
+from capsule.results import OfArchive, Results
 
 
 def main() -> None:
     """Write detections.csv, sites.csv, and detectors.json with the trained detectors."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
+    parser.add_argument("--recordings", type=Path, required=True, help="table of the recordings")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
-    parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
+    parser.add_argument("--templates", type=Path, required=True, help="the templates")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
@@ -41,7 +41,7 @@ def main() -> None:
         # It imports pandas, which most archives need not wait for here.
         from capsule.evaluation.files import judged_sites
 
-        predictions = arguments.results / "evaluation" / "predictions.csv"
+        predictions = arguments.results / OfArchive.PREDICTIONS
         made = judged_sites(predictions, verdicts, rows, rules)
     files.write_csv(arguments.sites, SITES, made)
     print(f"{len({row['site'] for row in made})} sites have several passes")

@@ -16,7 +16,7 @@ from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from capsule.project import PROJECT, SCHEMAS
 from capsule.project_state import read_project_state
-from capsule.results import Results
+from capsule.results import OfArchive, Results
 
 
 def main() -> None:
@@ -33,14 +33,14 @@ def main() -> None:
     printed, versions = read_printed(template / "paper.yaml"), page_files.read_versions(template)
     tables = page_files.read_tables(folder, template, printed, settings)
     stored = StoredRecordings(
-        Results.of_table(folder, folder / "recordings.csv", arguments.batch_size), settings
+        Results.of_table(folder, folder / OfArchive.RECORDINGS, arguments.batch_size), settings
     )
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
         **page_values(tables, stored, schema, printed),
-        "figure": partial(page_files.read_figure, folder / "figures"),
-        "surveys": page_files.read_surveys(folder / "surveys", **surveys),
+        "figure": partial(page_files.read_figure, folder / OfArchive.FIGURES),
+        "surveys": page_files.read_surveys(folder / OfArchive.SURVEYS, **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),
         "key": arguments.key,
     }

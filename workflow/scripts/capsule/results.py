@@ -25,6 +25,29 @@ from capsule.files import Read, read_or_explain
 from capsule.kinds import Settings
 from capsule.names import Entry, classify, folder_of
 
+
+class OfArchive:
+    """Names below results/ of what is made from the whole archive."""
+
+    RECORDINGS = "recordings.csv"
+    PASSED_OVER = "passed_over.csv"
+    TEMPLATES = "templates.npz"
+    TEMPLATE_PARAMETERS = "templates.json"
+    DETECTORS = "detectors.json"
+    EVALUATION = "evaluation"
+    PREDICTIONS = "evaluation/predictions.csv"
+    LEARNING = "evaluation/learning.csv"
+    DETECTIONS = "detections.csv"
+    SITES = "sites.csv"
+    FIGURES = "figures"
+    SURVEYS = "surveys"
+    REPORT = "report.html"
+    LOGS = "logs"
+
+
+# What the page shows of a survey, in the folder of its own below results/surveys/.
+SURVEY_VALUES = "survey.json"
+
 SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
 BEST_PLACES, FEATURES, PLOT_DATA = "best_places", "features", "plot_data"
 _SUFFIX = {CHECKS: ".json", FITS: ".json"}
@@ -100,7 +123,7 @@ class Results:
         wanted : int or str
             ``recordings_per_job`` of the configuration; other sizes are tried too.
         """
-        names = _listed_in(folder / "recordings.csv")
+        names = _listed_in(folder / OfArchive.RECORDINGS)
         # A run may have been given another size, as on a cluster.
         usual = [batch_size(len(names), wanted), 1, TENS, HUNDREDS]
         sizes = dict.fromkeys([*usual, *range(2, 1001)])
@@ -224,7 +247,7 @@ def changed_recordings(folder: Path, settings: Settings) -> list[str]:
     settings : mapping
         The configuration.
     """
-    raw, table = folder.resolve().parent / "raw", folder / "recordings.csv"
+    raw, table = folder.resolve().parent / "raw", folder / OfArchive.RECORDINGS
     if not raw.is_dir() or not table.exists():
         return []
     limit = int(settings["recording"]["max_megabytes"] * 1e6)

@@ -19,7 +19,7 @@ from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.held_out import unknown_sessions
 from capsule.kinds import Settings
 from capsule.locks import RUN_LOCK, hold_run_lock
-from capsule.results import batch_size, left_over
+from capsule.results import SURVEY_VALUES, OfArchive, batch_size, left_over
 from capsule.survey.listed import Surveys
 
 # With less free space than this, a run stops before its first job.
@@ -79,7 +79,7 @@ class Run:
     @property
     def page(self) -> Path:
         """The report."""
-        return Path(self.results) / "report.html"
+        return Path(self.results) / OfArchive.REPORT
 
     def begin(self) -> None:
         """Take the folder's lock, tidy the results, and mark the report as out of date.
@@ -145,19 +145,19 @@ class Run:
 
     def _tell_new_size(self) -> None:
         """Print that the archive has passed a limit, so that its jobs take more recordings."""
-        table, count = Path(self.results) / "recordings.csv", sum(map(len, self.batches.values()))
+        table = Path(self.results) / OfArchive.RECORDINGS
         if table.exists() and self.config["recordings_per_job"] == "auto":
             earlier = batch_size(len(files.read_or_explain(table, files.read_csv)), "auto")
             if earlier != self.size:
                 _tell(
-                    f"{count} recordings: each job now takes up to {self.size} instead of "
-                    f"{earlier}, so everything is made once more."
+                    f"{sum(map(len, self.batches.values()))} recordings: each job now takes up to "
+                    f"{self.size} instead of {earlier}, so everything is made once more."
                 )
 
     def _summarize_recordings(self) -> None:
         """Print the recordings that were rejected, and the files that were passed over."""
         table, others = (
-            Path(self.results) / f"{name}.csv" for name in ("recordings", "passed_over")
+            Path(self.results) / name for name in (OfArchive.RECORDINGS, OfArchive.PASSED_OVER)
         )
         if not table.exists() or not others.exists():
             return
@@ -182,7 +182,7 @@ class Run:
         """Print the surveys that are not in the report, each with the reason."""
         problems = dict(self.surveys.passed_over)
         for name in self.surveys.names:
-            values = Path(self.results) / "surveys" / name / "survey.json"
+            values = Path(self.results) / OfArchive.SURVEYS / name / SURVEY_VALUES
             if values.exists():
                 content = files.read_or_explain(values, files.read_json)
                 if problem := content.get("problem"):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from capsule.errors import CapsuleError
 from capsule.project import OWN_CONFIG
+from capsule.results import OfArchive
 from capsule.workflow_call import (
     add_cores,
     call_workflow,
@@ -20,7 +21,7 @@ from capsule.workflow_call import (
 )
 
 # Logs hold what a job printed; print/ is made on request; the page holds its date and the commit.
-_NOT_COMPARED = ("logs", "print", "report.html")
+_NOT_COMPARED = (OfArchive.LOGS, "print", OfArchive.REPORT)
 # Snakemake's line for a job of a dry run.
 _JOB = re.compile(r"Job \d+: ")
 # Names that are printed of one kind.
@@ -123,7 +124,7 @@ def compare(before: Path, again: Path, waiting: str) -> Comparison:
 
 def _what_waits(folder: Path) -> str:
     """Return why Snakemake would run jobs, in one line; empty if there is nothing to be done."""
-    command = snakemake_command(folder, ["--dry-run", "results/report.html"])
+    command = snakemake_command(folder, ["--dry-run", f"results/{OfArchive.REPORT}"])
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     text = done.stderr + done.stdout
     if done.returncode:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from capsule.errors import CapsuleError
 from capsule.project import OWN_CONFIG, PROJECT, how_to_install
+from capsule.results import OfArchive
 
 INTERRUPTED = 130
 
@@ -37,7 +38,7 @@ def add_cores(parser: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     """Make the report; return Snakemake's exit status."""
-    wanted = [f"--cores={arguments.cores}", "results/report.html", *arguments.options]
+    wanted = [f"--cores={arguments.cores}", f"results/{OfArchive.REPORT}", *arguments.options]
     return call_workflow(Path(), wanted)
 
 

@@ -32,10 +32,11 @@ from capsule.phantom.simulation import (
     simulated_header,
 )
 from capsule.project import OWN_CONFIG
+from capsule.results import OfArchive
 from capsule.workflow_call import INTERRUPTED, call_workflow
 
-LEARNED = ("results/templates.npz", "results/detectors.json")
-REPORT = "results/report.html"
+LEARNED = tuple(f"results/{name}" for name in (OfArchive.TEMPLATES, OfArchive.DETECTORS))
+REPORT = f"results/{OfArchive.REPORT}"
 SOURCE = "simulated phantom, played by the demo"
 # Seed of the labelled recordings; played runs have higher seeds.
 LABELLED_SEED = 1

@@ -27,6 +27,7 @@ from capsule.page.provenance import is_simulated
 from capsule.preprocessing import preprocess_run
 from capsule.project import config_file
 from capsule.recording import source_of
+from capsule.results import OfArchive
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"
@@ -287,11 +288,11 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.picture and arguments.picture.suffix not in (".png", ".svg"):
         raise WrongOptionError(f"--picture {arguments.picture}: the name must end in .png or .svg")
     settings, results = read_settings(arguments.config), arguments.results
-    learned = results / "detectors.json"
-    final = FinalVerdict(results / "templates.npz", learned, settings, "a verdict")
+    learned = results / OfArchive.DETECTORS
+    final = FinalVerdict(results / OfArchive.TEMPLATES, learned, settings, "a verdict")
     if note := note_of_change(results, settings):
         print(note, file=sys.stderr)
-    taught = taught_recordings(results / "recordings.csv")
+    taught = taught_recordings(results / OfArchive.RECORDINGS)
     judged = [judge_file(path, final, settings, taught) for path in arguments.files]
     if arguments.json:
         rate_hz = settings["recording"]["rate_hz"]

@@ -11,6 +11,7 @@ from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.kinds import Settings
+from capsule.results import OfArchive
 
 _UNKNOWN = float("nan")
 
@@ -34,7 +35,7 @@ class PassSizes:
         self._detector, self._rate_hz = detector, rate_hz
         self._model: Diagonal | None = None
         self._familiar: FamiliarKind | None = None
-        path = results / "detectors.json"
+        path = results / OfArchive.DETECTORS
         content = read_learned(path) if path.exists() else {}
         # A model learned with other settings does not fit the features of these passes.
         same = content.get("settings", {}).get("diagonal") == dict(detector)

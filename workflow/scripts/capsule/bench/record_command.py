@@ -12,6 +12,7 @@ from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
 from capsule.project import RECORD_LOGS, config_file
+from capsule.results import OfArchive
 
 LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"
@@ -181,7 +182,7 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
         "templates for --detect; detectors.json must be in the same folder "
         "(default: results/templates.npz)"
     )
-    add("--templates", type=Path, default=Path("results/templates.npz"), help=templates)
+    add("--templates", type=Path, default=Path("results", OfArchive.TEMPLATES), help=templates)
     config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
     add("--config", type=Path, default=config_file(), help=config)
 

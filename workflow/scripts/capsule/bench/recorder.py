@@ -29,6 +29,7 @@ from capsule.configuration import read_settings
 from capsule.errors import RecordingError
 from capsule.names import UNLABELLED
 from capsule.recording import read_recording
+from capsule.results import OfArchive
 
 if TYPE_CHECKING:
     from capsule.bench.verdict import FinalVerdict
@@ -269,7 +270,7 @@ def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalV
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
     from capsule.bench.verdict import FinalVerdict, note_of_change  # only if they are used
 
-    learned = options.templates.with_name("detectors.json")
+    learned = options.templates.with_name(OfArchive.DETECTORS)
     final = FinalVerdict(options.templates, learned, settings)
     if note := note_of_change(learned.parent, settings):
         print(note)

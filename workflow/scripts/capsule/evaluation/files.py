@@ -13,6 +13,7 @@ from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.sites import site_table
 from capsule.files import read_or_explain
 from capsule.kinds import Cells, Settings
+from capsule.results import OfArchive
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
@@ -35,11 +36,12 @@ def _table_in(path: Path) -> pd.DataFrame:
     )
 
 
-def read_evaluation(folder: Path, printed: Settings, confidence: float) -> Evaluation:
-    """Read results/evaluation, and add the paper's numbers."""
+def read_evaluation(results: Path, printed: Settings, confidence: float) -> Evaluation:
+    """Read the tables of the evaluation under results/, and add the paper's numbers."""
+    folder = results / OfArchive.EVALUATION
     tables = {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
     paper = printed_tables(printed, confidence)
-    return Evaluation(read_table(folder / "predictions.csv"), tables, paper)
+    return Evaluation(read_table(results / OfArchive.PREDICTIONS), tables, paper)
 
 
 def judged_sites(

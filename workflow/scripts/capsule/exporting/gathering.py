@@ -27,6 +27,7 @@ from capsule.results import (
     FITS,
     MATRICES,
     SIGNALS,
+    OfArchive,
     Results,
     changed_recordings,
 )
@@ -134,8 +135,8 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     stored = Results.on_disk(results, settings["recordings_per_job"])
     read = [results / f"{name}.csv" for name in _LISTS]
     if EVALUATION in wanted:
-        read += [results / "evaluation" / f"{name}.csv" for name in _EVALUATION]
-        read += [results / "detections.csv", results / "sites.csv"]
+        read += [results / OfArchive.EVALUATION / f"{name}.csv" for name in _EVALUATION]
+        read += [results / OfArchive.DETECTIONS, results / OfArchive.SITES]
     tables = {path.stem: as_exported(read_table(path)) for path in read}
     listed = tables["recordings"]
     names = listed["recording"].tolist()
@@ -163,7 +164,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     if FITS in wanted:
         teaching = {*recordings_with_fits(read[0], settings["evaluation"]["held_out"])}
         fits = stored.fits(name for name in names if name in teaching)
-        templates = results / "templates.json", results / "templates.npz"
+        templates = results / OfArchive.TEMPLATE_PARAMETERS, results / OfArchive.TEMPLATES
         read += [*(stored.file(FITS, name) for name in fits), *templates]
         tables["fits"] = _with_parameters(fits.values())
         means = files.read_or_explain(templates[0], files.read_json)["templates"]

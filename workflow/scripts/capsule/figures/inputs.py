@@ -13,7 +13,7 @@ from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
 from capsule.preprocessing import PreprocessedRun, preprocess_run
 from capsule.project import PROJECT
-from capsule.results import Results
+from capsule.results import OfArchive, Results
 
 
 class FigureInputs:
@@ -35,22 +35,22 @@ class FigureInputs:
         """The rates of this project and of the paper."""
         printed = read_printed(PROJECT / "workflow" / "report" / "paper.yaml")
         confidence = self.settings["evaluation"]["confidence"]
-        return read_evaluation(self._results.folder / "evaluation", printed, confidence)
+        return read_evaluation(self._results.folder, printed, confidence)
 
     @property
     def learning(self) -> pd.DataFrame:
         """The rates that the detectors reach with parts of the archive."""
-        return read_table(self._results.folder / "evaluation" / "learning.csv")
+        return read_table(self._results.folder / OfArchive.LEARNING)
 
     @cached_property
     def templates(self) -> Mapping[float, FloatArray]:
         """The template of every size in mm, (S, L); size 0 is the first."""
-        return read_templates(self._results.folder / "templates.npz")
+        return read_templates(self._results.folder / OfArchive.TEMPLATES)
 
     @property
     def template_counts(self) -> list[int]:
         """The number of recordings behind each template."""
-        path = self._results.folder / "templates.json"
+        path = self._results.folder / OfArchive.TEMPLATE_PARAMETERS
         content = files.read_or_explain(path, files.read_json)
         return [entry["recordings"] for entry in content["templates"]]
 

@@ -20,7 +20,7 @@ from capsule.page.packing import rounded, to_json
 from capsule.page.rates import ALL
 from capsule.page.recordings import known_or_none, seven_digits
 from capsule.particle import Particle, particles_of, peak_positions, render
-from capsule.results import PLOT_DATA, Results
+from capsule.results import PLOT_DATA, OfArchive, Results
 from capsule.sliding import RepeatedParticle, SlidingComparison
 
 # The columns with the evidence for a verdict.
@@ -54,7 +54,7 @@ class StoredRecordings:
     """
 
     def __init__(self, results: Results, settings: Settings) -> None:
-        self._results, table = results, results.folder / "recordings.csv"
+        self._results, table = results, results.folder / OfArchive.RECORDINGS
         accepted = files.accepted_recordings(table)
         fitted = teaching(accepted, settings["evaluation"]["held_out"])
         self._fits = results.fits(name for name in fitted if names.size_mm(name))

@@ -17,6 +17,7 @@ from capsule.page import surveys
 from capsule.page.render import Frame
 from capsule.page.sections import Tables
 from capsule.project import PROJECT
+from capsule.results import SURVEY_VALUES, OfArchive
 
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (
@@ -47,15 +48,16 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
         The content of paper.yaml, and the configuration.
     """
     confidence = settings["evaluation"]["confidence"]
+    averaged = files.read_or_explain(results / OfArchive.TEMPLATE_PARAMETERS, files.read_json)
     return Tables(
-        evaluation=read_evaluation(results / "evaluation", printed, confidence),
-        index=read_table(results / "recordings.csv"),
+        evaluation=read_evaluation(results, printed, confidence),
+        index=read_table(results / OfArchive.RECORDINGS),
         settings=settings,
-        passed_over=read_table(results / "passed_over.csv"),
-        detections=read_table(results / "detections.csv"),
-        sites=read_table(results / "sites.csv"),
-        templates=files.read_or_explain(results / "templates.json", files.read_json)["templates"],
-        learning=read_table(results / "evaluation" / "learning.csv"),
+        passed_over=read_table(results / OfArchive.PASSED_OVER),
+        detections=read_table(results / OfArchive.DETECTIONS),
+        sites=read_table(results / OfArchive.SITES),
+        templates=averaged["templates"],
+        learning=read_table(results / OfArchive.LEARNING),
         benches=files.read_csv(template / "benches.csv"),
         references=(template / "references.bib").read_text(encoding="utf-8"),
     )
@@ -80,7 +82,7 @@ def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, s
         Folders that hold no finished survey, each with the reason.
     """
     drawn = [
-        files.read_or_explain(folder / name / "survey.json", files.read_json)
+        files.read_or_explain(folder / name / SURVEY_VALUES, files.read_json)
         | {"picture": read_figure(folder / name, "picture")}
         for name in names
     ]
