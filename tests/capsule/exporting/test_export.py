@@ -21,8 +21,7 @@ from pyarrow import parquet
 from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
-from capsule.exporting.columns import columns_of, describe, described
-from capsule.exporting.formats import NO_DATE, legal_names
+from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
 from capsule.files import read_csv, read_json, write_csv
 from capsule.results import (
     CHECKS,
@@ -246,7 +245,7 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
 
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
-    tables = {**exported.tables, **formats.flat_arrays(exported)}
+    tables = formats.flat_tables(exported)
     assert {path.stem for path in (files / "parquet").iterdir()} == set(tables)
     for name, table in tables.items():
         read = parquet.read_table(files / "parquet" / f"{name}.parquet")

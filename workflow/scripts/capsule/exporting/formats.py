@@ -8,18 +8,20 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from capsule.errors import CapsuleError
-from capsule.exporting.columns import NO_UNIT, columns_of, describe, described
-from capsule.exporting.gathering import Exported, parts
+from capsule.exporting.gathering import NO_UNIT, Exported, parts
 from capsule.names import displayed, without_formula
+from capsule.project import SCHEMAS
 
 if TYPE_CHECKING:
     import pynwb
@@ -35,13 +37,57 @@ _KEYWORD = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|"
     "persistent|return|spmd|switch|try|while"
 )
-# Excel's limits for one sheet: rows below the head, and columns; and for the characters of a cell.
+# Excel's limits for one sheet: rows below the head, and columns.
 MOST_ROWS = 1_048_575
 _MOST_COLUMNS = 16_384
-_LONGEST_TEXT = 32_767
 # NWB requires a date. This one replaces an unknown date, and the file says so.
 NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 _UNKNOWN = "session_start_time is not known: 1970-01-01T00:00:00Z stands for it"
+
+
+@cache
+def described() -> dict[str, dict[str, str]]:
+    """Return the content of workflow/schemas/columns.yaml: words for tables and columns."""
+    content: dict[str, Any] = yaml.safe_load((SCHEMAS / "columns.yaml").read_text("utf-8"))
+    return content
+
+
+def columns_of(table: pd.DataFrame) -> Iterator[tuple[str, np.ndarray, str, str]]:
+    """Yield name, values, unit and long name of each column of a table.
+
+    The values are float64 (NaN: unknown), int64, bool, or objects that are text. The unit of text
+    and of truth values is empty; that of sensors is an attribute of their table.
+    """
+    for name, values in table.items():
+        unit, long_name = describe(str(name))
+        if str(name).startswith("sensor_"):
+            unit = table.attrs["unit"]
+        array = values.to_numpy()
+        yield str(name), array, "" if array.dtype in (bool, object) else unit, long_name
+
+
+def describe(name: str) -> tuple[str, str]:
+    """Return the unit (``1`` if it has none) and the long name of a column of numbers.
+
+    Both follow from the column's name, such as ``estimate_low_mm`` or ``peak_spacing_2``.
+    """
+    told = described()
+    base: list[str] = []
+    unit, end, of = NO_UNIT, "", ""
+    for part in name.split("_"):
+        if base and part in told["units"]:
+            unit = told["units"][part]
+        elif base and part in told["ends"]:
+            end = told["ends"][part]
+        elif part.isdecimal():
+            of = f", sensor {part}"
+        elif base and re.fullmatch(r"[0-9.]+mm", part):
+            of = f" beside the template of {part}"
+        else:
+            base.append(part)
+    key = "_".join(base)
+    words = told["columns"].get(name) or told["columns"].get(key) or key.replace("_", " ")
+    return told["units"].get(key, unit), f"{end} {words}{of}".strip()
 
 
 def legal_names(names: Iterable[str]) -> dict[str, str]:
@@ -55,9 +101,11 @@ def legal_names(names: Iterable[str]) -> dict[str, str]:
         joined = re.sub(r"\s+(\S?)", lambda match: match[1].upper(), name)
         base = re.sub(r"[^A-Za-z0-9_]", "_", name.capitalize() if keyword else joined)
         base = (base if base[:1].isalpha() and not keyword else f"x{base}")[:_LONGEST_NAME]
-        ends = itertools.chain([""], (f"_{number}" for number in itertools.count(1)))
-        tried = (base[: _LONGEST_NAME - len(end)] + end for end in ends)
-        original[next(each for each in tried if each not in original)] = name
+        legal, number = base, 0
+        while legal in original:
+            number += 1
+            legal = f"{base[: _LONGEST_NAME - len(f'_{number}')]}_{number}"
+        original[legal] = name
     return {name: legal for legal, name in original.items()}
 
 
@@ -138,14 +186,12 @@ def _cell(sheet: "WriteOnlyWorksheet", value: object) -> object:
     """Return a cell: a number in full precision, or a text that is not taken for a formula."""
     from openpyxl.cell import WriteOnlyCell
 
-    kind = "s"
     if isinstance(value, str) and value:
-        plain = value if value.isprintable() else displayed(value)
-        text = without_formula(plain)[:_LONGEST_TEXT]
+        text, kind = without_formula(value if value.isprintable() else displayed(value)), "s"
     elif value == "" or (isinstance(value, float) and math.isnan(value)):
         return None
     elif isinstance(value, float) and math.isinf(value):
-        text = str(value)
+        return str(value)
     # openpyxl writes only 16 digits, which is too few for this number.
     elif isinstance(value, float) and float(f"{value:.16g}") != value:
         text, kind = repr(value), "n"
@@ -218,15 +264,12 @@ def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]
 
 def _nwb_contents(exported: Exported) -> Contents:
     """Return a file for each accepted recording, and one for the tables."""
-    of_recordings: dict[str, dict[str, pd.DataFrame]] = {}
-    for array, table in exported.arrays.items():
-        for name, rows in parts(table).items():
-            if len(rows):
-                of_recordings.setdefault(name, {})[array] = rows
+    arrays = {array: parts(table) for array, table in exported.arrays.items()}
     made: Contents = {}
     for name, legal in sorted(legal_names(exported.headers).items()):
-        if name in of_recordings:
-            made[f"{legal}.nwb"] = partial(_nwb, exported, name, of_recordings[name])
+        own = {array: rows[name] for array, rows in arrays.items() if len(rows.get(name, ()))}
+        if own:
+            made[f"{legal}.nwb"] = partial(_nwb, exported, name, own)
     return made | {"tables.nwb": partial(_nwb_tables, exported)}
 
 
@@ -239,45 +282,44 @@ def _nwb(
     header = exported.headers[name]
     start, remark = session_start(header)
     about = f"recording {name} of a tactile capsule" + (f"; {remark}" if remark else "")
-    file = _nwb_file(exported, name, start, about)
-    file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
-    for array, rows in arrays.items():
-        series = TimeSeries(
-            name=array,
-            # Time is the first axis in NWB, so a sensor is a column.
-            data=rows.to_numpy(),
-            unit=exported.unit(array, name),
-            rate=exported.rate_hz,
-            starting_time=0.0,
-            description=f"{described()['tables'][array]}; a column is a sensor",
-        )
-        if array == "readings":
-            file.add_acquisition(series)
-        else:
-            file.create_processing_module("preprocessing", "pre-processed").add(series)
-    _save_nwb(file, stream)
+    with _nwb_file(exported, name, start, about, stream) as file:
+        file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
+        for array, rows in arrays.items():
+            series = TimeSeries(
+                name=array,
+                # Time is the first axis in NWB, so a sensor is a column.
+                data=rows.to_numpy(),
+                unit=exported.unit(array, name),
+                rate=exported.rate_hz,
+                starting_time=0.0,
+                description=f"{described()['tables'][array]}; a column is a sensor",
+            )
+            if array == "readings":
+                file.add_acquisition(series)
+            else:
+                file.create_processing_module("preprocessing", "pre-processed").add(series)
 
 
 def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
     """Write every table, and the templates as one more table."""
     from hdmf.common import DynamicTable, VectorData
 
-    file = _nwb_file(exported, exported.what, NO_DATE, f"tables of an archive; {_UNKNOWN}")
-    module = file.create_processing_module("tables", "tables of the archive")
     tables = dict(exported.tables)
     if "template" in exported.arrays:
         tables["template"] = exported.arrays["template"].reset_index()
-    for name, table in tables.items():
-        columns = []
-        for key, values, unit, long_name in columns_of(table):
-            # HDF5 cannot infer that a column without rows holds text.
-            text = values.tolist() or np.array([], dtype="S1")
-            data: Any = text if values.dtype == object else values
-            about = f"{long_name} [{unit}]" if unit else "text"
-            columns.append(VectorData(name=key, description=about, data=data))
-        about = described()["tables"][name]
-        module.add(DynamicTable(name=name, description=about, columns=columns))
-    _save_nwb(file, stream)
+    about = f"tables of an archive; {_UNKNOWN}"
+    with _nwb_file(exported, exported.what, NO_DATE, about, stream) as file:
+        module = file.create_processing_module("tables", "tables of the archive")
+        for name, table in tables.items():
+            columns = []
+            for key, values, unit, long_name in columns_of(table):
+                # HDF5 cannot infer that a column without rows holds text.
+                text = values.tolist() or np.array([], dtype="S1")
+                data: Any = text if values.dtype == object else values
+                about = f"{long_name} [{unit}]" if unit else "text"
+                columns.append(VectorData(name=key, description=about, data=data))
+            about = described()["tables"][name]
+            module.add(DynamicTable(name=name, description=about, columns=columns))
 
 
 def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
@@ -292,10 +334,15 @@ def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
     return started, ""
 
 
-def _nwb_file(exported: Exported, name: str, start: datetime, about: str) -> "pynwb.NWBFile":
+@contextmanager
+def _nwb_file(
+    exported: Exported, name: str, start: datetime, about: str, stream: BinaryIO
+) -> Iterator["pynwb.NWBFile"]:
+    """Yield a file with the provenance, which is written once it is filled."""
+    import h5py
     import pynwb
 
-    return pynwb.NWBFile(
+    file = pynwb.NWBFile(
         session_description=about,
         identifier=f"{name} {exported.provenance['results_sha256']}",
         session_id=name,
@@ -304,33 +351,26 @@ def _nwb_file(exported: Exported, name: str, start: datetime, about: str) -> "py
         related_publications=[exported.provenance["method"]],
         notes=json.dumps(exported.provenance),
     )
-
-
-def _save_nwb(file: "pynwb.NWBFile", stream: BinaryIO) -> None:
-    import h5py
-    import pynwb
-
+    yield file
     with h5py.File(stream, "w") as hdf, pynwb.NWBHDF5IO(file=hdf, mode="w") as written:
         written.write(file, cache_spec=True)
 
 
-def flat_arrays(exported: Exported) -> dict[str, pd.DataFrame]:
-    """Return the arrays of each kind as a table whose first columns name recording and time."""
-    return {
+def flat_tables(exported: Exported) -> dict[str, pd.DataFrame]:
+    """Return all tables, and the arrays with the recording and the time as their first columns."""
+    return exported.tables | {
         array: table.reset_index().rename(columns={"time": "time_s"})
         for array, table in exported.arrays.items()
     }
 
 
-def _parquet_contents(exported: Exported) -> Contents:
-    tables = {**exported.tables, **flat_arrays(exported)}
-    return {f"{name}.parquet": partial(_parquet, exported, name, tables[name]) for name in tables}
-
-
 FORMATS: Mapping[str, Callable[[Exported], Contents]] = {
     "mat": lambda exported: {f"{exported.what}.mat": partial(_mat, exported)},
     "xlsx": lambda exported: {f"{exported.what}.xlsx": partial(_xlsx, exported)},
-    "parquet": _parquet_contents,
+    "parquet": lambda exported: {
+        f"{name}.parquet": partial(_parquet, exported, name, table)
+        for name, table in flat_tables(exported).items()
+    },
     "netcdf": lambda exported: {f"{exported.what}.nc": partial(_netcdf, exported)},
     "nwb": _nwb_contents,
 }

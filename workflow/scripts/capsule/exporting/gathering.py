@@ -15,8 +15,7 @@ from capsule import files
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.files import read_table
-from capsule.exporting.columns import NO_UNIT, as_exported
+from capsule.evaluation.files import TEXT, read_table
 from capsule.held_out import recordings_with_fits
 from capsule.kinds import Row
 from capsule.page.provenance import combined_checksum, origin_of
@@ -33,6 +32,7 @@ from capsule.results import (
 )
 from capsule.units import reading_unit
 
+NO_UNIT = "1"
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)
 _LISTS = ("recordings", "passed_over")
@@ -182,6 +182,16 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         "configuration": json.dumps(settings),
     }
     return Exported(what, rate_hz, tables, arrays, units, headers, provenance)
+
+
+def as_exported(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of results in which no text is unknown and each column has a type."""
+    for name, values in table.items():
+        if values.empty and name not in TEXT:
+            table[name] = values.astype(float)
+        elif not pd.api.types.is_numeric_dtype(values):
+            table[name] = values.fillna("").astype(str)
+    return table
 
 
 def _arrays_in(path: Path) -> dict[str, FloatArray]:
