@@ -81,21 +81,12 @@ class Exported:
 def long_table(
     of: str, arrays: Mapping[str, FloatArray], unit: str = NO_UNIT, rate_hz: float | None = None
 ) -> pd.DataFrame:
-    """Return arrays as one table, with a row for each column of an array.
+    """Return arrays (S, K) as one table, with a row for each column of an array.
 
-    The columns are ``sensor_1`` to ``sensor_S``. The index is the recording or size, with all names
-    as categories, and ``time`` in s; without a rate, the ``column``, counted from 1.
-
-    Parameters
-    ----------
-    of : {"recording", "size"}
-        What an array belongs to.
-    arrays : mapping of str to (S, K) array
-        The arrays by names; NaN if a sample is missing. A rejected recording has K = 0.
-    unit : str
-        Unit of the values; an attribute of the table.
-    rate_hz : float, optional
-        Sampling rate.
+    The columns are ``sensor_1`` to ``sensor_S``, NaN if a sample is missing; a rejected recording
+    has K = 0. The index is the `of`, a recording or a size, with all names as categories, and
+    ``time`` in s; without a rate, the ``column``, counted from 1. The attribute ``unit`` of the
+    table is the unit of the values.
     """
     lengths = [values.shape[1] for values in arrays.values()]
     codes = np.repeat(np.arange(len(lengths)), lengths)
@@ -117,14 +108,7 @@ def parts(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 
 def gather(results: Path, config: Path, what: str) -> Exported:
-    """Read the results that are exported.
-
-    Parameters
-    ----------
-    results, config : Path
-        The folder of results, and the file of the configuration.
-    what : str
-        One of `CHOICES`.
+    """Read the results that are exported, of the kind `what`, one of `CHOICES`.
 
     Raises
     ------
