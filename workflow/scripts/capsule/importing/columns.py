@@ -30,14 +30,9 @@ NO_TIME = "none"
 def choose_columns(
     table: Table, keys: SimpleNamespace
 ) -> tuple[int | None, tuple[int, ...], int | None]:
-    """Return the columns of time and sensors, by lab.yaml, then by names, then by position.
+    """Return the columns of time, sensors and run, by lab.yaml, then by names, then by position.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    keys : SimpleNamespace
-        The keys, of which ``time``, ``sensors``, ``run_column`` and ``sensor_count`` are used.
+    Of the keys, ``time``, ``sensors``, ``run_column`` and ``sensor_count`` are used.
 
     Returns
     -------
@@ -110,11 +105,11 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
     candidates = [index for index in candidates if index in (*numbers, *texts)]
     if not candidates and len(numbers) > sensors:
         # If no column is left over, a rising column is a sensor.
-        rising = [index for index in numbers if _rises(table.numbers(index))]
+        rising = [index for index in numbers if _rises(table.columns[index])]
         candidates = [index for index in rising if not _is_counter_name(table, index)] or rising
         if len(candidates) > 1 and candidates[0] == 0 and not table.names[0]:
             # Without names, the first column is the time, unless another one also steps evenly.
-            candidates = [index for index in candidates if _steps_evenly(table.numbers(index))]
+            candidates = [index for index in candidates if _steps_evenly(table.columns[index])]
     if not candidates and texts and table.names[texts[0]] == STAMP_NAME:
         candidates = texts[:1]
     candidates = candidates or texts
@@ -157,7 +152,7 @@ def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple
     plain = [
         index
         for index in free
-        if not (_is_counter_name(table, index) and _rises(table.numbers(index)))
+        if not (_is_counter_name(table, index) and _rises(table.columns[index]))
     ]
     if len(plain) < sensors:
         raise QuestionError(

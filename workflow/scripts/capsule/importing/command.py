@@ -149,19 +149,19 @@ class Importer:
             names = _names(files)
             try:
                 self._import(files)
+                continue
             except QuestionError as question:
-                self.refused += 1
                 alike = asked.setdefault(question.subject, [])
                 alike.append(names)
-                if len(alike) == 1:
-                    _tell(f"refused: {names}: {question}", sys.stderr)
+                reason = "" if len(alike) > 1 else str(question)
             except CapsuleError as fault:
-                self.refused += 1
-                _tell(f"refused: {names}: {fault}", sys.stderr)
+                reason = str(fault)
             except OSError as fault:
-                self.refused += 1
                 remedy = "free some space or choose another --raw, and run again"
-                _tell(f"refused: {names}: {fault.strerror or fault}; {remedy}", sys.stderr)
+                reason = f"{fault.strerror or fault}; {remedy}"
+            self.refused += 1
+            if reason:
+                _tell(f"refused: {names}: {reason}", sys.stderr)
         for first, *more in asked.values():
             if more:
                 _tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
@@ -296,8 +296,9 @@ def _named(place: str) -> Iterator[None]:
     try:
         yield
     except CapsuleError as fault:
-        kind = QuestionError if isinstance(fault, QuestionError) else CapsuleError
-        raise kind(f"{place}: {fault}" if place else str(fault)) from None
+        if place:
+            fault.args = (f"{place}: {fault}",)
+        raise
 
 
 def _tell(text: str, stream: TextIO | None = None) -> None:
@@ -359,9 +360,12 @@ class _Archive:
         """Raise an error if recordings with names such as ``3mm/r07`` cannot be written."""
         for at, name in enumerate(names):
             path = self._raw / f"{name}.csv"
-            part = path.with_name(path.name + PART)
-            if taken := next((each for each in (path, part) if each.exists()), None):
-                raise CapsuleError(_taken(taken))
+            for taken in (path, path.with_name(path.name + PART)):
+                if taken.exists():
+                    raise CapsuleError(
+                        f"{taken} exists and holds other samples, so it is not overwritten; give "
+                        "another --name"
+                    )
             if name in names[:at]:
                 raise CapsuleError(
                     f"two of its runs would be written to {path}; give them different names"
@@ -369,16 +373,8 @@ class _Archive:
 
     def add(self, name: str, content: bytes) -> None:
         """Write the file of a recording; its name must be free."""
-        path = self._raw / f"{name}.csv"
-        try:
-            write_new(path, content)
-        except FileExistsError:
-            raise CapsuleError(_taken(path)) from None
+        write_new(self._raw / f"{name}.csv", content)
         self._names[_checksum(content)] = name
-
-
-def _taken(path: Path) -> str:
-    return f"{path} exists and holds other samples, so it is not overwritten; give another --name"
 
 
 def _checksum(content: bytes) -> str:
@@ -390,22 +386,21 @@ def _checksum(content: bytes) -> str:
 def _reading_lines(reading: Reading) -> list[str]:
     """Return lines on how a table was read; each line begins with the key of lab.yaml."""
     table, clock = reading.table, reading.clock
-    rows = [(key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
-    rows.append(("thousands", table.reading.get("thousands", "none").removeprefix("none"), ""))
-    rows.append((table.kind, displayed(table.label), ""))
-    rows.append(("time", "none" if reading.time is None else _numbered(table, reading.time), ""))
-    if reading.time is not None:
-        rows.append(("time_unit", clock.unit, clock.reason))
-    else:
-        rate, _, teller = clock.reason.partition(" by ")
-        rows.append(("rate", rate, f"by {teller}"))
-    for number, index in enumerate(reading.sensors, start=1):
-        rows.append((f"sensor_{number}", _numbered(table, index), ""))
-    rows.append(("unit", reading.unit, reading.unit_reason))
     used = {reading.time, reading.run, *reading.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
-    rows.append(("not used", table.listed(idle), ""))
-    rows.append(("passed over", passed_over(table), ""))
+    sensors = enumerate(reading.sensors, start=1)
+    rows = [
+        *((key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")),
+        ("thousands", table.reading.get("thousands", "").removeprefix("none"), ""),
+        (table.kind, displayed(table.label), ""),
+        ("time", "none" if reading.time is None else _numbered(table, reading.time), ""),
+        ("rate", clock.reason if reading.time is None else "", ""),
+        ("time_unit", clock.unit if reading.time is not None else "", clock.reason),
+        *((f"sensor_{number}", _numbered(table, index), "") for number, index in sensors),
+        ("unit", reading.unit, reading.unit_reason),
+        ("not used", table.listed(idle), ""),
+        ("passed over", passed_over(table), ""),
+    ]
     rows = [row for row in rows if row[1]]
     left = max(len(name) for name, _, _ in rows)
     return [
@@ -439,13 +434,8 @@ def _sample_lines(recording: Recording, *, plain: bool) -> list[str]:
 def _trace(values: np.ndarray, bars: str) -> str:
     """Return readings (K,) as a line of bars, with blanks for missing samples."""
     each = -(-values.size // _WIDTH)
-    parts = [values[at : at + each] for at in range(0, values.size, each)]
-    parts = [part[~np.isnan(part)] for part in parts]
-    means = [float(part.mean()) if part.size else None for part in parts]
-    known = [mean for mean in means if mean is not None]
-    low, span = min(known, default=0.0), max(known, default=0.0) - min(known, default=0.0)
-    top = len(bars) - 1
-    return "".join(
-        " " if mean is None else bars[round((mean - low) / span * top) if span else 0]
-        for mean in means
-    )
+    padded = np.pad(values, (0, -values.size % each), constant_values=np.nan)
+    means = np.ma.masked_invalid(padded.reshape(-1, each)).mean(axis=1)
+    low, span = means.min(), means.max() - means.min()
+    heights = (means - low) / (span or 1) * (len(bars) - 1)
+    return "".join(" " if np.ma.is_masked(each) else bars[round(each)] for each in heights)

@@ -62,21 +62,9 @@ _Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
 
 
 def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
-    """Read a file of any format.
+    """Return the tables in a file of any format, and the SHA-256 of the file's content.
 
-    Parameters
-    ----------
-    path : Path
-        A file, or the folder of a bag of ROS 2.
-    keys : SimpleNamespace
-        The keys.
-
-    Returns
-    -------
-    tables : list of Table
-        Tables in the file.
-    sha256 : str
-        Checksum of the file's content.
+    The file can be the folder of a bag of ROS 2, too.
 
     Raises
     ------
@@ -177,14 +165,7 @@ def _unpacked(content: bytes) -> bytes:
 def table_of(columns: _Columns, label: str, **told: Any) -> Table:
     """Return a table of a format without text cells.
 
-    Parameters
-    ----------
-    columns : sequence of (str, (K,) array, str)
-        Name, numbers and unit of each column.
-    label : str
-        The table's name.
-    **told
-        Further attributes of the table.
+    `columns` holds name, numbers (K,) and unit of each column; `told` holds further attributes.
     """
     names, values, units = zip(*columns, strict=True)
     arrays = tuple(np.asarray(each, dtype=float) for each in values)

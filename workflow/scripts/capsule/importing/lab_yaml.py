@@ -26,12 +26,8 @@ def lab_schema() -> dict[str, Any]:
 def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     """Return the keys by which files are read: those of lab.yaml, and those of the configuration.
 
-    Parameters
-    ----------
-    content : mapping
-        Values by key of lab.yaml; options of the command override the file's.
-    settings : mapping
-        The sections ``recording`` and ``diagonal`` of the configuration.
+    Options of the command override the values of lab.yaml in `content`. Of the configuration, the
+    sections ``recording`` and ``diagonal`` are used.
 
     Returns
     -------

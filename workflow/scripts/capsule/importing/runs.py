@@ -10,13 +10,13 @@ from capsule.errors import CapsuleError
 from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far
-from capsule.importing.text import KEPT_NOTES
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
 from capsule.names import displayed
 from capsule.recording import Recording
 
-_ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
+# Header lines that the recording keeps from its file, or takes from lab.yaml.
+_KEPT = ("site", "session", "setup", "adc_bits", "vref_v", "series_ohm")
 _MILLI_DIGITS = 9
 _MOST_RUNS = 1000
 # A longer gap is named.
@@ -46,9 +46,7 @@ class Reading:
     unit, unit_reason : str
         Unit of the readings, as lab.yaml names it, and the reason for it.
     values : (S, K) array
-        Readings in the unit of the recording; NaN where a sample is missing.
-    partly : int
-        Number of the samples of which only some sensors are missing in the file.
+        Readings in the unit of the recording; NaN where one is missing.
     resampled : str
         How the files of the sensors were brought to the same instants; empty if they were not.
     """
@@ -62,19 +60,11 @@ class Reading:
     unit: str
     unit_reason: str
     values: np.ndarray
-    partly: int
     resampled: str = ""
 
 
 def read_columns(table: Table, keys: SimpleNamespace) -> Reading:
     """Return how to read the columns of a table, and the samples in it.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    keys : SimpleNamespace
-        The keys.
 
     Raises
     ------
@@ -88,25 +78,11 @@ def read_columns(table: Table, keys: SimpleNamespace) -> Reading:
     if (factor := WRITTEN[unit][1]) != 1.0:
         values = np.round(values * factor, _MILLI_DIGITS)
     columns = tuple(map(table.column_label, sensors))
-    return Reading(table, time, run, sensors, columns, clock, unit, reason, *_whole(values))
-
-
-def _whole(values: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return readings without the samples that lack a sensor, and the number of these."""
-    lacking = np.isnan(values)
-    partly = lacking.any(axis=0) & ~lacking.all(axis=0)
-    return np.where(partly, np.nan, values), int(np.count_nonzero(partly))
+    return Reading(table, time, run, sensors, columns, clock, unit, reason, values)
 
 
 def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
-    """Return one reading from the files of the sensors.
-
-    Parameters
-    ----------
-    readings : sequence of S Reading
-        One per sensor, in the order of the sensors.
-    keys : SimpleNamespace
-        The keys.
+    """Return one reading from those of S files, one for each sensor, in the sensors' order.
 
     Raises
     ------
@@ -142,13 +118,11 @@ def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
             f"from {', '.join(f'{rate:.4g}' for rate in rates)} Hz to {keys.rate_hz:g} Hz and to "
             "the same instants"
         )
-    values, partly = _whole(np.array(rows))
     return replace(
         first,
         columns=tuple(reading.columns[0] for reading in readings),
         clock=replace(first.clock, time_s=time_s),
-        values=values,
-        partly=partly,
+        values=np.array(rows),
         resampled=resampled,
     )
 
@@ -158,13 +132,6 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
 
     The name is empty if there is one run. The header tells all but the file.
 
-    Parameters
-    ----------
-    reading : Reading
-        How the table's columns are read.
-    keys : SimpleNamespace
-        The keys.
-
     Raises
     ------
     CapsuleError
@@ -173,8 +140,13 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
     runs = []
     for label, rows in _split(reading, keys):
         time_s, values = reading.clock.time_s[rows], reading.values[:, rows]
+        lacking = np.isnan(values)
+        partly = lacking.any(axis=0) & ~lacking.all(axis=0)
+        values = np.where(partly, np.nan, values)
         header = _header(reading, keys, label, float(time_s[0]))
         remarks = list(_remarks(reading, header, time_s, values, keys))
+        if partly.any():
+            remarks.append(f"{np.count_nonzero(partly)} samples lack a sensor and count as missing")
         try:
             rate_hz = usual_rate(time_s)
             if abs(rate_hz - keys.rate_hz) > keys.rate_tolerance * keys.rate_hz:
@@ -223,8 +195,6 @@ def _remarks(
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
             "another run begins behind it, give --run-gap-s"
         )
-    if reading.partly:
-        yield f"{reading.partly} samples lack a sensor and count as missing"
     highest = np.nanmax(values, initial=0.0)
     if header["unit"] == "V" and "vref_v" not in header:
         yield "the supply voltage is unknown, so volts are judged as they are; use --vref-v"
@@ -295,15 +265,11 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
     header = {key: displayed(text)[:LONGEST_ENTRY] for key, text in said.items() if text}
     own = "format_version" in notes
     for key, text in notes.items():
-        if (own and key not in ("format_version", "rate_hz", "started")) or key in KEPT_NOTES:
+        if (own and key not in ("format_version", "rate_hz", "started")) or key in _KEPT:
             header[key] = text
-    for key in ("source", "site", "session", "setup"):
-        if text := getattr(keys, key):
-            header[key] = text
-    for key, form in _ELECTRONICS.items():
-        if (number := getattr(keys, key)) is not None:
-            text = format(number, form)
-            header[key] = text.rstrip("0").rstrip(".") if "." in text else text
+    for key in ("source", *_KEPT):
+        if (value := getattr(keys, key)) is not None:
+            header[key] = value if isinstance(value, str) else f"{value:.12g}"
     header["unit"] = WRITTEN[reading.unit][0]
     if started := later(clock.started, first_s) or notes.get("started", ""):
         header["started"] = started

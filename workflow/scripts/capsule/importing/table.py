@@ -32,8 +32,10 @@ class Table:
     names, units : tuple of C str
         Name and unit of each column in the file; empty if there is none.
     columns : tuple of C arrays (K,)
-        Floats, NaN where a sample is missing. If a cell of a column is not a number, the column
-        holds objects: floats, and the text of such cells.
+        Floats, NaN where a sample is missing or a cell is not a number.
+    words : mapping of int to sequence of K str
+        The text of the cells that are not a number, empty for all others, by the index of a column.
+        A column without such cells has no entry.
     kind : str
         Word for a table of this format, and key of lab.yaml that chooses one: ``sheet`` or
         ``variable``; empty if a file holds one table.
@@ -60,6 +62,7 @@ class Table:
     names: tuple[str, ...]
     units: tuple[str, ...]
     columns: tuple[np.ndarray, ...]
+    words: Mapping[int, Sequence[str]] = field(default_factory=dict)
     kind: str = ""
     label: str = ""
     lines: np.ndarray | None = None
@@ -88,25 +91,19 @@ class Table:
         """Return a list of columns in words."""
         return _listed([self.column_label(index) for index in indices])
 
-    def numbers(self, index: int) -> np.ndarray:
-        """Return a column's numbers (K,); NaN where a cell holds none."""
-        column = self.columns[index]
-        if column.dtype != object:
-            return column
-        return np.array([cell if isinstance(cell, float) else np.nan for cell in column])
-
     def texts(self, index: int, most: int | None = None) -> list[str]:
         """Return the first cells of a column as text, or all; a missing sample is empty."""
-        cells = self.columns[index][:most].tolist()
+        numbers = self.columns[index][:most].tolist()
+        words = self.words.get(index, [""] * len(numbers))
         return [
-            cell if isinstance(cell, str) else "" if np.isnan(cell) else f"{cell:.15g}"
-            for cell in cells
+            word or ("" if np.isnan(number) else f"{number:.15g}")
+            for number, word in zip(numbers, words, strict=False)
         ]
 
     def holds_numbers(self, index: int) -> bool:
         """Return whether most of the filled cells of a column are numbers."""
-        filled = np.count_nonzero(~np.isnan(self.numbers(index)))
-        return bool(filled > np.count_nonzero(self._is_text(index)))
+        filled = np.count_nonzero(~np.isnan(self.columns[index]))
+        return bool(filled > sum(map(bool, self.words.get(index, ()))))
 
     def checked_numbers(self, index: int) -> np.ndarray:
         """Return a column's numbers (K,); NaN where a sample is missing.
@@ -116,10 +113,11 @@ class Table:
         CapsuleError
             If a cell holds something else; the message names its place.
         """
-        column, numbers = f"column {self.column_label(index)}", self.numbers(index)
-        for row in np.flatnonzero(self._is_text(index))[:1]:
+        column, numbers = f"column {self.column_label(index)}", self.columns[index]
+        words = self.words.get(index, ())
+        for row in [row for row, word in enumerate(words) if word][:1]:
             raise CapsuleError(
-                f"{self.line(row)}, {column}: {self.columns[index][row][:60]!r} is not a "
+                f"{self.line(row)}, {column}: {words[row][:60]!r} is not a "
                 "number; if it marks a missing sample, name it with --missing; if the table ends "
                 "above it, delete what follows"
             )
@@ -130,22 +128,9 @@ class Table:
             )
         return numbers
 
-    def _is_text(self, index: int) -> np.ndarray:
-        column = self.columns[index]
-        if column.dtype != object:
-            return np.zeros(column.size, dtype=bool)
-        return np.array([isinstance(cell, str) for cell in column], dtype=bool)
-
 
 def choose_tables(tables: Sequence[Table], keys: SimpleNamespace) -> list[Table]:
-    """Return the tables that are runs: the named table, all tables, or the only one that fits.
-
-    Parameters
-    ----------
-    tables : sequence of Table
-        The tables of a file.
-    keys : SimpleNamespace
-        The keys, of which ``sheet``, ``variable`` and ``sensor_count`` are used.
+    """Return the tables of a file that are runs: the named one, all, or the only one that fits.
 
     Raises
     ------
@@ -193,10 +178,7 @@ def _listed(labels: Sequence[str]) -> str:
 def is_far(values: np.ndarray) -> np.ndarray:
     """Return for each row (S,) whether its first reading is far from all others.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings of more than one sample; NaN where a sample is missing.
+    The readings (S, K) are of more than one sample; NaN where a sample is missing.
     """
     # Unlike nanmin and nanmax, these do not warn of a row without a reading.
     low, high = np.fmin.reduce(values[:, 1:], axis=1), np.fmax.reduce(values[:, 1:], axis=1)

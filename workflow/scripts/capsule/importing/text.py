@@ -23,19 +23,16 @@ from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import is_unit
 from capsule.recording import DECISIVE, LARGEST_NUMBER
 
+_MISSING = frozenset[str | float](("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
-# Keys of a file's own header lines that the recording keeps.
-KEPT_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
 # Lines that are tried first; and if they leave a choice.
 _TRIED, _MOST_TRIED = 200, 20_000
-# Rows that are converted to numbers at a time.
-_ROWS_AT_ONCE = 5_000
 # Least share of the lines below the first sample that must look like samples.
 _LEAST_ROWS = 0.6
 # A dialect is dropped if its share of cells with numbers is lower than the best by this much.
@@ -49,7 +46,6 @@ _LONGEST_LABELLED = 1000
 _LEAST_SHARE = 0.5
 # Least number of columns whose numbers are taken for names without a question.
 _LEAST_NAMES = 3
-_MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
 # Number and text of each line; number and cells of each row.
 _Lines: TypeAlias = Sequence[tuple[int, str]]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
@@ -61,17 +57,19 @@ class _Style(NamedTuple):
     decimal: str
     thousands: str = "none"
 
-    def number(self, cell: str, missing: Collection[str | float] = ()) -> float | None:
+    def number(self, cell: str, missing: Collection[str | float] = _MISSING) -> float | None:
         """Return a cell's number; NaN for a missing sample, None if it is not a number."""
         text = cell.strip()
-        if _PATTERNS[self].fullmatch(text):
-            if self.thousands != "none":
-                text = text.replace("," if self.thousands == "comma" else ".", "")
-            value = float(text.replace(",", "."))
-            if value in missing or text.lower() in missing:
-                return float("nan")
-            return value if abs(value) <= LARGEST_NUMBER else None
-        return float("nan") if text.lower() in _MISSING or text.lower() in missing else None
+        if text.lower() in missing:
+            return float("nan")
+        if not _PATTERNS[self].fullmatch(text):
+            return None
+        if self.thousands != "none":
+            text = text.replace("," if self.thousands == "comma" else ".", "")
+        value = float(text.replace(",", "."))
+        if value in missing:
+            return float("nan")
+        return value if abs(value) <= LARGEST_NUMBER else None
 
 
 _POINT = _Style("point")
@@ -110,13 +108,6 @@ class _Dialect(NamedTuple):
 
 def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     """Read the table of a text file; in the log of a serial line, pass over broken lines.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    keys : SimpleNamespace
-        The keys.
 
     Raises
     ------
@@ -160,21 +151,16 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
         table,
         names=(STAMP_NAME, *table.names),
         units=("clock", *table.units),
-        columns=(np.array(at, dtype=object), *table.columns),
+        columns=(np.full(len(at), np.nan), *table.columns),
+        words={0: at} | {index + 1: texts for index, texts in table.words.items()},
     )
 
 
 def read_rows(lines: Iterable[tuple[int, list[str]]], keys: SimpleNamespace, **told: str) -> Table:
     """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
 
-    Parameters
-    ----------
-    lines : iterable of (int, list of str)
-        Number of each row, and its cells; all rows have the same number of cells.
-    keys : SimpleNamespace
-        The keys.
-    **told
-        Further attributes of the table.
+    `lines` holds the number of each row, and its cells; all rows have the same number of cells.
+    `told` holds further attributes of the table.
     """
     lines = [line for line in lines if line[0] > (keys.skip_lines or 0) and any(line[1])]
     found = _found([row for _, row in lines], _Dialect("none", _POINT), keys)
@@ -357,18 +343,15 @@ def _found(rows: Sequence[list[str]], way: _Dialect, keys: SimpleNamespace) -> l
     ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1) or [(0, 0)]
     missing = _missing_words(keys)
     numbers = [[way.style.number(cell, missing) for cell in row] for row in rows]
-    samples = [
-        len(row) == width
-        and sum(each is not None and each == each for each in row) >= keys.sensor_count
+    there = [
+        len(row) == width and sum(each is not None and each == each for each in row)
         for row in numbers
     ]
+    samples = [count >= keys.sensor_count for count in there]
     if not any(samples):
         return []
     # A line with a missing sample may hold only the time.
-    whole = [
-        len(row) == width and None not in row and any(each == each for each in row)
-        for row in numbers
-    ]
+    whole = [count > 0 and None not in row for count, row in zip(there, numbers, strict=True)]
     first = samples.index(True)
     while first > 0 and whole[first - 1]:
         first -= 1
@@ -473,13 +456,13 @@ def _rows(
 
 
 def _missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
-    """Return the additional marks of a missing sample, as lower-case words and as numbers.
+    """Return the marks of a missing sample, as lower-case words and as numbers.
 
     The number matches all its spellings: -999 is also written -999.0.
     """
     words = {str(word).strip().lower() for word in keys.missing or ()}
     numbers = {_POINT.number(word) for word in words}
-    return frozenset(words | {each for each in numbers if each is not None and each == each})
+    return _MISSING | words | {each for each in numbers if each is not None and each == each}
 
 
 def _table(
@@ -495,23 +478,31 @@ def _table(
     A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
     far from all samples below.
     """
-    missing, rows = _missing_words(keys), iter(rows)
-    lines, parts, first = array("q"), [], list[str]()
-    while chunk := list(islice(rows, _ROWS_AT_ONCE)):
-        first = first or chunk[0][1]
-        lines.extend(number for number, _ in chunk)
-        cells = zip(*(row for _, row in chunk), strict=True)
-        parts.append([_column(each, style, missing) for each in cells])
-    columns = tuple(np.concatenate(each) for each in zip(*parts, strict=True))
-    table = Table(tuple(names), tuple(units), columns, lines=np.array(lines), **told)
+    missing, lines, first = _missing_words(keys), array("q"), list[str]()
+    columns, words = [array("d") for _ in names], [list[str]() for _ in names]
+    for line, cells in rows:
+        first = first or cells
+        lines.append(line)
+        for column, texts, cell in zip(columns, words, cells, strict=True):
+            number = style.number(cell, missing)
+            column.append(np.nan if number is None else number)
+            texts.append(cell if number is None else "")
+    table = Table(
+        tuple(names),
+        tuple(units),
+        tuple(map(np.asarray, columns)),
+        {index: texts for index, texts in enumerate(words) if any(texts)},
+        lines=np.asarray(lines),
+        **told,
+    )
     if len(lines) <= 2 or any(names) or not _counts_columns(first):
         return table
     shown = f"{table.line(0)}: {','.join(first)!r}"
-    values = np.array([table.numbers(index) for index in range(1, len(columns))])
-    if len(first) >= _LEAST_NAMES and np.mean(is_far(values)) >= 0.5:
+    if len(first) >= _LEAST_NAMES and np.mean(is_far(np.array(table.columns[1:]))) >= 0.5:
         return replace(
             table,
-            columns=tuple(column[1:] for column in columns),
+            columns=tuple(column[1:] for column in table.columns),
+            words={index: texts[1:] for index, texts in table.words.items()},
             lines=np.array(lines[1:]),
             remark=f"{shown} is taken for the names of the columns, not for a sample",
         )
@@ -521,15 +512,6 @@ def _table(
             f"sample (--skip-lines {lines[0] - 1}); choose one"
         )
     return table
-
-
-def _column(cells: Sequence[str], style: _Style, missing: Collection[str | float]) -> Any:
-    """Return cells as floats; if one is not a number, as objects."""
-    read = [style.number(cell, missing) for cell in cells]
-    if None not in read:
-        return np.array(read, dtype=float)
-    mixed = [cell if number is None else number for cell, number in zip(cells, read, strict=True)]
-    return np.array(mixed, dtype=object)
 
 
 def _counts_columns(cells: Sequence[str]) -> bool:

@@ -65,16 +65,9 @@ class Clock:
 
 
 def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
-    """Return the time of each sample.
+    """Return the time of each sample, from a column or, without an index, from the sampling rate.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    index : int or None
-        Index of the column of the time; None if there is none.
-    keys : SimpleNamespace
-        The keys, of which ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
+    Of the keys, ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
 
     Raises
     ------
@@ -124,7 +117,7 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
 def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
     """Return the unit of a column of numbers, and the reason."""
     label, name = table.column_label(index), table.names[index]
-    steps = np.diff(table.numbers(index))
+    steps = np.diff(table.columns[index])
     step = float(np.median(steps))
     if step <= 0:
         raise CapsuleError(

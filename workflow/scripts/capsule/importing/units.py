@@ -74,14 +74,7 @@ def plain_unit(text: str) -> str:
 def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) -> tuple[str, str]:
     """Return the unit of the sensors' readings, as lab.yaml names it, and the reason for it.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    sensors : sequence of S int
-        Indices of the sensors' columns.
-    keys : SimpleNamespace
-        The keys, of which ``unit`` and ``full_scale`` are used.
+    `sensors` holds the indices of the columns. Of the keys, ``unit`` and ``full_scale`` are used.
 
     Raises
     ------
