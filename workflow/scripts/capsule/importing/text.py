@@ -57,19 +57,19 @@ class _Style(NamedTuple):
     decimal: str
     thousands: str = "none"
 
-    def number(self, cell: str, missing: Collection[str | float] = _MISSING) -> float | None:
-        """Return a cell's number; NaN for a missing sample, None if it is not a number."""
+    def number(self, cell: str, missing: Collection[str | float] = _MISSING) -> float:
+        """Return a cell's number; NaN for a missing sample, infinite if it is not a number."""
         text = cell.strip()
         if text.lower() in missing:
             return float("nan")
         if not _PATTERNS[self].fullmatch(text):
-            return None
+            return np.inf
         if self.thousands != "none":
             text = text.replace("," if self.thousands == "comma" else ".", "")
         value = float(text.replace(",", "."))
         if value in missing:
             return float("nan")
-        return value if abs(value) <= LARGEST_NUMBER else None
+        return value if abs(value) <= LARGEST_NUMBER else np.inf
 
 
 _POINT = _Style("point")
@@ -89,8 +89,7 @@ class _Dialect(NamedTuple):
     """A way to read a table.
 
     After delimiter and style of the numbers come the number of cells in a row, the index of the
-    first sample, the share of the cells from there on that are numbers, and these numbers. None is
-    not a number, and "?" a missing sample, for NaN does not equal itself.
+    first sample, the share of the cells from there on that are numbers, and these numbers (K, C).
     """
 
     delimiter: str
@@ -98,7 +97,7 @@ class _Dialect(NamedTuple):
     cells: int = 0
     first: int = 0
     share: float = 0.0
-    numbers: Sequence[list[float | str | None]] = ()
+    numbers: np.ndarray = np.empty((0, 0))
 
     def split(self, line: str) -> list[str]:
         """Return the cells of a line; the delimiter may stand behind the last cell, too."""
@@ -326,7 +325,8 @@ def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
         # In a table with tabs, spaces are part of a name or of an empty cell.
         beside_tab = way.delimiter == "space" and any(each.delimiter == "tab" for each in distinct)
         fewer = way.share < max(other.share for other in ways) - _FEWER_NUMBERS
-        if not beside_tab and not fewer and all(way.numbers != each.numbers for each in distinct):
+        known = any(np.array_equal(way.numbers, each.numbers, equal_nan=True) for each in distinct)
+        if not beside_tab and not fewer and not known:
             distinct.append(way)
     return distinct
 
@@ -340,28 +340,28 @@ def _is_named(lines: _Lines, way: _Dialect) -> bool:
 
 def _found(rows: Sequence[list[str]], way: _Dialect, keys: SimpleNamespace) -> list[_Dialect]:
     """Return a dialect with the table that it finds in the rows; empty if there is none."""
-    ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1) or [(0, 0)]
-    missing = _missing_words(keys)
-    numbers = [[way.style.number(cell, missing) for cell in row] for row in rows]
-    there = [
-        len(row) == width and sum(each is not None and each == each for each in row)
-        for row in numbers
-    ]
-    samples = [count >= keys.sensor_count for count in there]
-    if not any(samples):
+    if not rows:
         return []
+    ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
+    missing, is_wide = _missing_words(keys), np.array([len(row) == width for row in rows])
+    numbers = np.array(
+        [[way.style.number(cell, missing) for cell in row] for row in rows if len(row) == width]
+    )
+    there = np.isfinite(numbers).sum(axis=1)
+    samples, whole = np.zeros((2, len(rows)), dtype=bool)
+    samples[is_wide] = there >= keys.sensor_count
     # A line with a missing sample may hold only the time.
-    whole = [count > 0 and None not in row for count, row in zip(there, numbers, strict=True)]
-    first = samples.index(True)
+    whole[is_wide] = (there > 0) & ~np.isinf(numbers).any(axis=1)
+    if not samples.any():
+        return []
+    first = int(np.argmax(samples))
     while first > 0 and whole[first - 1]:
         first -= 1
-    count = sum(map(max, samples[first:], whole[first:]))
-    if count < max(2, _LEAST_ROWS * (len(numbers) - first)):
+    if np.count_nonzero((samples | whole)[first:]) < max(2, _LEAST_ROWS * (len(rows) - first)):
         return []
-    below = [row for row in numbers[first:] if len(row) == width]
-    share = sum(number is not None for row in below for number in row) / (width * len(below))
-    comparable = [["?" if each != each else each for each in row] for row in below]
-    return [_Dialect(way.delimiter, way.style, width, first, share, comparable)]
+    below = numbers[np.flatnonzero(is_wide) >= first]
+    share = float(np.mean(~np.isinf(below)))
+    return [_Dialect(way.delimiter, way.style, width, first, share, below)]
 
 
 def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
@@ -383,7 +383,7 @@ def _reading(cell: str, way: _Dialect, fewest: int) -> str:
         return f"columns, {' and '.join(parts)} (--delimiter {way.delimiter})"
     value, (decimal, thousands) = way.style.number(cell), way.style
     option = f"--decimal {decimal}" if thousands == "none" else f"--thousands {thousands}"
-    return f"{'no number' if value is None else format(value, '.12g')} ({option})"
+    return f"{'no number' if np.isinf(value) else format(value, '.12g')} ({option})"
 
 
 def _head(
@@ -416,7 +416,7 @@ def _names_and_units(
 
 
 def _are_names(row: Sequence[str], cells: int, style: _Style) -> bool:
-    numbers = sum(style.number(cell) is not None for cell in row if cell)
+    numbers = sum(style.number(cell) != np.inf for cell in row if cell)
     return len(row) == cells and numbers <= cells / 2
 
 
@@ -437,7 +437,7 @@ def _rows(
         cells = dialect.split(line)
         is_whole = len(cells) == dialect.cells
         if passed_over is not None:
-            is_whole &= sum(dialect.style.number(cell) is not None for cell in cells) >= needed
+            is_whole &= sum(dialect.style.number(cell) != np.inf for cell in cells) >= needed
         if is_whole:
             yield number, cells
         elif passed_over is not None:
@@ -462,7 +462,7 @@ def _missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
     """
     words = {str(word).strip().lower() for word in keys.missing or ()}
     numbers = {_POINT.number(word) for word in words}
-    return _MISSING | words | {each for each in numbers if each is not None and each == each}
+    return _MISSING | words | set(filter(np.isfinite, numbers))
 
 
 def _table(
@@ -485,8 +485,9 @@ def _table(
         lines.append(line)
         for column, texts, cell in zip(columns, words, cells, strict=True):
             number = style.number(cell, missing)
-            column.append(np.nan if number is None else number)
-            texts.append(cell if number is None else "")
+            is_word = number == np.inf
+            column.append(np.nan if is_word else number)
+            texts.append(cell if is_word else "")
     table = Table(
         tuple(names),
         tuple(units),
