@@ -254,6 +254,20 @@ def test_runs_are_split_at_gaps_and_where_the_clock_starts_again(tmp_path):
     assert runs["3mm/day-2"].header["import_run"] == "2"
 
 
+def test_a_run_tells_only_its_own_samples_that_lack_a_sensor(tmp_path):
+    values = COUNTS.copy()
+    values[1, 150] = np.nan
+    path = write(
+        tmp_path / "day.csv", [TIME_S, np.repeat([1, 2], 100), *values], ("t", "n", *"abcd")
+    )
+    imported = import_files(tmp_path, path, "--run-column", "n")
+    assert imported.shown.count("1 samples lack a sensor and count as missing") == 1
+    missing = {
+        name: np.isnan(run.values).all(axis=0) for name, run in imported.recordings().items()
+    }
+    assert {name: each.sum() for name, each in missing.items()} == {"3mm/day-1": 0, "3mm/day-2": 1}
+
+
 def test_half_of_a_file_is_never_written(tmp_path):
     path = write(
         tmp_path / "day.csv",
