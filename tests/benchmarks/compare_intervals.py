@@ -21,8 +21,7 @@ sys.path[:0] = map(str, FOLDERS)
 from judge_report import table
 
 from capsule.arguments import natural
-from capsule.evaluation.intervals import Interval, new_specificity, rate_of
-from capsule.evaluation.roc import auc_interval
+from capsule.evaluation.intervals import Interval, auc_interval, new_specificity, rate_of
 from capsule.seeding import generator
 
 LEVEL = 0.95

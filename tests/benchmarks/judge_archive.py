@@ -23,7 +23,7 @@ from phantom_study.simulated_archive import (
 from capsule.detectors.base import Detector, StoredRecording, TrainingArchive, Verdict
 from capsule.detectors.registry import detector_class
 from capsule.detectors.search import passage_of
-from capsule.evaluation import roc
+from capsule.evaluation import intervals
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.sites import detections_by_passes
 from capsule.phantom.parameters import Phantom
@@ -193,7 +193,7 @@ def _row(archive: Sequence[Recording], verdicts: Sequence[Verdict]) -> dict[str,
     true_mm = _sizes(archive)
     scores = np.array([verdict.score for verdict in verdicts])
     row = rates(true_mm, np.array([verdict.predicted_mm for verdict in verdicts]))
-    return row | {"AUC of 1 mm": roc.auc(scores[true_mm == 0], scores[true_mm == 1])}
+    return row | {"AUC of 1 mm": intervals.auc(scores[true_mm == 0], scores[true_mm == 1])}
 
 
 def _diagonal_row(archive: Sequence[Recording], verdicts: Sequence[Verdict]) -> dict[str, float]:

@@ -11,10 +11,9 @@ from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
 from capsule.detectors.calibrate import fit_probability, fit_ridge
-from capsule.evaluation.intervals import rate, ratio_interval
+from capsule.evaluation.intervals import auc, height_at, rate, ratio_interval
 from capsule.evaluation.measures import brier_score, calibration, prevalence_weights, sign_test
 from capsule.evaluation.rates import of_each
-from capsule.evaluation.roc import auc, height_at
 
 SEEDS = range(5)
 PREVALENCE = 0.1

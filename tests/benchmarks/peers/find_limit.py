@@ -39,7 +39,7 @@ from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
 from capsule.detectors.search import passage_of
 from capsule.detectors.taught import Taught
-from capsule.evaluation.roc import height_at
+from capsule.evaluation.intervals import height_at
 from capsule.names import size_mm
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom

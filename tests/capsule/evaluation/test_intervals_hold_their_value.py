@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from capsule.evaluation import measures, roc
+from capsule.evaluation import intervals, measures
 from capsule.evaluation.intervals import (
     gain_interval,
     lower_bound,
@@ -116,8 +116,8 @@ SCORES = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 4)), min_size=1, m
 def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
     (healthy, one), (nodule, other) = (np.array(each).T for each in (healthy, nodule))
     clusters = (one, other) if clustered else ()
-    area, low, high = roc.auc_interval(healthy, nodule, level, *clusters)
-    assert area == roc.auc(healthy, nodule)
+    area, low, high = intervals.auc_interval(healthy, nodule, level, *clusters)
+    assert area == intervals.auc(healthy, nodule)
     assert math.isnan(low) == math.isnan(high)
     assert math.isnan(low) or 0 <= low <= area <= high <= 1
     if not clustered:

@@ -28,7 +28,6 @@ from capsule.kinds import Settings
 from capsule.particle import Particle
 from capsule.templates import TemplateSet
 
-_UNKNOWN = float("nan")
 # Penalty of the size regression of a detector without a setting for it.
 _SIZE_RIDGE = 1.0
 _Rows = tuple[list[str], FloatArray, FloatArray, IntArray]
@@ -170,16 +169,16 @@ class Verdict:
     predicted_mm: float
     score: float
     threshold: float
-    probability: float = _UNKNOWN
-    estimate_mm: float = _UNKNOWN
-    location_samples: float = _UNKNOWN
-    location_mm: float = _UNKNOWN
-    estimate_low_mm: float = _UNKNOWN
-    estimate_high_mm: float = _UNKNOWN
+    probability: float = np.nan
+    estimate_mm: float = np.nan
+    location_samples: float = np.nan
+    location_mm: float = np.nan
+    estimate_low_mm: float = np.nan
+    estimate_high_mm: float = np.nan
     distances: tuple[float, ...] | None = None
 
 
-NO_VERDICT = Verdict(_UNKNOWN, _UNKNOWN, _UNKNOWN)
+NO_VERDICT = Verdict(np.nan, np.nan, np.nan)
 
 
 def why_unknown(verdict: Verdict) -> str:
@@ -302,12 +301,12 @@ class ScoredDetector(Detector):
         seen = self.seen(recording)
         score = self.score(seen)
         if np.isnan(score) or np.isnan(self.threshold):
-            return Verdict(_UNKNOWN, score, self.threshold)
-        chance = _UNKNOWN if self.probability is None else float(self.probability.of(score))
+            return Verdict(np.nan, score, self.threshold)
+        chance = np.nan if self.probability is None else float(self.probability.of(score))
         if score <= self.threshold:
             return Verdict(0.0, score, self.threshold, chance)
         if self.sizes is None:
-            return Verdict(_UNKNOWN, score, self.threshold, chance)
+            return Verdict(np.nan, score, self.threshold, chance)
         estimate = float(self.sizes.estimate(seen[self.sized_by]))
         where = recording.passage
         return Verdict(
@@ -331,7 +330,7 @@ class ScoredDetector(Detector):
         values = stored[cls.name]
         threshold, probability = values["threshold"], values["probability"]
         return cls(
-            _UNKNOWN if threshold is None else threshold,
+            np.nan if threshold is None else threshold,
             values["learned"] and Regression.restored(values["learned"]),
             probability and Probability(**probability),
             values["sizes"] and SizeModel.restored(values["sizes"]),

@@ -30,8 +30,7 @@ def size_features(passage: Passage) -> FloatArray:
     because the size multiplies depth and shape. The time fits, because a large nodule slows the
     capsule down.
     """
-    found = passage
-    risen = np.maximum([found.depth, found.shape], _LEAST_CHANNEL)
-    spreads = [found.level_spread, found.depth_spread, found.shape_spread]
-    plain = [found.level, found.depth, found.shape, found.lag_samples]
+    risen = np.maximum([passage.depth, passage.shape], _LEAST_CHANNEL)
+    spreads = [passage.level_spread, passage.depth_spread, passage.shape_spread]
+    plain = [passage.level, passage.depth, passage.shape, passage.lag_samples]
     return np.concatenate([plain, np.log(risen), np.log(spreads)])

@@ -20,8 +20,6 @@ from capsule.kinds import Settings
 from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.templates import TemplateSet
 
-_UNKNOWN = float("nan")
-
 
 def template_distances(matrix: FloatArray, templates: Iterable[FloatArray]) -> FloatArray:
     """Compare a recording with every template (eq. F' to eq. RMSEmin).
@@ -52,7 +50,7 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
         The templates' sizes in mm; 0 is no nodule. Of equal distances the smaller size wins.
     """
     nearest = place_of_largest(-distances)
-    return _UNKNOWN if nearest is None else float(sizes_mm[nearest])
+    return np.nan if nearest is None else float(sizes_mm[nearest])
 
 
 def place_of_largest(values: FloatArray) -> int | None:
@@ -124,9 +122,9 @@ class NearestTemplate(Detector):
         distances, gains, lags = _compared(recording, self.templates)
         # T^0 comes first and stands for no nodule.
         best = place_of_largest(gains[1:])
-        margin = _UNKNOWN if best is None else float(gains[1 + best])
+        margin = np.nan if best is None else float(gains[1 + best])
         predicted_mm = self.predicted_mm(distances, margin)
-        size_mm = location = _UNKNOWN
+        size_mm = location = np.nan
         if best is not None and predicted_mm > 0:
             size_mm, length = predicted_mm, self.templates[0].values.shape[1]
             location = first_peak_sample(float(lags[1 + best]), self.whole.first_peak, length)
@@ -168,7 +166,7 @@ class TemplateMargin(NearestTemplate):
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
         """Return 0 up to the threshold, otherwise the size of the nearest nodule template."""
         if np.isnan(margin) or np.isnan(self.threshold):
-            return _UNKNOWN
+            return np.nan
         if margin <= self.threshold:
             return 0.0
         return nearest_size(distances[1:], self.whole.sizes_mm[1:])
@@ -181,7 +179,7 @@ class TemplateMargin(NearestTemplate):
     def restored(cls, stored: Settings, templates: TemplateSet) -> Self:
         """Return the detector with the stored threshold and the templates of all recordings."""
         threshold = stored["margin_threshold"]
-        known = _UNKNOWN if threshold is None else float(threshold)
+        known = np.nan if threshold is None else float(threshold)
         return replace(super().restored(stored, templates), threshold=known)
 
 

@@ -28,10 +28,6 @@ LEAST_GROUPS = 3
 LEAST_HEALTHY, LEAST_NODULES = 3, 1
 # Most recordings of a fold that one process judges in turn.
 _IN_TURN = 512
-_COLUMNS = (
-    *("score", "threshold", "probability", "estimate_mm", "estimate_low_mm", "estimate_high_mm"),
-    *("location_s", "location_mm", "no_verdict", "familiar", "unfamiliar_because"),
-)
 # Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
 _Group = TypeVar("_Group", bound=Hashable)
@@ -194,7 +190,8 @@ class Detectors:
         self._archive = archive
         self._detectors = {name: detector_class(name) for name in self.names}
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
-        self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
+        predicted, *others = verdict_cells(NO_VERDICT, 1.0)
+        self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells]
 
     def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
         """Yield each detector's verdict on some recordings; those left out teach nothing."""
@@ -208,19 +205,18 @@ class Detectors:
             kind = Familiarity(None) if reason else familiar.judge(recording.traits)
             for detector, model in models.items():
                 verdict = NO_VERDICT if reason else model.verdict(recording)
-                cells = verdict_cells(verdict, self._archive.settings["recording"]["rate_hz"])
+                rate_hz = self._archive.settings["recording"]["rate_hz"]
+                cells = verdict_cells(verdict, rate_hz, reason)
                 distances = verdict.distances or [None] * len(self._distances)
                 cells |= zip(self._distances, distances, strict=True)
-                cells["no_verdict"] = reason or why_unknown(verdict)
                 yield {"recording": name, "detector": detector, **cells, **kind.cells}
 
     def learners(self) -> dict[str, type[Detector]]:
         """Return by name the detectors that learn a threshold and can learn it anew quickly."""
-        rows = {name: detector_row(name) for name in self.names}
         return {
-            name: self._detectors[name]
-            for name, row in rows.items()
-            if row.fixed_threshold is None and not row.by_templates
+            name: each
+            for name, each in self._detectors.items()
+            if not detector_row(name).by_templates
         }
 
     def stored(self) -> Cells:
@@ -232,11 +228,16 @@ class Detectors:
         return content
 
 
-def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
-    """Return the cells of a verdict without its distances; the location is in seconds."""
+def verdict_cells(verdict: Verdict, rate_hz: float, reason: str | None = None) -> Cells:
+    """Return the cells of a verdict without its distances, in the order of the tables.
+
+    The time of the location is in seconds. The reason is why no detector judges the recording.
+    """
     cells = dict(vars(verdict))
     del cells["distances"]
     cells["location_s"] = cells.pop("location_samples") / rate_hz
+    cells["location_mm"] = cells.pop("location_mm")
+    cells["no_verdict"] = reason or why_unknown(verdict)
     return cells
 
 

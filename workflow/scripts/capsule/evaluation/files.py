@@ -1,6 +1,7 @@
 """Read the tables of the evaluation, and the numbers that the paper prints."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +24,10 @@ TEXT |= {"familiar", "unfamiliar_because", "no_verdict", "first", "second", "mea
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a table that an earlier step has written; only an empty cell is an unknown value."""
-    return read_or_explain(path, _table_in)
-
-
-def _table_in(path: Path) -> pd.DataFrame:
-    columns = pd.read_csv(path, nrows=0).columns
-    return pd.read_csv(
-        path,
-        dtype=dict.fromkeys(TEXT.intersection(columns), str),
-        keep_default_na=False,
-        na_values={name: [""] for name in columns},
+    read = partial(
+        pd.read_csv, dtype=dict.fromkeys(TEXT, str), keep_default_na=False, na_values=[""]
     )
+    return read_or_explain(path, read)
 
 
 def read_evaluation(results: Path, printed: Settings, confidence: float) -> Evaluation:

@@ -13,8 +13,10 @@ from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Rows
 from capsule.evaluation.intervals import (
     UNKNOWN,
     Interval,
+    auc_interval,
     effective_count,
     gain_interval,
+    height_at,
     mean_interval,
     median_interval,
     rate_of,
@@ -32,7 +34,6 @@ from capsule.evaluation.rates import (
     specificity,
     with_ends,
 )
-from capsule.evaluation.roc import auc_interval, height_at
 from capsule.evaluation.sites import detections_by_passes
 from capsule.kinds import Cells, Settings
 

@@ -16,7 +16,7 @@ import pandas as pd
 
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
-from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict, why_unknown
+from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
 from capsule.detectors.described_recording import DescribedRecording, described
 from capsule.detectors.familiar import Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
@@ -278,7 +278,7 @@ class EstimatorAsDetector(Detectors):
 
     def __init__(self, archive: LoadedArchive, estimator: object, name: str) -> None:
         self.names, self._loaded, self._estimator = [name], archive, estimator
-        self.columns = [*verdict_cells(NO_VERDICT, 1.0), "no_verdict"]
+        self.columns = [*verdict_cells(NO_VERDICT, 1.0)]
         self._sizes_mm, self._numbers = np.unique(archive.y, return_inverse=True)
 
     def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
@@ -289,8 +289,8 @@ class EstimatorAsDetector(Detectors):
         if usable and teach.size:
             verdicts |= zip(usable, self._verdicts(teach, self._loaded.rows(usable)), strict=True)
         for name, verdict in verdicts.items():
-            cells = verdict_cells(verdict, self._loaded.settings["recording"]["rate_hz"])
-            cells["no_verdict"] = index[name]["no_verdict"] or why_unknown(verdict)
+            rate_hz = self._loaded.settings["recording"]["rate_hz"]
+            cells = verdict_cells(verdict, rate_hz, index[name]["no_verdict"])
             yield {"recording": name, "detector": self.names[0], **cells}
 
     def _verdicts(self, teach: np.ndarray, rows: FloatArray) -> list[Verdict]:
