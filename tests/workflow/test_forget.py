@@ -7,10 +7,11 @@ import sys
 
 import pytest
 
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 from support.surveys import write_session
 
-pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.takes(40)]
+pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.takes(15)]
 
 GONE, LONGER = "3mm/patient-7", "3mm/patient-7b"
 OTHERS = [*(f"0mm/r{run}" for run in range(1, 5)), "3mm/r1", LONGER, "unlabelled/p"]
@@ -48,6 +49,7 @@ def traces(project, name):
 def test_no_file_holds_a_trace_and_the_next_run_is_as_if_it_had_never_been(tmp_path, together):
     project = Project.create(tmp_path / "project", OTHERS, 400, particles=10, iterations=10)
     project.configure(recordings_per_job=together)
+    draw_plain_figures(project.folder)
     write_session(project.folder / "sessions" / "gut-1")
     never = project.copy(tmp_path / "never")
     other = Project.create(tmp_path / "other", [GONE], 400)
