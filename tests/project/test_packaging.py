@@ -229,7 +229,7 @@ def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypa
 
 
 @pytest.mark.packages
-@pytest.mark.takes(40)
+@pytest.mark.takes(30)
 def test_the_lines_that_errors_give_can_be_typed():
     """What can be installed together can be installed by any one of the lines, too."""
     wanted = []
