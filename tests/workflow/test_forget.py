@@ -50,7 +50,9 @@ def test_no_file_holds_a_trace_and_the_next_run_is_as_if_it_had_never_been(tmp_p
     project = Project.create(tmp_path / "project", OTHERS, 400, particles=10, iterations=10)
     project.configure(recordings_per_job=together)
     draw_plain_figures(project.folder)
-    write_session(project.folder / "sessions" / "gut-1")
+    # Batches mean nothing to a survey, which takes seconds to draw.
+    if together == 1:
+        write_session(project.folder / "sessions" / "gut-1")
     never = project.copy(tmp_path / "never")
     other = Project.create(tmp_path / "other", [GONE], 400)
     (project.raw / f"{GONE}.csv").write_bytes((other.raw / f"{GONE}.csv").read_bytes())
@@ -74,7 +76,7 @@ def test_no_file_holds_a_trace_and_the_next_run_is_as_if_it_had_never_been(tmp_p
     assert traces(kept, GONE)
     stayed = project.result_bytes()
     assert f"checks/{LONGER}.json" in stayed or together > 1
-    assert "surveys/gut-1/picture.pdf" in stayed
+    assert ("surveys/gut-1/picture.pdf" in stayed) == (together == 1)
     assert all(before[name] == content for name, content in stayed.items())
 
     run = project.snakemake()
