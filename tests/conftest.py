@@ -13,7 +13,7 @@ from support.preloaded import PreloadedSnakemake
 from support.project import Project
 
 # Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
-SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "takes": 4.0}
+SECONDS = {"workflow": 4.0, "packages": 4.0, "boards": 1.5, "browser": 0.5, "takes": 4.0}
 # Mark of tests that mostly wait, so other tests can use the processors.
 WAITING = "waits"
 # Marks of tests that need other programs, such as a browser: they are slow as well.

@@ -307,8 +307,17 @@ _MISHAPS = [
 ]
 
 
+def deal(seed: int, size: int) -> list[list[Callable[[Mishaps], None]]]:
+    """Return all mishaps in random order, divided into sequences of a size; the last is shorter."""
+    order = random.Random(seed).sample(_MISHAPS, k=len(_MISHAPS))
+    return [order[start : start + size] for start in range(0, len(order), size)]
+
+
 def try_sequence(
-    fresh: FreshResults, folder: Path, seed: int, most: int = 5
+    fresh: FreshResults,
+    folder: Path,
+    seed: int,
+    mishaps: Sequence[Callable[[Mishaps], None]] | None = None,
 ) -> tuple[list[str], str]:
     """Try one sequence of mishaps, and return it with the fault.
 
@@ -319,9 +328,9 @@ def try_sequence(
     folder : Path
         Folder of the project's copy; removed if there is no fault.
     seed : int
-        Seed of the mishaps; the same seed does not give the same moment of a kill.
-    most : int
-        Largest number of mishaps, at least 2.
+        Seed of all choices; the same seed does not give the same moment of a kill.
+    mishaps : sequence of callable, optional
+        Methods of `Mishaps`; by default two to five that the seed chooses.
 
     Returns
     -------
@@ -332,7 +341,7 @@ def try_sequence(
     """
     numbers = random.Random(seed)
     sequence = Mishaps(fresh.base.copy(folder), fresh, numbers)
-    for mishap in numbers.choices(_MISHAPS, k=numbers.randint(2, most)):
+    for mishap in mishaps or numbers.choices(_MISHAPS, k=numbers.randint(2, 5)):
         mishap(sequence)
     fault = sequence.end()
     if not fault:

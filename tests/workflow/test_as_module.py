@@ -7,6 +7,7 @@ import subprocess
 import pytest
 import yaml
 
+from support.plain_figures import draw_plain_figures
 from support.project import PARTS, ROOT, Project
 from support.synthetic import write_archive
 
@@ -54,6 +55,7 @@ def alone(tmp_path_factory):
     """Make the tables of the first archive without another workflow, and return the project."""
     folder = tmp_path_factory.mktemp("alone") / "project"
     project = Project.create(folder, FIRST, samples=400, **FIT)
+    draw_plain_figures(folder)
     run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     return project
@@ -104,6 +106,7 @@ def test_a_release_is_deployed_from_a_repository_and_makes_the_report(tmp_path):
     for part in [*PARTS, "pyproject.toml", ".git_archival.txt", ".gitattributes"]:
         copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy2
         copy(ROOT / part, release / part)
+    draw_plain_figures(release)
     git = ["git", "-c", "user.name=Test", "-c", "user.email=test@localhost", "-C", release]
     for step in (["init", "-q"], ["add", "."], ["commit", "-qm", "release"], ["tag", "v1"]):
         subprocess.run([*git, *step], check=True)

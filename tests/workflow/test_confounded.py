@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow]
@@ -18,6 +19,8 @@ def reports(tmp_path_factory):
     """Run an archive of one source, then with another source of the healthy recordings."""
     folder = tmp_path_factory.mktemp("confounded") / "project"
     project = Project.create(folder, NAMES, particles=20, iterations=20)
+    project.configure(recordings_per_job=100)
+    draw_plain_figures(project.folder)
     made = []
     for source in ("formula of the tests", "finger on fabric"):
         for path in project.raw.glob("0mm/*.csv"):

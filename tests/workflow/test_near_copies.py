@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from capsule.recording import Recording, format_recording
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 from support.synthetic import make_recording
 
@@ -39,6 +40,7 @@ def projects(tmp_path_factory):
     """Run an archive without and with near copies, of a labelled and an unlabelled recording."""
     folder = tmp_path_factory.mktemp("near")
     without = Project.create(folder / "without", NAMES, particles=20, iterations=20)
+    draw_plain_figures(without.folder)
     run = without.snakemake(*TABLES)
     assert run.status == 0, run.output
     made = {"without": (without, run)}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.recording import Recording, format_recording
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow]
@@ -19,6 +20,7 @@ def projects(tmp_path_factory):
     """Run an archive without and with recordings of noise, and return both projects."""
     folder = tmp_path_factory.mktemp("noise")
     without = Project.create(folder / "without", NAMES, particles=20, iterations=20)
+    draw_plain_figures(without.folder)
     run = without.snakemake(*TABLES)
     assert run.status == 0, run.output
     project = without.copy(folder / "with")

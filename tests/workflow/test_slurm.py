@@ -11,6 +11,7 @@ import yaml
 from capsule import run as workflow_run
 from support import slurm
 from support.marks import needs
+from support.plain_figures import draw_plain_figures
 from support.project import ROOT, Project
 from support.same_recordings import assert_same_recordings, results_of_all
 
@@ -64,7 +65,9 @@ def cluster(started_cluster, monkeypatch):
 def new(tmp_path_factory):
     """Return a project with recordings and without results."""
     folder = tmp_path_factory.mktemp("new") / "project"
-    return Project.create(folder, RECORDINGS, particles=20, iterations=20)
+    project = Project.create(folder, RECORDINGS, particles=20, iterations=20)
+    draw_plain_figures(folder)
+    return project
 
 
 @pytest.fixture(scope="module")

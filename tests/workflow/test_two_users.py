@@ -23,13 +23,21 @@ TARGETS = ["results/evaluation/detection.csv", "results/detections.csv"]
 ANOTHER_USER = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner"]
 
 
-@pytest.fixture
-def project(tmp_path):
-    """Return a project with results, of which a user who is not root owns every file."""
-    names = [*(f"0mm/r{run}" for run in range(1, 4)), "3mm/r1", "3mm/r2", "unlabelled/p"]
-    project = Project.create(tmp_path / "project", names, 400, particles=10, iterations=10)
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Return a project after one run; tests copy it."""
+    names = ["0mm/r1", "0mm/r2", "3mm/r1", "3mm/r2", "unlabelled/p"]
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    project = Project.create(folder, names, 400, particles=10, iterations=10)
     run = project.snakemake(*TARGETS)
     assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture
+def project(finished, tmp_path):
+    """Return a project with results, of which a user who is not root owns every file."""
+    project = finished.copy(tmp_path / "project")
     for path in (project.folder, *project.folder.rglob("*")):
         os.chown(path, 12345, 12345)
     return project
@@ -95,9 +103,8 @@ def test_results_that_a_user_may_not_read_are_named(project):
 
 def test_two_users_who_may_write_go_on_with_each_others_results(project):
     allow(project.folder, "a+rwX")
-    for recording in ("0mm/r1", "0mm/r2"):
-        path = project.raw / f"{recording}.csv"
-        path.write_text(f"# note: changed\n{path.read_text()}")
-        status, told = snakemake(project, "-c1")
-        assert status == 0, told
+    path = project.raw / "0mm/r1.csv"
+    path.write_text(f"# note: changed\n{path.read_text()}")
+    status, told = snakemake(project, "-c1")
+    assert status == 0, told
     assert project.snakemake("-n", *TARGETS).did_nothing

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.boards
 
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
-AT_MM = 120.0
+AT_MM, LENGTH_MM = 120.0, 220.0
 # A gut without any suspicion but that of the nodule.
 SEED = 7
 
@@ -26,7 +26,7 @@ SEED = 7
 class Bench:
     """A simulated bench with a fault, which keeps the commands and the true fold states."""
 
-    def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, **changes):
+    def __init__(self, fault=None, nodules=(3.0,), length_mm=LENGTH_MM, **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
@@ -69,7 +69,7 @@ def test_without_a_fault_the_nodule_is_confirmed_where_it_is():
     assert place.place_mm == pytest.approx(AT_MM, abs=4)
     assert place.passes == 2
     assert bench.folds[-1] == "unfolded"
-    assert pilot.sensing.position_mm == pytest.approx(300.0, abs=4)
+    assert pilot.sensing.position_mm == pytest.approx(LENGTH_MM, abs=4)
 
 
 def test_a_second_nodule_is_confirmed_for_itself():
