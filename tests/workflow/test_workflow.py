@@ -202,9 +202,18 @@ def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
     assert finished.copy(tmp_path / "checkout", keep_times=False).snakemake().did_nothing
 
 
-def test_one_recording_more_costs_one_job_a_stage(project, finished):
+@pytest.fixture(scope="module")
+def one_more(finished, tmp_path_factory):
+    """Return a copy with a recording more, and the run that made its tables."""
+    project = finished.copy(tmp_path_factory.mktemp("one_more") / "project")
     write_archive(project.raw, ["1mm/r03"])
-    run = project.snakemake(*TABLES)
+    # Of the figures, the data are compared.
+    draw_plain_figures(project.folder)
+    return project, project.snakemake(*TABLES)
+
+
+def test_one_recording_more_costs_one_job_a_stage(one_more, finished):
+    project, run = one_more
     lists = ("list", "list_labelled")
     stages = ("preprocess", *lists, "fit", "describe", "templates", "evaluate", "detect")
     assert run.jobs == dict.fromkeys(stages, 1)
@@ -214,11 +223,10 @@ def test_one_recording_more_costs_one_job_a_stage(project, finished):
     assert all(after[name] == before[name] for name in before if name.startswith("fits/"))
 
 
-def test_a_removed_recording_leaves_the_result_as_if_it_had_never_been(project, finished):
-    write_archive(project.raw, ["1mm/r03"])
-    # Of the figures, their data are compared.
-    draw_plain_figures(project.folder)
-    assert project.snakemake(*TABLES).status == 0
+def test_a_removed_recording_leaves_the_result_as_if_it_had_never_been(
+    one_more, finished, tmp_path
+):
+    project = one_more[0].copy(tmp_path / "project")
     (project.raw / "1mm/r03.csv").unlink()
     run = project.snakemake(*ALL_BUT_PAGE)
     assert run.status == 0, run.output
@@ -307,6 +315,7 @@ def test_snakemakes_own_report_shows_tables_figures_and_the_page(project, tmp_pa
     assert all(category in results for category in ("Verdicts", "Rates", "Figures"))
 
 
+@pytest.mark.slow
 def test_the_figures_for_print_are_made_on_request(project):
     assert project.snakemake("figures").jobs == {"figures": 1}
     for row in FIGURES.values():
@@ -322,6 +331,8 @@ def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_pat
     project = new.copy(tmp_path / "nodules")
     for folder in ("0mm", "unlabelled"):
         shutil.rmtree(project.raw / folder)
+    # What the figures show of such an archive: test_figures.py.
+    draw_plain_figures(project.folder)
     run = project.snakemake()
     assert run.status == 0, run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
