@@ -22,7 +22,8 @@ help:  ## list what make can do
 report: $(BIN)/capsule  ## set up the environment and make results/report.html
 	$(BIN)/snakemake -c$(CORES) --quiet host reason
 
-PYTEST := $(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
+# Where Python may keep nothing, each test worker, command and job would compile its modules anew.
+PYTEST := env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
 
 test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests but the slow ones
 	$(PYTEST) -m "not slow" $(PYTEST_FLAGS)

@@ -19,6 +19,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.takes(4)
 def test_every_benchmark_can_be_imported():
     assert len(BENCHMARKS) > 10

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -66,11 +67,13 @@ def output(command):
 def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
     blocks = shown_blocks()
     assert len(blocks) > 10
+    examples = tmp_path / "examples"
+    examples.mkdir()
+    write_examples(examples)
     for number, (command, lines) in enumerate(blocks):
         if command.startswith("capsule") or number == 0:
             folder = tmp_path / str(number)
-            folder.mkdir()
-            write_examples(folder)
+            shutil.copytree(examples, folder)
             monkeypatch.chdir(folder)
         shown = [line.rstrip() for line in output(command)]
         assert shown == [line.rstrip() for line in lines], command

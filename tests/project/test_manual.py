@@ -65,6 +65,7 @@ def pages(site):
     return {path: Page(path) for path in site.rglob("*.html")}
 
 
+@pytest.mark.slow
 @pytest.mark.takes
 def test_every_link_in_the_site_leads_to_a_file_and_to_an_anchor_in_it(pages):
     checked = 0
@@ -81,6 +82,7 @@ def test_every_link_in_the_site_leads_to_a_file_and_to_an_anchor_in_it(pages):
     assert checked > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.takes
 def test_no_page_loads_anything_from_elsewhere(pages):
     loaded = [target for page in pages.values() for tag, target in page.targets if tag != "a"]
@@ -88,6 +90,7 @@ def test_no_page_loads_anything_from_elsewhere(pages):
     assert not [target for target in loaded if urlsplit(target).scheme not in ("", "data")]
 
 
+@pytest.mark.slow
 @pytest.mark.takes
 def test_the_pages_hold_what_is_taken_from_the_code(site):
     def text(page):
@@ -105,6 +108,7 @@ def test_the_pages_hold_what_is_taken_from_the_code(site):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.takes
 @pytest.mark.browser
 @browser_needed

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from capsule import files
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = pytest.mark.workflow
@@ -25,6 +26,7 @@ def project(tmp_path_factory):
         path = made.raw / f"{name}.csv"
         path.write_bytes(b"# session: spring\n# setup: one\n" + path.read_bytes())
     made.configure(evaluation={"held_out": ["spring"]})
+    draw_plain_figures(folder)
     run = made.snakemake()
     assert run.status == 0, run.output
     assert run.jobs["fit"] == 3

@@ -11,6 +11,7 @@ from support.bench.cable import TerminalCable
 from support.bench.closed_loop import ClosedLoop
 from support.bench.recorder import Recorder, check_complete
 from support.bench.workbench import Workbench
+from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = [
@@ -22,7 +23,9 @@ pytestmark = [
 @pytest.fixture
 def project(tmp_path):
     names = ["0mm/r01", "3mm/r01"]
-    return Project.create(tmp_path / "project", names, particles=20, iterations=20)
+    made = Project.create(tmp_path / "project", names, particles=20, iterations=20)
+    draw_plain_figures(made.folder)
+    return made
 
 
 def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):

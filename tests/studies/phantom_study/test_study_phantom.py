@@ -17,6 +17,7 @@ def run(monkeypatch, *arguments):
     study_phantom.main()
 
 
+@pytest.mark.slow
 @pytest.mark.takes
 def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monkeypatch, capsys):
     table = tmp_path / "cells.csv"
