@@ -215,9 +215,10 @@ def test_without_snakemakes_notes_a_run_says_what_to_do(project, lost):
     assert planned(project)["preprocess"] == len(RECORDINGS)
 
 
-# Results, and a rule that reads each; matrices are read as signals are (test_results.py).
+# Results, and a rule that reads each.
 READ_BY = {
     "signals/3mm/r01.npy": "fit",
+    "matrices/3mm/r01.npy": "fit",
     "checks/3mm/r01.json": "list",
     "fits/3mm/r01.json": "templates",
     "features/3mm/batch.npz": "evaluate",
