@@ -1,5 +1,6 @@
 """Fixtures, options and the order of the tests."""
 
+import gc
 import os
 from collections import defaultdict
 
@@ -26,6 +27,15 @@ def pytest_addoption(parser):
     parser.addoption(
         "--no-skips", action="store_true", help="count a skipped test as a failure, as CI does"
     )
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Look for no garbage among modules and tests, which stay until the end."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(hookwrapper=True)
