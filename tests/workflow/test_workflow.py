@@ -238,6 +238,7 @@ def test_a_removed_recording_leaves_the_result_as_if_it_had_never_been(
     assert [name for name in same if after[name] != before[name]] == []
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_or_order_of_jobs(new, finished, tmp_path):
     single = new.copy(tmp_path / "single")
     last_first = [f"results/fits/{name}.json" for name in reversed(NODULES)]

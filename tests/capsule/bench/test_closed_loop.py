@@ -15,6 +15,7 @@ from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.workflow,
     emulated.needed,
 ]
