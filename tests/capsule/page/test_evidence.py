@@ -24,7 +24,7 @@ from capsule.page.packing import to_json
 from capsule.page.plot_data import STEP, plot_data
 from capsule.particle import Particle, render
 from capsule.results import FITS, PLOT_DATA, Results
-from capsule.sliding import SlidingComparison, rmse_at_lag
+from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.templates import build_templates
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated
 from support.packed import inflated
@@ -146,9 +146,12 @@ def test_a_fold_has_the_templates_of_the_recordings_that_taught():
 
 def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
     particles = {1.0: two_sensors(0.2), 3.0: two_sensors(1.0), 5.0: two_sensors(2.0)}
+    templates = {
+        size_mm: RepeatedParticle(render(particle, U, LENGTH))
+        for size_mm, particle in particles.items()
+    }
     matrix = render(two_sensors(0.9), U, LENGTH)
-    nearest = nearest_template(SlidingComparison(matrix), particles, U)
-    assert nearest.size_mm == 3.0 and nearest.lag == LENGTH + 1
+    assert nearest_template(SlidingComparison(matrix), templates) == (3.0, LENGTH + 1)
 
 
 def drawn(values, sensors, samples):

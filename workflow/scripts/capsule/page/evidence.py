@@ -5,8 +5,10 @@ What neither its fit nor another recording changes is made by jobs of its own
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from capsule import files, names, words
@@ -25,6 +27,8 @@ from capsule.sliding import RepeatedParticle, SlidingComparison
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
+# Most templates of a fold are those of all recordings: only the sizes left out differ.
+_TEMPLATES_KEPT = 64
 
 
 class NearestTemplate(NamedTuple):
@@ -152,16 +156,24 @@ def archive_evidence(
     evidence : str
         JSON from `evidence_among_others`, with ``drawn`` from `capsule.page.plot_data`.
     """
-    first_peak = settings["fit"]["first_peak"]
+    first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+
+    @lru_cache(maxsize=_TEMPLATES_KEPT)
+    def rendered(vector: bytes) -> RepeatedParticle:
+        particle = Particle.from_vector(np.frombuffer(vector))
+        return RepeatedParticle(render(particle, first_peak, length))
+
     for row in rows:
         name = row["recording"]
         said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
         comparison = SlidingComparison(stored.matrix(name))
-        nearest = {
-            scheme: nearest_template(comparison, particles, first_peak)
-            for scheme, particles in stored.templates[name].items()
-            if particles
-        }
+        nearest = {}
+        for scheme, particles in stored.templates[name].items():
+            if particles:
+                vectors = {size_mm: each.to_vector() for size_mm, each in particles.items()}
+                templates = {each: rendered(vectors[each].tobytes()) for each in vectors}
+                size_mm, lag = nearest_template(comparison, templates)
+                nearest[scheme] = NearestTemplate(size_mm, particles[size_mm], lag)
         content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
         yield name, to_json({"drawn": stored.drawn[name], **content})
 
@@ -322,24 +334,17 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cel
 
 
 def nearest_template(
-    comparison: SlidingComparison, particles: Mapping[float, Particle], first_peak: float
-) -> NearestTemplate:
-    """Return the template with the largest gain, of equal ones the first.
+    comparison: SlidingComparison, templates: Mapping[float, RepeatedParticle]
+) -> tuple[float, int]:
+    """Return size in mm and lag tau of the template with the largest gain, of equal ones the first.
 
     Parameters
     ----------
     comparison : SlidingComparison
         The comparison with the recording's matrix V, (S, L).
-    particles : mapping of float to Particle
-        The averaged particles of a fold by size in mm, one at least.
-    first_peak : float
-        u.
+    templates : mapping of float to RepeatedParticle
+        The templates of a fold by size in mm, one at least, each (S, L).
     """
-    found = {
-        size_mm: comparison.gain_of(
-            RepeatedParticle(render(particle, first_peak, comparison.length))
-        )
-        for size_mm, particle in particles.items()
-    }
+    found = {size_mm: comparison.gain_of(template) for size_mm, template in templates.items()}
     size_mm = max(found, key=lambda size_mm: found[size_mm][0])
-    return NearestTemplate(size_mm, particles[size_mm], found[size_mm][1])
+    return size_mm, found[size_mm][1]
