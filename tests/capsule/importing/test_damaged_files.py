@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 
+from capsule.importing import formats
 from support.damaged_files import damaged, given_path, write_each_format
 from support.importing import import_files
 
@@ -83,5 +84,20 @@ def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whol
 
     monkeypatch.setattr(np, "load", crash)
     imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
-    assert "run.npy: the package that reads this format crashed at it; copy or" in imported.refused
+    assert (
+        "run.npy: the package that reads this format crashed at it, or came to no end; copy or"
+        in imported.refused
+    )
     assert imported.counted == "1 recording would be imported, 1 file refused"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
+    def turn(*_, **__):
+        while True:
+            pass
+
+    monkeypatch.setattr(np, "load", turn)
+    monkeypatch.setattr(formats, "_SECONDS", 1)
+    imported = import_files(tmp_path, whole[".npy"], "--dry-run")
+    assert "run.npy: the package that reads this format crashed at it, or" in imported.refused

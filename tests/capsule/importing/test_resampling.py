@@ -117,3 +117,19 @@ def test_what_is_constant_stays_and_what_rises_keeps_its_ends():
 def test_the_usual_rate_is_that_of_most_steps():
     time_s = np.delete(sampled(36), np.arange(100, 140))
     assert usual_rate(time_s) == pytest.approx(36)
+
+
+@pytest.mark.parametrize(
+    "time_s",
+    [
+        np.arange(100) / 1e9,
+        np.arange(100) / 1e39,
+        # Ten samples at 100 kHz, and then a pause that is no gap yet, for ten minutes.
+        np.arange(40_000) / 1e5 + np.arange(40_000) // 10 * 0.149,
+    ],
+    ids=["1 GHz", "an odd header", "short bursts"],
+)
+def test_a_rate_that_would_fill_the_memory_is_refused(time_s):
+    values = np.sin(np.arange(4 * time_s.size)).reshape(4, -1)
+    with pytest.raises(CapsuleError, match="give --time-unit; otherwise give --time none"):
+        resample(time_s, values, 10.0)

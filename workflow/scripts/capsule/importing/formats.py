@@ -11,6 +11,7 @@ import io
 import logging
 import re
 import struct
+import sys
 import warnings
 import zipfile
 import zlib
@@ -42,6 +43,9 @@ _MOST_CELLS = 2_000_000
 _MOST_COLUMNS = 256
 # A longer array in a message is probably an image or a scan.
 _LONGEST_ARRAY = 256
+# Seconds of a processor that a file may take: some packages need several to be imported, and a
+# workbook that is packed well takes ten for each MB.
+_SECONDS, _SECONDS_A_MB = 20, 30
 _LONGEST_REASON = 100
 _MATLAB_COMPRESSED = 15
 _RATE_NAMES = re.compile(
@@ -98,10 +102,29 @@ def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
     return [read_text(content, keys)], sha256
 
 
+def limit_processor_time(source: bytes | Path) -> None:
+    """End this process when it has read for much longer than a file of this size needs.
+
+    In a damaged file, a package can follow a chain of addresses that leads back to itself.
+    """
+    if sys.platform != "linux":
+        return  # elsewhere, this process is the command itself
+    import resource
+
+    if isinstance(source, bytes):
+        size = len(source)
+    else:
+        parts = source.iterdir() if source.is_dir() else [source]
+        size = sum(part.stat().st_size for part in parts)
+    seconds = int(_SECONDS + _SECONDS_A_MB * size / 1e6)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+
+
 def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
     """Read a file in a process of its own: its bytes can crash a package, or raise any error."""
 
     def read_quietly(_: None) -> list[Table]:
+        limit_processor_time(source)
         with warnings.catch_warnings():
             # Packages warn about charts, checks and other versions of their format.
             warnings.simplefilter("ignore")
@@ -123,7 +146,8 @@ def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) ->
         )
     if isinstance(fault, BrokenProcessPool):
         raise CapsuleError(
-            "the package that reads this format crashed at it; copy or export it again"
+            "the package that reads this format crashed at it, or came to no end; copy or export "
+            "it again"
         )
     if fault:
         reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__

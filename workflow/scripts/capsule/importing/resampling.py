@@ -34,6 +34,8 @@ _LEAST_FACTOR = 12
 # Significant digits that are kept.
 _DIGITS = 6
 _LEAST_RATIO = 0.5
+# Most samples of the fine grid, and of the filter on it: readings of an hour at 10 kHz.
+_MOST_FINE = 36_000_000
 
 
 def usual_rate(time_s: np.ndarray) -> float:
@@ -133,6 +135,11 @@ def _within(
     if old_hz <= rate_hz:
         return np.asarray(spline(inside))
     fine_hz = max(int(np.ceil(old_hz / rate_hz)), _LEAST_FACTOR) * rate_hz
+    if fine_hz * max(at[-1] - at[0], 1.0 / rate_hz) > _MOST_FINE:
+        raise CapsuleError(
+            f"the sampling rate is {old_hz:.4g} Hz, too much for {at[-1] - at[0]:.4g} s; if the "
+            "time is in another unit, give --time-unit; otherwise give --time none and --rate"
+        )
     taps = low_pass(fine_hz, rate_hz)
     half = taps.size // 2
     before = int(np.floor((instants[0] - at[0]) * fine_hz + 1e-9))
