@@ -19,6 +19,7 @@ from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
 from capsule.configuration import read_config_file
+from capsule.detectors.files import write_learned
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
@@ -426,9 +427,22 @@ def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
     call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
     run_command(*call, "--out", tmp_path / "out")
     printed = capsys.readouterr().out
-    assert "was made, recordings came, went or changed: raw/3mm/r07.csv; make it again" in printed
+    assert "was made, these came, went or changed: raw/3mm/r07.csv; make it again" in printed
     stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
     assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
+
+
+def test_results_of_another_configuration_are_told(tmp_path, capsys):
+    results = tmp_path / "results"
+    make_in_batches(results)
+    settings = read_config_file(CONFIG)
+    call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
+    for seed, told in ((settings["fit"]["seed"], False), (77, True)):
+        made_with = {"recording": settings["recording"], "fit": settings["fit"] | {"seed": seed}}
+        write_learned(results / "detectors.json", {}, made_with, results / "templates.npz")
+        run_command(*call, "--config", str(CONFIG), "--out", tmp_path / "out", "--force")
+        changed = f"was made, these came, went or changed: {CONFIG.as_posix()}; make it again"
+        assert (changed in capsys.readouterr().out) is told
 
 
 @pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])

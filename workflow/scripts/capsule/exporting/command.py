@@ -47,7 +47,7 @@ def main(arguments: argparse.Namespace) -> None:
     written = write(exported, arguments.format, arguments.out, force=arguments.force)
     if (changed := exported.provenance["results_out_of_date"]) != "no":
         print(
-            f"warning: since {arguments.results}/ was made, recordings came, went or changed: "
+            f"warning: since {arguments.results}/ was made, these came, went or changed: "
             f"{changed}; make it again: snakemake -c2 results/report.html"
         )
     count = "1 file" if len(written) == 1 else f"{len(written)} files"

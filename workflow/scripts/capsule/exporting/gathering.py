@@ -14,10 +14,11 @@ import pandas as pd
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
+from capsule.detectors.files import read_learned
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
 from capsule.held_out import recordings_with_fits
-from capsule.kinds import Row
+from capsule.kinds import Row, Settings
 from capsule.page.provenance import combined_checksum, origin_of
 from capsule.project import PROJECT
 from capsule.project_state import read_project_state
@@ -161,7 +162,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     }
     tables["files"] = pd.DataFrame(checksums.items(), columns=["path", "sha256"])
     provenance = provenance_of(listed, checksums) | {
-        "results_out_of_date": _listed(changed_recordings(results, settings)) or "no",
+        "results_out_of_date": _listed(_changed(results, config, settings)) or "no",
         "configuration_file": config.name,
         "configuration": json.dumps(settings),
     }
@@ -176,6 +177,16 @@ def as_exported(table: pd.DataFrame) -> pd.DataFrame:
         elif not pd.api.types.is_numeric_dtype(values):
             table[name] = values.fillna("").astype(str)
     return table
+
+
+def _changed(results: Path, config: Path, settings: Settings) -> list[str]:
+    """Return what has changed since the results were made: the configuration, and recordings."""
+    learned, changed = results / OfArchive.DETECTORS, changed_recordings(results, settings)
+    if learned.exists():
+        made_with = read_learned(learned)["settings"]
+        if any(settings.get(section) != value for section, value in made_with.items()):
+            changed.insert(0, config.as_posix())
+    return changed
 
 
 def _arrays_in(path: Path) -> dict[str, FloatArray]:
