@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(ROOT / "tests")]
 
 from capsule.cli import build_parser
-from capsule.importing import formats
+from capsule.importing import reading_apart
 from capsule.importing.command import Importer
 from support.damaged_files import damaged, given_path, write_each_format
 
@@ -83,9 +83,9 @@ def import_apart(
     if child == 0:
         resource.setrlimit(resource.RLIMIT_AS, (_END_BYTES, _END_BYTES))
         if here:
-            formats.Forks = _Here
+            reading_apart.Forks = _Here
             # It would end this process, which reads fifty files.
-            formats.limit_processor_time = lambda _: None
+            reading_apart.limit_processor_time = lambda _: None
         with os.fdopen(writing, "w", buffering=1) as told:
             _import_each(file, whole, seed, numbers, told)
         os._exit(0)

@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from capsule.importing import formats
+from capsule.importing import reading_apart
 from support.damaged_files import damaged, given_path, write_each_format
 from support.importing import import_files
 
@@ -98,6 +98,6 @@ def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
             pass
 
     monkeypatch.setattr(np, "load", turn)
-    monkeypatch.setattr(formats, "_SECONDS", 1)
+    monkeypatch.setattr(reading_apart, "_SECONDS", 1)
     imported = import_files(tmp_path, whole[".npy"], "--dry-run")
     assert "run.npy: the package that reads this format crashed at it, or" in imported.refused

@@ -8,17 +8,12 @@ import dataclasses
 import gzip
 import hashlib
 import io
-import logging
 import re
 import struct
-import sys
-import warnings
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,11 +22,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.files import in_short, read_limited
-from capsule.forks import Forks
+from capsule.files import read_limited
+from capsule.importing.reading_apart import Reader, read_apart
 from capsule.importing.table import Table
 from capsule.importing.text import read_rows, read_text
-from capsule.project import how_to_install
 
 # 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
 # precision.
@@ -43,10 +37,6 @@ _MOST_CELLS = 2_000_000
 _MOST_COLUMNS = 256
 # A longer array in a message is probably an image or a scan.
 _LONGEST_ARRAY = 256
-# Seconds of a processor that a file may take: some packages need several to be imported, and a
-# workbook that is packed well takes ten for each MB.
-_SECONDS, _SECONDS_A_MB = 20, 30
-_LONGEST_REASON = 100
 _MATLAB_COMPRESSED = 15
 _RATE_NAMES = re.compile(
     r"(fs|rate|rate_hz|srate|samplerate|sample_rate|sampling_?rate(_hz)?|samplingfrequency|freq)",
@@ -62,7 +52,6 @@ _NO_TABLE = {
 }
 # Name, numbers and unit of each column.
 _Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
-_Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
 
 
 def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
@@ -77,7 +66,7 @@ def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
     """
     if path.is_dir():
         sha256 = _checksum_of_bag(path)
-        return _read_apart("bag of ROS", _read_bag, path, keys), sha256
+        return read_apart("bag of ROS", _read_bag, path, keys), sha256
     try:
         content = read_limited(path, _MOST_BYTES)
     except OSError as error:
@@ -86,7 +75,7 @@ def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
         raise CapsuleError(_too_large(_MOST_BYTES))
     sha256 = hashlib.sha256(content).hexdigest()
     if content.startswith(_BAGS):
-        return _read_apart("bag of ROS", _read_bag, path, keys), sha256
+        return read_apart("bag of ROS", _read_bag, path, keys), sha256
     if content.startswith(_GZIP):
         content, path = _unpacked(content), path.with_suffix("")
     for mark, reason in _NO_TABLE.items():
@@ -96,68 +85,10 @@ def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
         if content.startswith(mark):
             if read == _read_hdf and path.suffix.lower() == ".nwb":
                 name, read = "NWB file", _read_nwb
-            return _read_apart(name, read, content, keys), sha256
+            return read_apart(name, read, content, keys), sha256
     if path.suffix.lower() == ".mat":
-        return _read_apart("MATLAB file", _read_matlab, content, keys), sha256
+        return read_apart("MATLAB file", _read_matlab, content, keys), sha256
     return [read_text(content, keys)], sha256
-
-
-def limit_processor_time(source: bytes | Path) -> None:
-    """End this process when it has read for much longer than a file of this size needs.
-
-    In a damaged file, a package can follow a chain of addresses that leads back to itself.
-    """
-    if sys.platform != "linux":
-        return  # elsewhere, this process is the command itself
-    import resource
-
-    if isinstance(source, bytes):
-        size = len(source)
-    else:
-        parts = source.iterdir() if source.is_dir() else [source]
-        size = sum(part.stat().st_size for part in parts)
-    seconds = int(_SECONDS + _SECONDS_A_MB * size / 1e6)
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-
-
-def _read_apart(name: str, read: _Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
-    """Read a file in a process of its own: its bytes can crash a package, or raise any error."""
-
-    def read_quietly(_: None) -> list[Table]:
-        limit_processor_time(source)
-        with warnings.catch_warnings():
-            # Packages warn about charts, checks and other versions of their format.
-            warnings.simplefilter("ignore")
-            return read(source, keys)
-
-    level = logging.root.manager.disable
-    # Some packages log their repairs, with the damaged bytes.
-    logging.disable(logging.CRITICAL)
-    with ThreadPoolExecutor(1) as pool:
-        reading = pool.submit(lambda: list(Forks(2)(read_quietly, [None])))
-    logging.disable(level)
-    fault = reading.exception()
-    if isinstance(fault, CapsuleError):
-        raise fault
-    if isinstance(fault, ModuleNotFoundError):
-        raise CapsuleError(
-            f"the {name} is read by the package {fault.name}, which is not installed; run "
-            f"{how_to_install('formats')}"
-        )
-    if isinstance(fault, BrokenProcessPool):
-        raise CapsuleError(
-            "the package that reads this format crashed at it, or came to no end; copy or export "
-            "it again"
-        )
-    if fault:
-        reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
-        raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
-    (tables,) = reading.result()
-    if not tables:
-        raise CapsuleError(
-            f"the {name} holds no table of numbers, a row for each sample; export the readings so"
-        )
-    return tables
 
 
 def _too_large(most_bytes: int) -> str:
@@ -543,7 +474,7 @@ def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
 
 
 # Name and reader of each binary format, by the first bytes of a file.
-_READERS: dict[bytes, tuple[str, _Reader]] = {
+_READERS: dict[bytes, tuple[str, Reader]] = {
     b"\x89HDF": ("HDF5 file", _read_hdf),
     b"MATLAB 7.3 MAT-file": ("HDF5 file", _read_hdf),
     b"\x93NUMPY": ("numpy file", _read_numpy),

@@ -1,0 +1,91 @@
+"""Read a file in a process of its own, which may crash, or come to no end.
+
+The packages that read binary formats trust the bytes of a file.
+"""
+
+import logging
+import sys
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+from capsule.errors import CapsuleError
+from capsule.files import in_short
+from capsule.forks import Forks
+from capsule.importing.table import Table
+from capsule.project import how_to_install
+
+# Seconds of a processor that a file may take: some packages need several to be imported, and a
+# workbook that is packed well takes ten for each MB.
+_SECONDS, _SECONDS_A_MB = 20, 30
+_LONGEST_REASON = 100
+Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
+
+
+def limit_processor_time(source: bytes | Path) -> None:
+    """End this process when it has read for much longer than a file of this size needs.
+
+    In a damaged file, a package can follow a chain of addresses that leads back to itself.
+    """
+    if sys.platform != "linux":
+        return  # elsewhere, this process is the command itself
+    import resource
+
+    if isinstance(source, bytes):
+        size = len(source)
+    else:
+        parts = source.iterdir() if source.is_dir() else [source]
+        size = sum(part.stat().st_size for part in parts)
+    seconds = int(_SECONDS + _SECONDS_A_MB * size / 1e6)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+
+
+def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
+    """Return the tables in a file, its content or its path, that a function reads.
+
+    Raises
+    ------
+    CapsuleError
+        The file holds no table or cannot be read, or the package that reads it is not installed;
+        the message names the format.
+    """
+
+    def read_quietly(_: None) -> list[Table]:
+        limit_processor_time(source)
+        with warnings.catch_warnings():
+            # Packages warn about charts, checks and other versions of their format.
+            warnings.simplefilter("ignore")
+            return read(source, keys)
+
+    level = logging.root.manager.disable
+    # Some packages log their repairs, with the damaged bytes.
+    logging.disable(logging.CRITICAL)
+    with ThreadPoolExecutor(1) as pool:
+        reading = pool.submit(lambda: list(Forks(2)(read_quietly, [None])))
+    logging.disable(level)
+    fault = reading.exception()
+    if isinstance(fault, CapsuleError):
+        raise fault
+    if isinstance(fault, ModuleNotFoundError):
+        raise CapsuleError(
+            f"the {name} is read by the package {fault.name}, which is not installed; run "
+            f"{how_to_install('formats')}"
+        )
+    if isinstance(fault, BrokenProcessPool):
+        raise CapsuleError(
+            "the package that reads this format crashed at it, or came to no end; copy or export "
+            "it again"
+        )
+    if fault:
+        reason = in_short(fault)[:_LONGEST_REASON] or type(fault).__name__
+        raise CapsuleError(f"the {name} cannot be read ({reason}); copy or export it again")
+    (tables,) = reading.result()
+    if not tables:
+        raise CapsuleError(
+            f"the {name} holds no table of numbers, a row for each sample; export the readings so"
+        )
+    return tables
