@@ -12,7 +12,7 @@ from capsule.bench.bench_errors import AcquisitionError
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
-from capsule.detectors.files import read_learned, read_template_set
+from capsule.detectors.files import is_of, read_learned, read_template_set
 from capsule.detectors.registry import detector_class
 from capsule.errors import RecordingError
 from capsule.files import fingerprint
@@ -83,9 +83,8 @@ class FinalVerdict:
             )
         known = read_template_set(templates, settings["fit"]["first_peak"])
         try:
-            same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
-                content["settings"][key] == settings[key] for key in content["settings"]
-            )
+            same = is_of(content, settings)
+            same &= content["scorer"] == fingerprint(WEIGHTS, sys.maxsize)
             self._models = {
                 name: detector_class(name).restored(content, known)
                 for name in settings["detectors"]

@@ -121,5 +121,11 @@ def read_learned(path: Path) -> dict[str, Any]:
     return content
 
 
+def is_of(learned: Settings, settings: Settings) -> bool:
+    """Return whether the content of detectors.json was made with a configuration."""
+    made_with = learned["settings"]
+    return all(settings.get(section) == value for section, value in made_with.items())
+
+
 def _checksum(content: Mapping[str, Any]) -> str:
     return files.fingerprint_of(json.dumps(content, sort_keys=True).encode())

@@ -14,7 +14,7 @@ import pandas as pd
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
-from capsule.detectors.files import read_learned
+from capsule.detectors.files import is_of, read_learned
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
 from capsule.held_out import recordings_with_fits
@@ -36,8 +36,6 @@ from capsule.units import reading_unit
 NO_UNIT = "1"
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)
-_LISTS = ("recordings", "passed_over")
-_EVALUATION = ("predictions", *COLUMNS, "learning")
 _LARGEST_BYTES = 1_000_000_000
 # A NetCDF attribute is too small for the names of a large archive.
 _MOST_NAMES = 20
@@ -118,9 +116,10 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     """
     settings, wanted = read_settings(config), set(CHOICES) if what == ALL else {what}
     stored = Results.on_disk(results, settings["recordings_per_job"])
-    read = [results / f"{name}.csv" for name in _LISTS]
+    read = [results / OfArchive.RECORDINGS, results / OfArchive.PASSED_OVER]
     if EVALUATION in wanted:
-        read += [results / OfArchive.EVALUATION / f"{name}.csv" for name in _EVALUATION]
+        rates = [results / OfArchive.EVALUATION / f"{name}.csv" for name in COLUMNS]
+        read += [results / OfArchive.PREDICTIONS, *rates, results / OfArchive.LEARNING]
         read += [results / OfArchive.DETECTIONS, results / OfArchive.SITES]
     tables = {path.stem: as_exported(read_table(path)) for path in read}
     listed = tables["recordings"]
@@ -182,10 +181,8 @@ def as_exported(table: pd.DataFrame) -> pd.DataFrame:
 def _changed(results: Path, config: Path, settings: Settings) -> list[str]:
     """Return what has changed since the results were made: the configuration, and recordings."""
     learned, changed = results / OfArchive.DETECTORS, changed_recordings(results, settings)
-    if learned.exists():
-        made_with = read_learned(learned)["settings"]
-        if any(settings.get(section) != value for section, value in made_with.items()):
-            changed.insert(0, config.as_posix())
+    if learned.exists() and not is_of(read_learned(learned), settings):
+        changed.insert(0, config.as_posix())
     return changed
 
 
