@@ -14,6 +14,7 @@ from capsule.configuration import BENCH
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.figures.registry import FIGURES
+from capsule.importing import command
 from capsule.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
 from capsule.recording import Recording, format_recording, read_recording
@@ -436,3 +437,16 @@ def test_the_workflow_reads_imported_resistances_as_the_counts_that_they_were(tm
     values, no_verdict = readings_of(imported, settings)
     np.testing.assert_allclose(values, expected, atol=1e-3)
     assert no_verdict == ""
+
+
+def test_of_two_imports_at_once_the_later_one_is_told_that_the_name_is_taken(tmp_path, monkeypatch):
+    def write_second(path, content):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"another")
+        raise FileExistsError
+
+    monkeypatch.setattr(command, "write_new", write_second)
+    path = write(tmp_path / "run.csv", [TIME_S, *COUNTS], ("t", *"abcd"))
+    imported = import_files(tmp_path, path)
+    assert "run.csv exists and holds other samples, so it is not overwritten" in imported.refused
+    assert (imported.raw / "3mm/run.csv").read_bytes() == b"another"

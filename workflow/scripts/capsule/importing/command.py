@@ -373,7 +373,12 @@ class _Archive:
 
     def add(self, name: str, content: bytes) -> None:
         """Write the file of a recording; its name must be free."""
-        write_new(self._raw / f"{name}.csv", content)
+        try:
+            write_new(self._raw / f"{name}.csv", content)
+        except FileExistsError:
+            # Another import was quicker.
+            self.check_free([name])
+            raise
         self._names[_checksum(content)] = name
 
 
