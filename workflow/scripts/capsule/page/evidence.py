@@ -170,8 +170,10 @@ def archive_evidence(
         nearest = {}
         for scheme, particles in stored.templates[name].items():
             if particles:
-                vectors = {size_mm: each.to_vector() for size_mm, each in particles.items()}
-                templates = {each: rendered(vectors[each].tobytes()) for each in vectors}
+                templates = {
+                    size_mm: rendered(each.to_vector().tobytes())
+                    for size_mm, each in particles.items()
+                }
                 size_mm, lag = nearest_template(comparison, templates)
                 nearest[scheme] = NearestTemplate(size_mm, particles[size_mm], lag)
         content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
