@@ -200,12 +200,12 @@ class Detectors:
             name: each.taught(self._archive, left_out) for name, each in self._detectors.items()
         }
         familiar = FamiliarKind.taught(self._archive, left_out)
+        rate_hz = self._archive.settings["recording"]["rate_hz"]
         for name in names:
             recording, reason = self._archive.recordings[name], self._archive.no_verdict.get(name)
             kind = Familiarity(None) if reason else familiar.judge(recording.traits)
             for detector, model in models.items():
                 verdict = NO_VERDICT if reason else model.verdict(recording)
-                rate_hz = self._archive.settings["recording"]["rate_hz"]
                 cells = verdict_cells(verdict, rate_hz, reason)
                 distances = verdict.distances or [None] * len(self._distances)
                 cells |= zip(self._distances, distances, strict=True)

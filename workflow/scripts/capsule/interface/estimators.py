@@ -288,8 +288,8 @@ class EstimatorAsDetector(Detectors):
         verdicts = dict.fromkeys(names, NO_VERDICT)
         if usable and teach.size:
             verdicts |= zip(usable, self._verdicts(teach, self._loaded.rows(usable)), strict=True)
+        rate_hz = self._loaded.settings["recording"]["rate_hz"]
         for name, verdict in verdicts.items():
-            rate_hz = self._loaded.settings["recording"]["rate_hz"]
             cells = verdict_cells(verdict, rate_hz, index[name]["no_verdict"])
             yield {"recording": name, "detector": self.names[0], **cells}
 
