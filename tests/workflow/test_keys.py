@@ -20,8 +20,6 @@ FOLDERS = 4
 EACH = {"preprocess": len(RECORDINGS), "describe": FOLDERS, "fit": 3}
 LISTS = ("list", "list_labelled")
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
-# To rate the detectors takes longer than all jobs before it.
-TEMPLATES = "results/templates.npz"
 # The rules behind `evaluate`, and behind `templates`, each with a single job.
 RATED = ("evaluate", "detect", "draw", "report")
 LEARNED = ("templates", *RATED)
@@ -102,8 +100,8 @@ def test_an_edit_of_the_code_makes_again_exactly_what_it_touches(project, file, 
 
 def test_what_an_edit_has_made_again_is_not_made_a_third_time(project):
     project.append("workflow/scripts/capsule/particle.py", "\n# an edit\n")
-    assert project.snakemake(TEMPLATES).jobs == once("templates", fit=3)
-    assert project.snakemake(TEMPLATES).did_nothing
+    assert project.snakemake(*TABLES).jobs == once("templates", "evaluate", "detect", fit=3)
+    assert project.snakemake(*TABLES).did_nothing
 
 
 @pytest.mark.parametrize(
@@ -132,11 +130,12 @@ def test_a_recording_that_is_edited_with_an_old_date_is_made_again(project, fini
     recording.write_bytes(other_recording())
     os.utime(recording, (1e9, 1e9))
     assert planned(project) == once(*LISTS, *LEARNED, "preprocess", "fit", "describe")
-    run = project.snakemake(TEMPLATES)
-    assert run.jobs == once("preprocess", "list_labelled", "fit", "templates")
+    run = project.snakemake(*TABLES)
+    expected = once(*LISTS, "templates", "evaluate", "detect")
+    assert run.jobs == expected | once("preprocess", "fit", "describe")
     fit = "fits/3mm/r02.json"
     assert project.result_bytes()[fit] != finished.result_bytes()[fit]
-    assert project.snakemake(TEMPLATES).did_nothing
+    assert project.snakemake(*TABLES).did_nothing
 
 
 # What has not changed.
@@ -177,10 +176,10 @@ def test_after_a_clock_was_set_back_a_run_with_work_ends_well(project):
     for path in (*project.results.rglob("*.*"), project.folder / "workflow/scripts/fit.py"):
         os.utime(path, (4e9, 4e9))
     (project.raw / "3mm/r02.csv").write_bytes(other_recording())
-    run = project.snakemake(TEMPLATES)
+    run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     assert run.jobs["fit"] == 1
-    assert project.snakemake(TEMPLATES).did_nothing
+    assert project.snakemake(*TABLES).did_nothing
 
 
 # What has gone wrong.
