@@ -167,8 +167,12 @@ def test_what_a_file_holds_of_some_recordings_is_read_once(tmp_path):
     assert read == ["features/3mm/batch.npz", "features/0mm/batch.npz"]
 
 
+# numpy reads a header as Python; this one has lost a bracket.
+HEADER = b"\x93NUMPY\x01\x00\x76\x00%-117s\n" % b"{'descr': '<f8', 'shape': 4, 1000), }"
+
+
 @pytest.mark.parametrize("size", [1, 10])
-@pytest.mark.parametrize("content", [b"", b"\x00 garbage", b"PK", b"{}", b"[1]", None])
+@pytest.mark.parametrize("content", [b"", b"\x00 garbage", b"PK", b"{}", b"[1]", HEADER, None])
 @pytest.mark.parametrize("read", ["matrix", "fit"])
 def test_a_damaged_and_a_missing_file_are_named_with_the_remedy(tmp_path, size, content, read):
     results = make_results(tmp_path, size)

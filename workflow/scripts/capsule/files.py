@@ -15,6 +15,7 @@ import stat
 import struct
 import sys
 import time
+import tokenize
 import traceback
 import zlib
 from collections import Counter
@@ -50,10 +51,12 @@ _DAMAGE = (
     LookupError,
     MemoryError,
     RuntimeError,
+    SyntaxError,  # the header of an array is Python
     TypeError,
     ValueError,
     csv.Error,
     struct.error,
+    tokenize.TokenError,
     zlib.error,
 )
 # The results that this process has read, in their order.
