@@ -278,13 +278,13 @@ def test_passes_of_one_site_with_different_labels_are_not_merged():
     judged = one(verdicts, site=sites)
     found = {
         (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
-        for row in measures.retests(judged, RULES)
+        for row in measures.retests("leave_one_out", {"diagonal": judged}, RULES)
     }
     # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
     assert found == {
         (1, 0.0): (4, 0.25), (1, 2.0): (1, 1.0), (2, 0.0): (4, 0.25), (2, 2.0): (1, 1.0),
     }  # fmt: skip
-    assert not list(measures.retests(one(verdicts), RULES))
+    assert not list(measures.retests("leave_one_out", of_each(verdicts), RULES))
 
 
 def test_the_intervals_of_every_table_are_over_places():

@@ -363,18 +363,20 @@ def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArra
     return min(chance, 1.0)
 
 
-def retests(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def retests(scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings) -> Iterator[Cells]:
     """Yield the rates of detection if several passes over a site are judged together.
 
     Passes over one site with another label are another site. Nothing is yielded if no site has
     several passes, nor under another scheme than leave-one-out: the gain is shown once.
     """
-    several = rows.duplicated(["site", "size_mm"]).any() and rows["scheme"].iat[0] == LEAVE_ONE_OUT
-    for count in rules["passes"] if several else ():
-        judged = detections_by_passes(rows, rows["detector"].iat[0], count, rules["specificity"])
-        for size_mm, found in judged.groupby("size_mm")["detected"]:
-            detected = rate_of(found.to_numpy(), None, rules["confidence"])
-            yield with_ends(passes=count, size_mm=size_mm, sites=found.size, detected=detected)
+    for detector, rows in of_scheme.items() if scheme == LEAVE_ONE_OUT else ():
+        several = rows.duplicated(["site", "size_mm"]).any()
+        for count in rules["passes"] if several else ():
+            judged = detections_by_passes(rows, detector, count, rules["specificity"])
+            for size_mm, found in judged.groupby("size_mm")["detected"]:
+                detected = rate_of(found.to_numpy(), None, rules["confidence"])
+                key = {"detector": detector, "scheme": scheme, "passes": count}
+                yield with_ends(**key, size_mm=size_mm, sites=found.size, detected=detected)
 
 
 # The tables of one detector under one scheme, and those of all detectors under one scheme.
@@ -388,8 +390,7 @@ _OF_ONE: Mapping[str, Callable[[pd.DataFrame, Settings], Iterator[Cells]]] = {
     "calibration": calibration,
     "brier": brier,
     "localisation": localisation,
-    "retest": retests,
     "auc": areas,
     "roc": curves,
 }
-_OF_SCHEME = {"summary": summary, "comparison": comparisons}
+_OF_SCHEME = {"summary": summary, "comparison": comparisons, "retest": retests}

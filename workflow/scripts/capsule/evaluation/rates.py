@@ -6,6 +6,7 @@ specificity and the rates of sizes. A precision is a share of given verdicts (Sc
 """
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -58,7 +59,8 @@ def of_each(
     key : dict of str to str
         ``detector`` and ``scheme``.
     rows : DataFrame
-        The predictions by recording in the index's order, with the columns of `with_clusters` and:
+        The predictions by ``turn``, the index's order, without texts. With the columns of
+        `with_clusters` and:
 
         - ``found``, ``quiet``: whether a nodule was detected, or none; ``right``: whether the one
           or the other is true. All are False without a verdict.
@@ -78,21 +80,24 @@ def of_each(
         exact=is_within(predicted_mm, true_mm, 0.0),
         within=is_within(predicted_mm, true_mm, tolerance_mm),
     )
-    marked = with_clusters(marked, index).set_index("recording")
+    marked = with_clusters(marked, index).set_index("turn")
+    grouped = marked.groupby(["detector", "scheme"])
+    # Rows are chosen in half the time without texts, from a table in one piece.
+    numbers = marked.select_dtypes(exclude="str").copy()
     schemes = sorted(predictions["scheme"].unique(), key=lambda scheme: _TURN.get(scheme, 2))
-    for detector in predictions["detector"].unique():
-        for scheme in schemes:
-            rows = marked[(marked["detector"] == detector) & (marked["scheme"] == scheme)]
-            if rows["predicted_mm"].notna().any():
-                yield {"detector": detector, "scheme": scheme}, rows
+    for key in product(predictions["detector"].unique(), schemes):
+        rows = numbers.iloc[grouped.indices.get(key, [])]
+        if rows["predicted_mm"].notna().any():
+            yield dict(zip(grouped.keys, key, strict=True)), rows
 
 
 def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
     """Return predictions in the index's order, with what the header says of each recording.
 
-    ``place`` and ``setup`` are whole numbers. The set-up is -1 if the header names none, or if the
-    scheme leaves out places at most. ``site`` is the site or else the recording, and
-    ``nodule_at_mm`` the true location, NaN if it is unknown.
+    ``turn`` is the number in this order. ``place``, ``setup`` and ``site`` are whole numbers, too.
+    The set-up is -1 if the header names none, or if the scheme leaves out places at most. A
+    recording without a site is a site of its own. ``nodule_at_mm`` is the true location, NaN if it
+    is unknown.
     """
     known = pd.DataFrame({"turn": range(len(index))}, index=list(index))
     known["place"] = pd.factorize(known.index.map(places_of(index)))[0]
@@ -100,7 +105,7 @@ def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
         cells = (row.get(name) for row in index.values())
         known[name] = [None if cell == "" else cell for cell in cells]
     known["setup"] = pd.factorize(known["setup"])[0]
-    known["site"] = known["site"].fillna(known.index.to_series())
+    known["site"] = pd.factorize(known["site"].fillna(known.index.to_series()))[0]
     known["nodule_at_mm"] = pd.to_numeric(known["nodule_at_mm"], errors="coerce")
     joined = predictions.join(known, on="recording").sort_values("turn", kind="stable")
     over_places = joined["scheme"].isin(_OVER_PLACES)
