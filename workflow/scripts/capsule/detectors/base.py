@@ -8,7 +8,8 @@ places that are left out, the threshold, the probability and the sizes.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar, Protocol, Self
+from functools import lru_cache
+from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from capsule.detectors.calibrate import (
     fit_sizes,
     rank_threshold,
 )
+from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.network import UNKNOWN_FEATURES, Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
@@ -30,29 +32,6 @@ from capsule.templates import TemplateSet
 
 # Penalty of the size regression of a detector without a setting for it.
 _SIZE_RIDGE = 1.0
-_Rows = tuple[list[str], FloatArray, FloatArray, IntArray]
-
-
-class JudgedRecording(Protocol):
-    """The interface of a recording for the detectors."""
-
-    def __hash__(self) -> int: ...
-
-    @property
-    def matrix(self) -> FloatArray:
-        """Matrix V, (S, L)."""
-
-    @property
-    def passage(self) -> Passage:
-        """Best candidate for a nodule."""
-
-    @property
-    def traits(self) -> WaveTraits:
-        """Traits of the wave."""
-
-    @property
-    def features(self) -> Features:
-        """Features from the taught scorer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +47,10 @@ class StoredRecording:
     def matrix(self) -> FloatArray:
         """Matrix V, (S, L); an archive may hold too many to keep them."""
         return self.load()
+
+
+#: What detectors judge: both have a matrix, a passage, traits and features.
+JudgedRecording: TypeAlias = StoredRecording | DescribedRecording
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +84,6 @@ class TrainingArchive:
     settings: Settings
     no_verdict: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
-    _rows: dict[Callable[[JudgedRecording], FloatArray], _Rows] = field(
-        default_factory=dict, init=False
-    )
 
     def __post_init__(self) -> None:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
@@ -129,16 +109,24 @@ class TrainingArchive:
         sizes_mm, places : (n,) array
             True sizes in mm, 0 for none, and the numbers of the places.
         """
-        if seen not in self._rows:
-            rows = {name: seen(self.recordings[name]) for name in self.sizes_mm}
-            names = [name for name, row in rows.items() if not np.isnan(row[0])]
-            stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
-            sizes_mm = np.array([self.sizes_mm[name] for name in names], dtype=np.float64)
-            self._rows[seen] = names, stacked, sizes_mm, self.place_numbers(names)
-        names, stacked, sizes_mm, places = self._rows[seen]
-        apart = frozenset(left_out)
-        teaches = np.array([name not in apart for name in names], dtype=bool)
-        return stacked[teaches], sizes_mm[teaches], places[teaches]
+        number, rows, sizes_mm, places = _rows(self, seen)
+        teaches = np.ones(len(rows), dtype=bool)
+        teaches[[number[name] for name in number.keys() & left_out]] = False
+        return rows[teaches], sizes_mm[teaches], places[teaches]
+
+
+# A detector and `capsule.detectors.familiar` each see something else.
+@lru_cache(maxsize=8)
+def _rows(
+    archive: TrainingArchive, seen: Callable[[JudgedRecording], FloatArray]
+) -> tuple[dict[str, int], FloatArray, FloatArray, IntArray]:
+    """Return the number of each recording whose row teaches; rows, sizes in mm and places."""
+    rows = {name: seen(archive.recordings[name]) for name in archive.sizes_mm}
+    names = [name for name, row in rows.items() if not np.isnan(row[0])]
+    stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
+    sizes_mm = np.array([archive.sizes_mm[name] for name in names], dtype=np.float64)
+    numbers = {name: number for number, name in enumerate(names)}
+    return numbers, stacked, sizes_mm, archive.place_numbers(names)
 
 
 @dataclass(frozen=True)
