@@ -38,11 +38,12 @@ def main() -> None:
     sites = [row["site"] for row in rows.values() if row["site"]]
     made = []
     if len(set(sites)) < len(sites):
-        # It imports pandas, which most archives need not wait for here.
-        from capsule.evaluation.files import judged_sites
+        # They import pandas, which most archives need not wait for here.
+        from capsule.evaluation.files import read_table
+        from capsule.evaluation.sites import site_table
 
-        predictions = arguments.results / OfArchive.PREDICTIONS
-        made = judged_sites(predictions, verdicts, rows, rules)
+        predictions = read_table(arguments.results / OfArchive.PREDICTIONS)
+        made = site_table(predictions, verdicts, rows, rules).to_dict("records")
     files.write_csv(arguments.sites, SITES, made)
     print(f"{len({row['site'] for row in made})} sites have several passes")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from capsule import files
 from capsule.detectors.files import read_training_archive
 from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
-from capsule.evaluation.whole_evaluation import evaluate_archive
+from capsule.evaluation.measures import evaluate_archive
 from capsule.forks import Forks
 from capsule.held_out import recordings_with_fits
 from capsule.results import Results

@@ -422,3 +422,19 @@ def test_the_brier_table_compares_the_detector_with_the_prevalence_alone():
     assert row["recordings"] == 4
     assert row["brier"] == pytest.approx(expected)
     assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)
+
+
+def test_verdicts_stand_by_detector_then_by_name_then_as_they_were_made():
+    keys = [
+        (detector, name, scheme)
+        for detector in ("template", "diagonal")
+        for name in ("2mm/r10", "0mm/b", "2mm/r9")
+        for scheme in ("resubstitution", "leave_one_out")
+    ]
+    made = measures.by_name(pd.DataFrame(keys, columns=["detector", "recording", "scheme"]))
+    assert [tuple(row) for row in made.values] == [
+        (detector, name, scheme)
+        for detector in ("template", "diagonal")
+        for name in ("0mm/b", "2mm/r9", "2mm/r10")
+        for scheme in ("resubstitution", "leave_one_out")
+    ]

@@ -41,7 +41,9 @@ def detected_at(sites, count, detector="diagonal"):
 
 
 def table_of(verdicts, sites, specificity):
-    return site_table(verdicts, {name: {"site": site} for name, site in sites.items()}, specificity)
+    index = {name: {"site": site} for name, site in sites.items()}
+    rules = {"schemes": ["leave_one_out"], "specificity": specificity}
+    return site_table(verdicts.assign(scheme="leave_one_out"), [], index, rules)
 
 
 UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | {"familiar": "", "unfamiliar_because": ""}

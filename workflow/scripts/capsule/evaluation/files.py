@@ -1,6 +1,5 @@
 """Read the tables of the evaluation, and the numbers that the paper prints."""
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,11 +8,9 @@ import pandas as pd
 import yaml
 
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.cross_validation import Rows, choosing_scheme
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.evaluation.sites import site_table
 from capsule.files import read_or_explain
-from capsule.kinds import Cells, Settings
+from capsule.kinds import Settings
 from capsule.results import OfArchive
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
@@ -36,31 +33,6 @@ def read_evaluation(results: Path, printed: Settings, confidence: float) -> Eval
     tables = {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
     paper = printed_tables(printed, confidence)
     return Evaluation(read_table(results / OfArchive.PREDICTIONS), tables, paper)
-
-
-def judged_sites(
-    predictions: Path, detections: Sequence[Cells], index: Rows, rules: Settings
-) -> list[dict[str, Any]]:
-    """Return the rows of results/sites.csv.
-
-    Parameters
-    ----------
-    predictions : Path
-        results/evaluation/predictions.csv; its places teach the thresholds of several passes.
-    detections : sequence of dict
-        The rows of results/detections.csv.
-    index : mapping of str to mapping
-        Rows of results/recordings.csv.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
-    """
-    table = read_table(predictions)
-    judged = table[table["scheme"] == choosing_scheme(rules["schemes"])]
-    verdicts = pd.concat([judged, pd.DataFrame(detections)])
-    rows: list[dict[str, Any]] = site_table(verdicts, index, rules["specificity"]).to_dict(
-        "records"
-    )
-    return rows
 
 
 def read_printed(path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The tables of measures that rate the detectors, with detector and scheme in each row."""
+"""The whole evaluation of an archive, and its tables of measures that rate the detectors."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -8,8 +8,15 @@ import numpy as np
 import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
+from capsule.detectors.base import TrainingArchive
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Rows
+from capsule.evaluation.cross_validation import (
+    LEAVE_ONE_OUT,
+    Detectors,
+    Rows,
+    cross_validate,
+    folds_of,
+)
 from capsule.evaluation.intervals import (
     UNKNOWN,
     Interval,
@@ -22,6 +29,8 @@ from capsule.evaluation.intervals import (
     rate_of,
     ratio_interval,
 )
+from capsule.evaluation.learning import COLUMNS as LEARNING
+from capsule.evaluation.learning import learning_rows
 from capsule.evaluation.rates import (
     cells_over,
     cluster_unit,
@@ -35,11 +44,47 @@ from capsule.evaluation.rates import (
     with_ends,
 )
 from capsule.evaluation.sites import detections_by_passes
-from capsule.kinds import Cells, Settings
+from capsule.kinds import Cells, Settings, Spread
+from capsule.names import sort_key
 
+# The columns of a prediction that the verdict's follow.
+KEY = ["recording", "size_mm", "detector", "scheme"]
 ALWAYS = "always_nodule"
 ANY = None  # In place of a size, this stands for any nodule.
 _GRID = np.linspace(0.0, 1.0, 21)
+
+
+def evaluate_archive(
+    archive: TrainingArchive, index: Rows, spread: Spread = map
+) -> dict[str, pd.DataFrame]:
+    """Return all tables of the evaluation of an archive, as in results/evaluation/.
+
+    They are ``predictions``, ``learning`` and those of `measure_tables`.
+
+    Parameters
+    ----------
+    archive, spread
+        As in `capsule.evaluation.cross_validation.Detectors` and `cross_validate`.
+    index : mapping of str to mapping
+        Row in results/recordings.csv of each accepted labelled recording, ordered by content.
+    """
+    rules, detectors = archive.settings["evaluation"], Detectors(archive)
+    folds = folds_of(index, rules)
+    rows = cross_validate(detectors, folds, spread)
+    predictions = pd.DataFrame(rows, columns=[*KEY, *detectors.columns])
+    learned = learning_rows(detectors.learners(), archive, predictions, folds, spread)
+    return {
+        "predictions": by_name(predictions),
+        "learning": pd.DataFrame(learned, columns=LEARNING),
+        **measure_tables(predictions, archive.templates.sizes_mm, rules, index),
+    }
+
+
+def by_name(predictions: pd.DataFrame) -> pd.DataFrame:
+    """Return predictions sorted by detector (in order of appearance), then by recording."""
+    names = sorted(set(predictions["recording"]), key=sort_key)
+    turn = predictions["recording"].map({name: number for number, name in enumerate(names)})
+    return predictions.iloc[np.lexsort((turn, pd.factorize(predictions["detector"])[0]))]
 
 
 def measure_tables(
@@ -49,7 +94,7 @@ def measure_tables(
     index: Rows | None = None,
     names: Collection[str] = tuple(COLUMNS),
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables that rate the detectors.
+    """Return the tables that rate the detectors, with detector and scheme in each row.
 
     Parameters
     ----------

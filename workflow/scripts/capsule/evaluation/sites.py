@@ -4,6 +4,7 @@ The paper's capsule goes back to a suspicious place. The mean over several passe
 a single score. Passes over one site with another label are another site.
 """
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,8 @@ import pandas as pd
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.columns import SITES
-from capsule.evaluation.cross_validation import Rows
+from capsule.evaluation.cross_validation import Rows, choosing_scheme
+from capsule.kinds import Cells, Settings
 
 _OF_A_NODULE = {
     "estimate_mm": "mean",
@@ -22,24 +24,29 @@ _OF_A_NODULE = {
 }
 
 
-def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.DataFrame:
+def site_table(
+    predictions: pd.DataFrame, detections: Sequence[Cells], index: Rows, rules: Settings
+) -> pd.DataFrame:
     """Return each detector's verdict on every site with several recordings, by `site_verdicts`.
 
     Parameters
     ----------
-    verdicts : DataFrame
-        One row for each detector and recording: results/evaluation/predictions.csv under one
-        scheme, followed by results/detections.csv, whose size is not known.
+    predictions : DataFrame
+        results/evaluation/predictions.csv; its places teach the thresholds of several passes.
+    detections : sequence of dict
+        The rows of results/detections.csv, whose size is not known.
     index : mapping of str to mapping
         Rows of results/recordings.csv, with ``site``. The passes over a site have this order.
-    specificity : float
-        Wanted specificity of detectors that learn a threshold.
+    rules : mapping
+        Section ``evaluation`` of the configuration.
 
     Returns
     -------
     DataFrame
         The columns `SITES`; ``unfamiliar_because`` names the first pass that is not familiar.
     """
+    judged = predictions[predictions["scheme"] == choosing_scheme(rules["schemes"])]
+    verdicts = pd.concat([judged, pd.DataFrame(detections)])
     turn = {recording: number for number, recording in enumerate(index)}
     named = {recording: row["site"] or recording for recording, row in index.items()}
     verdicts = verdicts.assign(site=verdicts["recording"].map(named))
@@ -51,7 +58,7 @@ def site_table(verdicts: pd.DataFrame, index: Rows, specificity: float) -> pd.Da
         # The order of the sites is that of the verdicts.
         number = rows.groupby(["site", "size_mm"], sort=False, dropna=False).ngroup()
         order = np.lexsort((rows["recording"].map(turn), number))
-        made.append(site_verdicts(rows.iloc[order], detector, specificity))
+        made.append(site_verdicts(rows.iloc[order], detector, rules["specificity"]))
     table = pd.concat(made) if made else pd.DataFrame(columns=SITES)
     table = table[table["recordings"] > 1]
     known = np.where(table["site"].isin(answers["site"]), "yes", "")

@@ -20,8 +20,7 @@ from capsule.evaluation.cross_validation import (
     group_scheme,
     judge_unlabelled,
 )
-from capsule.evaluation.measures import measure_tables
-from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive
+from capsule.evaluation.measures import KEY, by_name, evaluate_archive, measure_tables
 from capsule.held_out import teaching
 from capsule.interface.archive import LoadedArchive, require_archive, with_nan
 from capsule.names import sort_key
