@@ -72,13 +72,16 @@ def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveT
     steps = np.array([np.nan]) if alone else np.angle(np.exp(1j * np.diff(wave.offset)))
     steps_s = steps * period_s / (2 * np.pi)
     change = wave.irregular[wave.window :] - wave.irregular[: -wave.window]
+    bend = np.abs(np.diff(pressed, n=2))
+    # Some samples are missing; a sensor may miss every second one.
+    mean_bend = np.nansum(bend, axis=1) / np.maximum(np.count_nonzero(bend >= 0, axis=1), 1)
     return WaveTraits(
         period_s=period_s,
         step_s=float(steps_s.mean()),
         step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
         unsteadiness=float(change.std()) / (2 * np.pi),
         wave_share=_wave_share(wave.steady, wave.period),
-        noise=float(np.median(_mean_second_difference(pressed) / depth)),
+        noise=float(np.median(mean_bend / depth)),
     )
 
 
@@ -94,13 +97,3 @@ def _wave_share(steady: FloatArray, period: float) -> float:
     band = (frequency > _BAND[0]) & (frequency < _BAND[1])
     inside = power[:, np.any(near, axis=0) & band].sum(axis=1)
     return float((inside / power[:, band].sum(axis=1)).min())
-
-
-def _mean_second_difference(pressed: FloatArray) -> FloatArray:
-    """Return each sensor's mean absolute second difference, (S,); samples are missing in some."""
-    difference = np.abs(np.diff(pressed, n=2, axis=1))
-    known = ~np.isnan(difference)
-    mean: FloatArray = np.where(known, difference, 0.0).sum(axis=1) / np.maximum(
-        known.sum(axis=1), 1
-    )
-    return mean

@@ -122,8 +122,6 @@ def rate_of(
 
     Each recording of ``right`` is 1 for a hit, 0 for none, or a share between.
     """
-    if right.size == 0:
-        return UNKNOWN
     effective = effective_count(right, clusters, confidence)
     return rate(right.sum().item(), right.size, confidence, effective)
 

@@ -214,8 +214,9 @@ def confusion(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     unknown = [np.nan] if rows["predicted_mm"].isna().any() else []
     for size_mm in rules["sizes_mm"]:
         of_size = rows[rows["size_mm"] == size_mm]
+        clusters = clusters_of(of_size)
         for predicted_mm in [*rules["sizes_mm"], *unknown]:
-            taken = of_size.assign(taken=of_size["predicted_mm"].isin([predicted_mm]))
-            counts = {"predicted_mm": predicted_mm, "count": int(taken["taken"].sum())}
-            share = rate_over(taken, rules["confidence"], "taken")
+            taken = of_size["predicted_mm"].isin([predicted_mm]).to_numpy()
+            counts = {"predicted_mm": predicted_mm, "count": int(taken.sum())}
+            share = rate_of(taken, clusters, rules["confidence"])
             yield with_ends(size_mm=size_mm, **counts, share=share)
