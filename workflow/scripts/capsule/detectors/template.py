@@ -71,14 +71,14 @@ def compare_templates(
     A distance is the smallest RMSE over all lags (eq. RMSEmin). A gain is the largest over all
     lags, 0 for T^0, at the lag tau in 1..2L. All three are NaN if matrix or template holds NaN.
     """
-    distances, gains, lags = np.full((3, len(templates)), np.nan)
+    compared = np.full((3, len(templates)), np.nan)
     if not np.isnan(matrix).any():
         comparison = SlidingComparison(matrix)
         for index, template in enumerate(templates):
             if template.is_known:
-                gains[index], lag = comparison.gain_of(template)
-                lags[index] = lag
-                distances[index] = rmse_at_lag(matrix, template.values, lag)
+                gain, lag = comparison.gain_of(template)
+                compared[:, index] = rmse_at_lag(matrix, template.values, lag), gain, lag
+    distances, gains, lags = compared
     return distances, gains, lags
 
 
@@ -153,7 +153,7 @@ class TemplateMargin(NearestTemplate):
     @classmethod
     def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> Self:
         """Average the templates of a fold, and learn the threshold of its healthy margins."""
-        nearest, healthy = super().taught(archive, left_out), _healthy(archive)
+        nearest, healthy = super().taught(archive, left_out), list(_healthy(archive))
         # T^0 has no gain. An unknown gain counts as the least.
         gains = [np.full(len(healthy), -np.inf)]
         gains += [_healthy_gains(archive, template) for template in nearest.templates[1:]]
@@ -183,24 +183,21 @@ class TemplateMargin(NearestTemplate):
         return replace(super().restored(stored, templates), threshold=known)
 
 
-def _healthy(archive: TrainingArchive) -> list[str]:
-    return [name for name, size_mm in archive.sizes_mm.items() if size_mm == 0]
+# Nearly every fold needs all of them, in the same order; each takes some 50 kB.
+@lru_cache(maxsize=1)
+def _healthy(archive: TrainingArchive) -> dict[str, SlidingComparison]:
+    healthy = (name for name, size_mm in archive.sizes_mm.items() if size_mm == 0)
+    return {name: SlidingComparison(archive.recordings[name].matrix) for name in healthy}
 
 
 # Most templates are the same in all folds.
 @lru_cache(maxsize=32)
 def _healthy_gains(archive: TrainingArchive, template: RepeatedParticle) -> FloatArray:
     """Return the gains of a template on the healthy recordings; the least of all if unknown."""
-    comparisons = _comparisons(archive)
+    comparisons = _healthy(archive).values()
     if not template.is_known:
         return np.full(len(comparisons), -np.inf)
     return np.fmax([each.gain_of(template)[0] for each in comparisons], -np.inf)
-
-
-# Nearly every fold needs all of them, in the same order; each takes some 50 kB.
-@lru_cache(maxsize=1)
-def _comparisons(archive: TrainingArchive) -> list[SlidingComparison]:
-    return [SlidingComparison(archive.recordings[name].matrix) for name in _healthy(archive)]
 
 
 @lru_cache(maxsize=1)
@@ -211,9 +208,12 @@ def _compared(
     return compare_templates(recording.matrix, templates)
 
 
-@lru_cache(maxsize=1)
+# The last fold, and the one that leaves nothing out.
+@lru_cache(maxsize=2)
 def _fold(archive: TrainingArchive, left_out: frozenset[str]) -> tuple[RepeatedParticle, ...]:
     """Return the templates without some recordings; those that stay are the same objects."""
+    if not left_out:
+        return tuple(map(RepeatedParticle, archive.templates.matrices))
     # In the order of the archive, because rounding makes a sum depend on the order.
     matrices = archive.templates.without(
         (size_mm, archive.particles.get(name))
@@ -222,10 +222,5 @@ def _fold(archive: TrainingArchive, left_out: frozenset[str]) -> tuple[RepeatedP
     )
     return tuple(
         whole if matrix is whole.values else RepeatedParticle(matrix)
-        for whole, matrix in zip(_wholes(archive), matrices, strict=True)
+        for whole, matrix in zip(_fold(archive, frozenset()), matrices, strict=True)
     )
-
-
-@lru_cache(maxsize=1)
-def _wholes(archive: TrainingArchive) -> tuple[RepeatedParticle, ...]:
-    return tuple(map(RepeatedParticle, archive.templates.matrices))
