@@ -131,7 +131,8 @@ def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
     assert values["sensitivity"] == 2 / 3
     # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
     assert (values["ppv"], values["npv"]) == (1.0, 1.0)
-    sized = next(iter(measures.size_errors(judged.assign(estimate_mm=[0, 0, 1, 1, 2]), RULES)))
+    judged["estimate_mm"] = [0, 0, 1, 1, 2]
+    sized = next(iter(measures.size_errors(judged, RULES)))
     assert (sized["recordings"], sized["detected"]) == (3, 2)
 
 

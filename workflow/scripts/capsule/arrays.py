@@ -23,6 +23,9 @@ ComplexArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.complex128]]
 #: Truth values of any shape, such as a mask for another array.
 BoolArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.bool_]]
 
+#: Rows of a table in one piece, so that some are chosen fast: a structured array with named fields.
+RecordArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.void]]
+
 #: Words, such as the state at each moment, of any shape.
 TextArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.str_]]
 

@@ -18,6 +18,7 @@ from math import ceil
 import numpy as np
 import pandas as pd
 
+from capsule.arrays import RecordArray
 from capsule.detectors.base import Detector, TrainingArchive
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
 from capsule.evaluation.intervals import gain_interval
@@ -191,20 +192,21 @@ def learning_rows(
             # The last point has nothing to gain.
             after = last if share < ALL_BUT_ONE else np.nan
             rated = recordings.assign(right=right.get((name, share), last), after=after)
+            records = np.asarray(rated.to_records(index=False))
             key = {"detector": name, "share": share, "splits": len(by_share.get(share, last))}
-            rows += [key | row for row in _rate_rows(rated, counts, rules["confidence"])]
+            rows += [key | row for row in _rate_rows(records, counts, rules["confidence"])]
     return rows
 
 
 def _rate_rows(
-    rated: pd.DataFrame, counts: Mapping[float, float], confidence: float
+    rated: RecordArray, counts: Mapping[float, float], confidence: float
 ) -> Iterator[Cells]:
     """Yield the rates at one share for each range of sizes; `after` is under leave-one-out."""
     for first, last in size_ranges(rated["size_mm"]):
-        of_range = rated[rated["size_mm"].between(first, last)]
+        of_range = rated[(rated["size_mm"] >= first) & (rated["size_mm"] <= last)]
         # In a large archive not every recording is judged at every share.
-        known = of_range[of_range["right"].notna()]
-        right, after, places = (of_range[name].to_numpy() for name in ("right", "after", "place"))
+        known = of_range[~np.isnan(of_range["right"])]
+        right, after, places = (of_range[name] for name in ("right", "after", "place"))
         yield cells_over(
             known,
             taught=round(sum(counts.values()), 6),

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from capsule.arrays import BoolArray, FloatArray, IntArray
+from capsule.arrays import BoolArray, FloatArray, IntArray, RecordArray
 from capsule.detectors.base import TrainingArchive
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.cross_validation import (
@@ -109,7 +109,7 @@ def measure_tables(
     """
     rules = {**rules, "sizes_mm": sizes_mm}
     made: dict[str, list[Cells]] = {name: [] for name in names}
-    schemes: dict[str, dict[str, pd.DataFrame]] = {}
+    schemes: dict[str, dict[str, RecordArray]] = {}
     for key, rows in of_each(predictions, rules["tolerance_mm"], index):
         schemes.setdefault(key["scheme"], {})[key["detector"]] = rows
         for name in made.keys() & _OF_ONE.keys():
@@ -123,36 +123,39 @@ def measure_tables(
     }
 
 
-def by_size(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame]]:
+def by_size(rows: RecordArray) -> Iterator[tuple[float | None, RecordArray]]:
     """Yield `ANY` with all recordings over nodules, and each size with its recordings."""
     nodules = rows[rows["size_mm"] > 0]
     yield ANY, nodules
-    yield from nodules.groupby("size_mm")
+    for size_mm in np.unique(nodules["size_mm"]).tolist():
+        yield size_mm, nodules[nodules["size_mm"] == size_mm]
 
 
-def _healthy(rows: pd.DataFrame) -> pd.DataFrame:
-    return rows[rows["size_mm"] == 0]
+def _healthy(rows: RecordArray) -> RecordArray:
+    healthy: RecordArray = rows[rows["size_mm"] == 0]
+    return healthy
 
 
-def _known(rows: pd.DataFrame, column: str) -> pd.DataFrame:
+def _known(rows: RecordArray, column: str) -> RecordArray:
     """Return the recordings that have a verdict, and a value in a column."""
-    return rows[rows[column].notna() & rows["predicted_mm"].notna()]
+    known: RecordArray = rows[~np.isnan(rows[column]) & ~np.isnan(rows["predicted_mm"])]
+    return known
 
 
-def summary(scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings) -> Iterator[Cells]:
+def summary(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) -> Iterator[Cells]:
     """Yield each detector's rates over all recordings, and those of always predicting a nodule.
 
     A missed nodule has no size, so it is neither exact nor within the tolerance. In the mean
     absolute error it counts as 0 mm, and so does a nodule without a verdict.
     """
-    level, first = rules["confidence"], next(iter(of_scheme.values()))
-    always = first.assign(predicted_mm=np.inf, right=first["size_mm"] > 0)
+    level, always = rules["confidence"], next(iter(of_scheme.values())).copy()
+    always["right"] = always["size_mm"] > 0
     for detector, rows in {**of_scheme, ALWAYS: always}.items():
         nodules, healthy = rows[rows["size_mm"] > 0], _healthy(rows)
         sensitivity, specificity = rate_over(nodules, level), rate_over(healthy, level)
         # The baseline names no size.
         sized = nodules if detector != ALWAYS else nodules[:0]
-        error = sized["predicted_mm"].fillna(0.0) - sized["size_mm"]
+        error = np.nan_to_num(sized["predicted_mm"]) - sized["size_mm"]
         yield cells_over(
             rows,
             detector=detector,
@@ -176,37 +179,36 @@ def _mean_of(first: Interval, second: Interval) -> Interval:
     return value, float(max(value - low, 0.0)), float(min(value + high, 1.0))
 
 
-def _absolute_error(error: pd.Series, rows: pd.DataFrame, confidence: float) -> Interval:
+def _absolute_error(error: FloatArray, rows: RecordArray, confidence: float) -> Interval:
     """Return the mean absolute error with its interval, which does not reach below 0."""
-    value, low, high = mean_interval(np.abs(error.to_numpy()), confidence, clusters_of(rows))
+    value, low, high = mean_interval(np.abs(error), confidence, clusters_of(rows))
     # NaN stays NaN as the first argument.
     return value, max(low, 0.0), high
 
 
-def areas(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def areas(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield the areas under the ROC curves, for any nodule and for each size.
 
     Only recordings with a verdict and a score have a place in the order of the scores.
     """
     for size_mm, healthy, nodules in _scored(rows):
         unit = cluster_unit(healthy, nodules)
-        scores = healthy["score"].to_numpy(), nodules["score"].to_numpy()
-        clusters = healthy[unit].to_numpy(), nodules[unit].to_numpy()
-        area = auc_interval(*scores, rules["confidence"], *clusters)
+        clusters = healthy[unit], nodules[unit]
+        area = auc_interval(healthy["score"], nodules["score"], rules["confidence"], *clusters)
         count = np.unique(np.concatenate(clusters)).size
         yield with_ends(size_mm=size_mm, auc=area, clusters=count)
 
 
-def curves(rows: pd.DataFrame, _: Settings) -> Iterator[Cells]:
+def curves(rows: RecordArray, _: Settings) -> Iterator[Cells]:
     """Yield the points of the ROC curves, for any nodule and for each size."""
     for size_mm, healthy, nodules in _scored(rows):
-        heights = height_at(healthy["score"].to_numpy(), nodules["score"].to_numpy(), _GRID)
+        heights = height_at(healthy["score"], nodules["score"], _GRID)
         for allowed, found in zip(_GRID.tolist(), heights.tolist(), strict=True):
             point = {"false_positive_rate": round(allowed, 10), "true_positive_rate": found}
             yield {"size_mm": size_mm, **point}
 
 
-def _scored(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame, pd.DataFrame]]:
+def _scored(rows: RecordArray) -> Iterator[tuple[float | None, RecordArray, RecordArray]]:
     """Yield for any nodule and for each size the healthy recordings and the nodules with scores."""
     known = _known(rows, "score")
     healthy = _healthy(known)
@@ -215,7 +217,7 @@ def _scored(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame, pd
             yield size_mm, healthy, nodules
 
 
-def predictive(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def predictive(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield the predictive values at a stated prevalence, for any nodule and for each size.
 
     The experimenter chooses the prevalence of an archive. The values therefore follow from the
@@ -225,18 +227,20 @@ def predictive(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     prevalence, level, healthy = rules["prevalence"], rules["confidence"], _healthy(rows)
     odds = prevalence / (1 - prevalence)
     for size_mm, nodules in by_size(rows):
+        both = np.concatenate([healthy, nodules])
+        nodule = both["size_mm"] > 0
         yield cells_over(
-            pd.concat([healthy, nodules]),
+            both,
             size_mm=size_mm,
             prevalence=prevalence,
             sensitivity=rate_over(nodules, level),
-            ppv=share_right(nodules, healthy, "found", odds, level),
-            npv=share_right(healthy, nodules, "quiet", 1 / odds, level),
+            ppv=share_right(both, both["found"], nodule, odds, level),
+            npv=share_right(both, both["quiet"], ~nodule, 1 / odds, level),
         )
 
 
 def share_right(
-    right: pd.DataFrame, wrong: pd.DataFrame, given: str, odds: float, confidence: float
+    rows: RecordArray, given: BoolArray, right: BoolArray, odds: float, confidence: float
 ) -> Interval:
     """Return the probability that a verdict is right, with its interval.
 
@@ -246,21 +250,23 @@ def share_right(
 
     Parameters
     ----------
-    right, wrong : DataFrame
-        The recordings for which the verdict is right, and those for which it is wrong.
-    given : str
-        The column that tells where the verdict was given.
+    rows : (n,) structured array
+        The recordings.
+    given, right : (n,) array
+        Where the verdict was given, and for which recordings it is right.
     odds, confidence : float
         Odds, before the verdict, that it is right; level of the interval.
     """
-    hits, errors = int(right[given].sum()), int(wrong[given].sum())
-    if hits == errors == 0 or right.empty or wrong.empty:
+    hits, errors = int(given[right].sum()), int(given[~right].sum())
+    if hits == errors == 0 or right.all() or not right.any():
         return UNKNOWN
     counts = []
-    for rows, times in ((right, hits), (wrong, errors)):
-        count = effective_count(rows[given].to_numpy(), clusters_of(rows), confidence)
-        counts.append((times if count == len(rows) else times / len(rows) * count, count))
-    ratio = hits * len(wrong) / (len(right) * errors) if errors else math.inf
+    for kind, times in ((right, hits), (~right, errors)):
+        size = np.count_nonzero(kind)
+        count = effective_count(given[kind], clusters_of(rows[kind]), confidence)
+        counts.append((times if count == size else times / size * count, count))
+    of_right, of_wrong = np.count_nonzero(right), np.count_nonzero(~right)
+    ratio = hits * of_wrong / (of_right * errors) if errors else math.inf
     value, low, high = (
         1.0 if each == math.inf else each * odds / (1 + each * odds)
         for each in (ratio, *ratio_interval(*counts[0], *counts[1], confidence))
@@ -283,20 +289,20 @@ def brier_score(probability: FloatArray | float, nodule: BoolArray, prevalence: 
     return float(np.sum(weights * (probability - nodule) ** 2))
 
 
-def brier(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def brier(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield the Brier score of a detector that states probabilities."""
     known, prevalence = _known(rows, "probability"), rules["prevalence"]
-    nodule = known["size_mm"].to_numpy() > 0
+    nodule = known["size_mm"] > 0
     if nodule.size:
         yield {
             "recordings": nodule.size,
             "prevalence": prevalence,
-            "brier": brier_score(known["probability"].to_numpy(), nodule, prevalence),
+            "brier": brier_score(known["probability"], nodule, prevalence),
             "brier_uninformed": brier_score(prevalence, nodule, prevalence),
         }
 
 
-def calibration(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def calibration(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield the stated probability and the observed frequency of nodules in each bin.
 
     Both are weighted to the prevalence, and NaN if the bin is empty. A probability in a bin is
@@ -304,26 +310,24 @@ def calibration(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
     interval: five nodules and no healthy recording do not prove 100 %.
     """
     known, bins = _known(rows, "probability"), rules["calibration_bins"]
-    nodule, stated = known["size_mm"] > 0, known["probability"].to_numpy()
+    nodule, stated = known["size_mm"] > 0, known["probability"]
     bin_of = np.minimum((stated * bins).astype(int), bins - 1)
-    weights = prevalence_weights(nodule.to_numpy(), rules["prevalence"])
+    weights = prevalence_weights(nodule, rules["prevalence"])
     odds = rules["prevalence"] / (1 - rules["prevalence"])
     for turn in range(bins if len(known) else 0):
         inside = bin_of == turn
-        binned, total = known.assign(inside=inside), weights[inside].sum()
+        total = weights[inside].sum()
         yield cells_over(
             known[inside],
             stated_low=turn / bins,
             stated_high=(turn + 1) / bins,
             recordings=int(inside.sum()),
             stated=float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
-            observed=share_right(
-                binned[nodule], binned[~nodule], "inside", odds, rules["confidence"]
-            ),
+            observed=share_right(known, inside, nodule, odds, rules["confidence"]),
         )
 
 
-def size_errors(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def size_errors(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield bias and absolute error of the estimated size, for any nodule and for each size.
 
     Only recordings in which a nodule was detected have an estimate.
@@ -332,7 +336,7 @@ def size_errors(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
         sized = _known(nodules, "estimate_mm")
         error = sized["estimate_mm"] - sized["size_mm"]
         errors = with_ends(
-            bias=mean_interval(error.to_numpy(), rules["confidence"], clusters_of(sized)),
+            bias=mean_interval(error, rules["confidence"], clusters_of(sized)),
             absolute_error=_absolute_error(error, sized, rules["confidence"]),
         )
         yield cells_over(
@@ -344,12 +348,12 @@ def size_errors(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
         )
 
 
-def localisation(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
+def localisation(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """Yield the error of the location, for recordings whose header has the nodule's position."""
-    error = (rows["location_mm"] - rows["nodule_at_mm"]).where(rows["predicted_mm"] > 0)
-    for size_mm, known in by_size(rows.assign(error=error)[error.notna()]):
+    error = rows["location_mm"] - rows["nodule_at_mm"]
+    for size_mm, known in by_size(rows[(rows["predicted_mm"] > 0) & ~np.isnan(error)]):
         if len(known):
-            errors, clusters = known["error"].to_numpy(), clusters_of(known)
+            errors, clusters = known["location_mm"] - known["nodule_at_mm"], clusters_of(known)
             yield cells_over(
                 known,
                 size_mm=size_mm,
@@ -362,7 +366,7 @@ def localisation(rows: pd.DataFrame, rules: Settings) -> Iterator[Cells]:
 
 
 def comparisons(
-    scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings
+    scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings
 ) -> Iterator[Cells]:
     """Yield the comparison of every two detectors on the same recordings, for each measure.
 
@@ -371,12 +375,12 @@ def comparisons(
     """
     for (one, first), (other, second) in combinations(of_scheme.items(), 2):
         for measure, mark in (("detection", "right"), ("size_within_tolerance", "within")):
-            both = first.assign(one=first[mark], other=second.loc[first.index, mark])
-            whole, *sizes = by_size(both)
-            healthy = [(0.0, _healthy(both))] if mark == "right" else []
+            whole, *sizes = by_size(first)
+            healthy = [(0.0, _healthy(first))] if mark == "right" else []
             for size_mm, rows in (whole, *healthy, *sizes):
-                right = rows["one"].to_numpy(), rows["other"].to_numpy()
-                clusters = clusters_of(rows)
+                # All detectors judge the same recordings, in the same order.
+                others = second[np.isin(second["turn"], rows["turn"])]
+                right, clusters = (rows[mark], others[mark]), clusters_of(rows)
                 yield cells_over(
                     rows,
                     scheme=scheme,
@@ -408,16 +412,17 @@ def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArra
     return min(chance, 1.0)
 
 
-def retests(scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings) -> Iterator[Cells]:
+def retests(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) -> Iterator[Cells]:
     """Yield the rates of detection if several passes over a site are judged together.
 
     Passes over one site with another label are another site. Nothing is yielded if no site has
     several passes, nor under another scheme than leave-one-out: the gain is shown once.
     """
     for detector, rows in of_scheme.items() if scheme == LEAVE_ONE_OUT else ():
-        several = rows.duplicated(["site", "size_mm"]).any()
+        table = pd.DataFrame(rows)
+        several = table.duplicated(["site", "size_mm"]).any()
         for count in rules["passes"] if several else ():
-            judged = detections_by_passes(rows, detector, count, rules["specificity"])
+            judged = detections_by_passes(table, detector, count, rules["specificity"])
             for size_mm, found in judged.groupby("size_mm")["detected"]:
                 detected = rate_of(found.to_numpy(), None, rules["confidence"])
                 key = {"detector": detector, "scheme": scheme, "passes": count}
@@ -425,7 +430,7 @@ def retests(scheme: str, of_scheme: Mapping[str, pd.DataFrame], rules: Settings)
 
 
 # The tables of one detector under one scheme, and those of all detectors under one scheme.
-_OF_ONE: Mapping[str, Callable[[pd.DataFrame, Settings], Iterator[Cells]]] = {
+_OF_ONE: Mapping[str, Callable[[RecordArray, Settings], Iterator[Cells]]] = {
     "detection": detection,
     "specificity": specificity,
     "sizing": sizing,
