@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TextIO
@@ -15,6 +16,7 @@ import numpy as np
 
 from capsule.acceptance import readings_of
 from capsule.arguments import LONGEST_NAME, recording_name, size_folder
+from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.configuration import read_config_file, read_settings
 from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
@@ -34,12 +36,9 @@ from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_o
 from capsule.project import config_file
 from capsule.recording import Recording, column_names, format_recording
 
-# Columns and samples of what is shown.
-_BARS = "▁▂▃▄▅▆▇█"
-_PLAIN_BARS = "_.-=+*#@"
+# Bars and samples that are shown.
 _WIDTH = 64
 _FIRST_SAMPLES = 3
-_TYPES = {"number": float, "integer": int}
 
 EXAMPLES = """
 examples:
@@ -99,7 +98,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             told |= {"nargs": "+", "metavar": "TEXT" if key == "missing" else "COLUMN"}
         else:
             word = part.get("unit", "COLUMN" if "oneOf" in part else "X")
-            told |= {"type": _TYPES.get(kind, str), "metavar": word.upper()}
+            told |= {"metavar": word.upper()}
+            told["type"] = {"number": float, "integer": int}.get(kind, str)
         keys.add_argument(option, **told)
 
 
@@ -133,22 +133,26 @@ class Importer:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._settings = read_settings(options.config)
-        self._options = options
+        self._options, self._raw = options, options.raw
         given = read_config_file(options.map) if options.map else {}
         with _named(str(options.map or "")):
             self._keys = checked_keys(given | _given_keys(options), self._settings)
-        self._folder = UNLABELLED if options.unlabelled else options.size
+        # The recordings of the archive by the checksum of their samples; larger files are none.
+        self._names: dict[str, str] = {}
         most_bytes = int(self._settings["recording"]["max_megabytes"] * 1e6)
-        self._archive = _Archive(options.raw, most_bytes)
+        for name in sorted(list_archive(self._raw).recordings) if self._raw.is_dir() else ():
+            content = read_limited(self._raw / f"{name}.csv", most_bytes)
+            if content is not None:
+                self._names[_checksum(content)] = name
         self.written = self.known = self.refused = 0
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
         asked: dict[str, list[str]] = {}
         for files in self._groups():
-            names = _names(files)
+            names = ", ".join(displayed(str(file)) for file in files)
             try:
-                self._import(files)
+                self._import(files, names)
                 continue
             except QuestionError as question:
                 alike = asked.setdefault(question.subject, [])
@@ -185,37 +189,32 @@ class Importer:
             )
         return [[file] for file in files]
 
-    def _import(self, files: list[Path]) -> None:
+    def _import(self, files: list[Path], names: str) -> None:
         readings, sums = self._read(files)
-        _tell(_names(files))
+        _tell(names)
         for reading in readings:
             _tell("\n".join(_reading_lines(reading)))
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
         names = displayed(", ".join(file.name for file in files))
         origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
         origin = {key: text[:LONGEST_ENTRY] for key, text in origin.items()}
-        stem, planned = files[0].name if files[0].is_dir() else files[0].stem, []
+        stem = self._options.name or (files[0].name if files[0].is_dir() else files[0].stem)
+        folder = UNLABELLED if self._options.unlabelled else self._options.size
+        planned = []
         for part in parts:
             with _named(part.table.place):
                 runs = runs_of(part, self._keys)
             for label, recording, remarks in runs:
                 # Of several tables, the names of their runs begin with the table's.
                 label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
-                name = f"{self._folder}/{_run_name(self._options.name or stem, label)}"
-                recording = Recording(
-                    recording.time_s, recording.values, origin | dict(recording.header)
-                )
-                content = format_recording(recording)
-                if known := self._archive.known(content):
-                    self._archive.refuse_other_size(known, name)
-                planned.append((name, recording, content, remarks))
+                recording = replace(recording, header=origin | dict(recording.header))
+                planned.append((f"{folder}/{_run_name(stem, label)}", recording, remarks))
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        self._archive.check_free(
-            [name for name, _, content, _ in planned if not self._archive.known(content)]
-        )
-        for name, recording, content, remarks in planned:
-            self._archive_run(name, recording, content, remarks)
+        contents = [(name, format_recording(recording)) for name, recording, _ in planned]
+        self._check(contents)
+        for (name, recording, remarks), (_, content) in zip(planned, contents, strict=True):
+            self._archive(name, recording, content, remarks)
         if not self._options.map:
             self._keep_map(as_map(readings[0], self._keys))
 
@@ -234,35 +233,60 @@ class Importer:
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
-    def _archive_run(
-        self, name: str, recording: Recording, content: bytes, remarks: list[str]
-    ) -> None:
-        plain = not (sys.stdout.encoding or "").lower().startswith("utf")
-        _tell("\n".join(_sample_lines(recording, plain=plain)))
+    def _check(self, contents: Sequence[tuple[str, bytes]]) -> None:
+        """Raise an error if recordings, by names such as ``3mm/r07``, cannot be written."""
+        new: set[Path] = set()
+        for name, content in contents:
+            path = self._raw / f"{name}.csv"
+            if known := self._names.get(_checksum(content)):
+                reason = reason_of_copy(known, name)
+                if "mislabelled" in reason:
+                    raise CapsuleError(
+                        f"{reason}; move {self._raw / known}.csv, or give the right size"
+                    )
+                continue
+            for taken in (path, path.with_name(path.name + PART)):
+                if taken.exists():
+                    raise CapsuleError(
+                        f"{taken} exists and holds other samples, so it is not overwritten; give "
+                        "another --name"
+                    )
+            if path in new:
+                raise CapsuleError(
+                    f"two of its runs would be written to {path}; give them different names"
+                )
+            new.add(path)
+
+    def _archive(self, name: str, recording: Recording, content: bytes, remarks: list[str]) -> None:
+        """Write a recording, unless the archive holds it; show what was done."""
+        _tell("\n".join(_sample_lines(recording)))
         # It may be one that this file holds twice.
-        if known := self._archive.known(content):
+        if known := self._names.get(_checksum(content)):
             self.known += 1
             _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
+        path, verb = self._raw / f"{name}.csv", "would write"
         if not self._options.dry_run:
-            self._archive.add(name, content)
+            try:
+                write_new(path, content)
+            except FileExistsError:
+                # Another import was quicker.
+                self._check([(name, content)])
+                raise
+            self._names[_checksum(content)], verb = name, "wrote"
         self.written += 1
-        verb = "would write" if self._options.dry_run else "wrote"
-        path, here = self._options.raw / f"{name}.csv", Path.cwd()
+        here = Path.cwd()
         near = path.relative_to(here) if path.is_relative_to(here) else path
         _tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
         if resampled := recording.header.get("import_resampled"):
             _tell(f"  resampled {resampled}")
-        for remark in (*remarks, *self._rejection(recording)):
-            _tell(f"  note: {remark}")
-
-    def _rejection(self, recording: Recording) -> list[str]:
-        """Return the report's reason against a recording that it cannot use; empty if it can."""
         try:
             _, no_verdict = readings_of(recording, self._settings)
+            remarks += [f"the report will give no verdict: {no_verdict}"] * bool(no_verdict)
         except RecordingError as reason:
-            return [f"the report will reject it: {reason}"]
-        return [f"the report will give no verdict: {no_verdict}"] if no_verdict else []
+            remarks.append(f"the report will reject it: {reason}")
+        for remark in remarks:
+            _tell(f"  note: {remark}")
 
     def _keep_map(self, content: dict[str, Any]) -> None:
         if self._options.dry_run:
@@ -318,10 +342,6 @@ def _expanded(given: Path) -> list[Path]:
     return sorted(given.parent.glob(given.name)) or [given]
 
 
-def _names(files: Sequence[Path]) -> str:
-    return ", ".join(displayed(str(file)) for file in files)
-
-
 def _run_name(stem: str, label: str) -> str:
     """Return a recording's name, made from the names of its file and its run.
 
@@ -333,53 +353,6 @@ def _run_name(stem: str, label: str) -> str:
     if not classify([Entry(f"unlabelled/{name}.csv")]).recordings:
         raise CapsuleError(f"{displayed(text)!r} gives no valid name; give one with --name")
     return name
-
-
-class _Archive:
-    """The recordings under raw/, by the checksum of their samples; larger files are none."""
-
-    def __init__(self, raw: Path, max_bytes: int) -> None:
-        self._raw = raw
-        self._names: dict[str, str] = {}
-        for name in sorted(list_archive(raw).recordings) if raw.is_dir() else ():
-            content = read_limited(raw / f"{name}.csv", max_bytes)
-            if content is not None:
-                self._names[_checksum(content)] = name
-
-    def known(self, content: bytes) -> str:
-        """Return the name of the recording with the same samples; empty if there is none."""
-        return self._names.get(_checksum(content), "")
-
-    def refuse_other_size(self, known: str, name: str) -> None:
-        """Raise an error if the archive holds the same samples under another size."""
-        reason = reason_of_copy(known, name)
-        if "mislabelled" in reason:
-            raise CapsuleError(f"{reason}; move {self._raw / known}.csv, or give the right size")
-
-    def check_free(self, names: Sequence[str]) -> None:
-        """Raise an error if recordings with names such as ``3mm/r07`` cannot be written."""
-        for at, name in enumerate(names):
-            path = self._raw / f"{name}.csv"
-            for taken in (path, path.with_name(path.name + PART)):
-                if taken.exists():
-                    raise CapsuleError(
-                        f"{taken} exists and holds other samples, so it is not overwritten; give "
-                        "another --name"
-                    )
-            if name in names[:at]:
-                raise CapsuleError(
-                    f"two of its runs would be written to {path}; give them different names"
-                )
-
-    def add(self, name: str, content: bytes) -> None:
-        """Write the file of a recording; its name must be free."""
-        try:
-            write_new(self._raw / f"{name}.csv", content)
-        except FileExistsError:
-            # Another import was quicker.
-            self.check_free([name])
-            raise
-        self._names[_checksum(content)] = name
 
 
 def _checksum(content: bytes) -> str:
@@ -419,28 +392,17 @@ def _numbered(table: Table, index: int) -> str:
     return f"column {index + 1}" + (f", {name!r}" if name else "")
 
 
-def _sample_lines(recording: Recording, *, plain: bool) -> list[str]:
+def _sample_lines(recording: Recording) -> list[str]:
     """Return lines with the first samples of a recording, and a line of bars for each sensor."""
+    plain = not (sys.stdout.encoding or "").lower().startswith("utf")
     names = column_names(recording.values.shape[0])
-    samples = [
-        [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
-        for time_s, sample in zip(
-            recording.time_s[:_FIRST_SAMPLES], recording.values.T[:_FIRST_SAMPLES], strict=True
-        )
-    ]
-    lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *samples]]
+    samples = np.vstack([recording.time_s, recording.values]).T[:_FIRST_SAMPLES]
+    rows = [["-" if np.isnan(cell) else f"{cell:.6g}" for cell in row] for row in samples]
+    lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *rows]]
     for name, values in zip(names[1:], recording.values, strict=True):
-        known = values[~np.isnan(values)]
+        parts = [part[~np.isnan(part)] for part in np.array_split(values, min(values.size, _WIDTH))]
+        means = [float(part.mean()) if part.size else None for part in parts]
+        known = np.concatenate(parts)
         span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
-        lines.append(f"  {name}  {_trace(values, _PLAIN_BARS if plain else _BARS)}  {span}")
+        lines.append(f"  {name}  {trace(means, PLAIN_BARS if plain else BARS)}  {span}")
     return lines
-
-
-def _trace(values: np.ndarray, bars: str) -> str:
-    """Return readings (K,) as a line of bars, with blanks for missing samples."""
-    each = -(-values.size // _WIDTH)
-    padded = np.pad(values, (0, -values.size % each), constant_values=np.nan)
-    means = np.ma.masked_invalid(padded.reshape(-1, each)).mean(axis=1)
-    low, span = means.min(), means.max() - means.min()
-    heights = (means - low) / (span or 1) * (len(bars) - 1)
-    return "".join(" " if np.ma.is_masked(each) else bars[round(each)] for each in heights)
