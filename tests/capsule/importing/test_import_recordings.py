@@ -157,12 +157,12 @@ def test_a_dry_run_writes_nothing_and_shows_all(tmp_path, good):
     assert imported.counted == "1 recording would be imported, 0 files refused"
     assert not imported.raw.exists()
     assert not (tmp_path / "lab.yaml").exists()
-    assert "sensors: [S1, S2, S3, S4]" in imported.shown
+    assert "sensors    S1, S2, S3, S4" in imported.shown
 
 
 def test_the_guess_is_shown_with_the_first_samples_and_a_line_a_sensor(tmp_path, good):
     shown = import_files(tmp_path, good).shown
-    assert "time       column 1, 'time'" in shown
+    assert "time       time" in shown
     assert "time_unit  s  (a step of 0.1 s is 10 Hz)" in shown
     second = ["0.1", *(f"{value:g}" for value in COUNTS[:, 1])]
     assert "".join(f"{cell:>12}" for cell in second) in shown

@@ -118,7 +118,7 @@ REFUSED = {
     ),
     "volts_unnamed": ("", "can be V (--unit V) or kohm (--unit kohm); choose one"),
     "many_counts": ("", "can be counts (--unit counts) or mV (--unit mV) or ohm (--unit ohm)"),
-    "pressure": ("", "the file names the unit 'kPa'; allowed are counts, V, mV, ohm and kohm"),
+    "pressure": ("", "the file names kPa of "),
     "thousands": (
         "",
         "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma); choose one",
@@ -126,25 +126,25 @@ REFUSED = {
     "commas_for_all": ("", "line 2 has 10 cells, but line 1 names 5 columns: a comma seems to be"),
     "five_channels": (
         "",
-        "the columns 'left', 'right', 'up', 'down', 'middle' can all be sensors, and there are 4 "
-        "sensors; name 4 of them with --sensors, in the order of the sensors",
+        "5 columns can be sensors, 'left', 'right', 'up', 'down', 'middle', and there are 4 "
+        "sensors; name 4 with --sensors, in the order of the sensors",
     ),
-    "sixteen_channels": ("", "can all be sensors, and there are 4 sensors; name 4 of them with"),
+    "sixteen_channels": ("", "16 columns can be sensors, 'ch1', 'ch2', 'ch3', 'ch4', 'ch5', 'ch6'"),
     "two_clocks": ("", "the columns 'time', 'timestamp' can all be the time; name one with --time"),
     "wrong_unit": (
         "",
         "column 'time (s)': with the unit s (named in the file), its usual step of 100 is a "
         "sampling rate of 0.01 Hz; use another --time-unit",
     ),
-    "cut_off": ("", "line 9, the last one, has 4 cells, but there are 5 columns; the file is cut"),
-    "short_line": ("", "line 6 has 4 cells, but there are 5 columns; complete the line, or"),
+    "cut_off": ("", "line 9, the last one, has 4 cells, but there are 5 columns; complete the"),
+    "short_line": ("", "line 6 has 4 cells, but there are 5 columns; complete the line, copy"),
     "word_in_a_cell": ("", "line 4, column 'S2': 'overload' is not a number; if it marks a"),
     "end_line": ("", "line 10, column 'time': 'end' is not a number; if it marks a missing"),
     "backwards": ("", "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins"),
     "coarse_clock": ("", "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse"),
     "prose": ("", "line 2: there is no table with 4 columns of numbers"),
     "empty": ("", "the file is empty; export it again"),
-    "three_columns": ("", "3 columns of numbers are left for the sensors, but recording.sensors"),
+    "three_columns": ("", "3 columns can be sensors, "),
     "no_such_day": (
         "",
         "column 'date': '2026-02-30 12:00:00.0' is not a date such as",
@@ -153,8 +153,8 @@ REFUSED = {
     "comma": ("--delimiter tab", "line 5: there is no table with 4 columns of numbers"),
     "ampersands": ("", "line 5: there is no table with 4 columns of numbers"),
     "battery": ("--sheet Run", "sheet: 'Run' is given, but the file holds one table; leave it"),
-    "tab": ("--time clock", "time: 'clock' is not a column; the columns are 'time (ms)', 'S1'"),
-    "semicolon": ("--sensors S1 S2 S3 S1", "sensors: ['S1', 'S2', 'S3', 'S1'] names a column"),
+    "tab": ("--time clock", "time: 'clock' is not a column; columns 1 to 5 are 'time (ms)', 'S1'"),
+    "semicolon": ("--sensors S1 S2 S3 S1", "column 'S1' is named twice; name another"),
     "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is not a clock"),
     "latin1": ("--encoding utf-8", "the file is not readable text: byte 7 is not utf-8"),
 }

@@ -53,7 +53,7 @@ def good(tmp_path):
 
 def test_columns_count_from_one(tmp_path, good):
     imported = import_files(tmp_path, good, "--sensors", "0", "1", "2", "3")
-    assert "sensors: 0 is not a column; there are columns 1 to 5" in imported.refused
+    assert "sensors: '0' is not a column; columns 1 to 5 are 'time', 'S1'" in imported.refused
     assert imported.recordings() == {}
 
 
@@ -329,7 +329,7 @@ def test_a_first_sample_far_from_all_others_and_a_long_gap_are_named(tmp_path, g
 
 def test_no_column_is_the_time_and_a_sensor(tmp_path, good):
     refused = import_files(tmp_path, good, "--time", "S1", "--sensors", "S1,S2,S3,S4").refused
-    assert "column 'S1' is the time and a sensor; name another column with --time" in refused
+    assert "column 'S1' is named twice; name another column with --time" in refused
     path = write(tmp_path / "bare.csv", [TIME_S, *COUNTS + 0.5], "")
     shown = import_files(
         tmp_path, path, "--sensors", "1,2,3,4", "--rate", "10", "--unit", "counts"
@@ -385,8 +385,8 @@ def test_a_workbook_without_a_sheet_is_refused(tmp_path):
 def test_a_unit_that_only_some_sensors_name_is_asked_for(tmp_path):
     path = write(tmp_path / "a.csv", [TIME_S, *COUNTS + 0.5], "time,S1 (V),S2,S3 (V),S4")
     assert (
-        "the file names a unit of 'S1 (V)', 'S3 (V)' (V), and none of 'S2', 'S4'; give the unit of "
-        "all sensors with --unit"
+        "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed "
+        "are counts, V, mV, ohm and kohm, the same for all sensors; use --unit"
     ) in import_files(tmp_path, path).refused
     recording = import_files(tmp_path, path, "--unit", "kohm").the_recording()
     assert recording.header["unit"] == "kohm"
@@ -426,7 +426,7 @@ def test_no_character_of_a_file_moves_the_cursor(tmp_path):
     for path, options, shown in (
         (tmp_path / "a.h5", [], r"variable  run\x1b[2J"),
         (tmp_path / "b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
-        (tmp_path / "c.h5", [], r"a unit of 'a' (V\x1b[2J), and none of 'b', 'c', 'd'"),
+        (tmp_path / "c.h5", [], r"the file names V\x1b[2J of 'a', no unit of 'b', no unit of 'c'"),
     ):
         imported = import_files(tmp_path, path, *options)
         assert shown in imported.shown + imported.refused

@@ -14,11 +14,12 @@ import pandas as pd
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
-from capsule.detectors.files import is_of, read_learned
+from capsule.detectors.files import is_of, read_learned, read_templates
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
 from capsule.held_out import recordings_with_fits
 from capsule.kinds import Row, Settings
+from capsule.names import size_label
 from capsule.page.provenance import combined_checksum, origin_of
 from capsule.project import PROJECT
 from capsule.project_state import read_project_state
@@ -153,7 +154,8 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         tables["fits"] = _with_parameters(fits.values())
         means = files.read_or_explain(templates[0], files.read_json)["templates"]
         tables["templates"] = _with_parameters(means)
-        arrays["template"] = long_table("size", files.read_or_explain(templates[1], _arrays_in))
+        rendered = {size_label(size): each for size, each in read_templates(templates[1]).items()}
+        arrays["template"] = long_table("size", rendered)
     # Several recordings may lie in one file.
     checksums = {
         path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)
@@ -184,11 +186,6 @@ def _changed(results: Path, config: Path, settings: Settings) -> list[str]:
     if learned.exists() and not is_of(read_learned(learned), settings):
         changed.insert(0, config.as_posix())
     return changed
-
-
-def _arrays_in(path: Path) -> dict[str, FloatArray]:
-    with np.load(path) as stored:
-        return dict(stored)
 
 
 def _with_parameters(contents: Iterable[Row]) -> pd.DataFrame:

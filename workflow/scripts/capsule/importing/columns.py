@@ -1,7 +1,7 @@
 """Choose the columns of a table that hold the time and the sensors."""
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection
 from types import SimpleNamespace
 
@@ -51,8 +51,6 @@ def choose_columns(
     run = None if keys.run_column is None else _named_column(table, keys.run_column, "run_column")
     given = keys.sensors or ()
     picked = tuple(_named_column(table, each, "sensors") for each in given)
-    if len(set(picked)) < len(picked):
-        raise CapsuleError(f"sensors: {given!r} names a column twice; name each sensor's own")
     for wanted, index in zip(given, picked, strict=True):
         name = table.names[index]
         if str(wanted).isdecimal() and name != str(wanted) and _is_time_name(name):
@@ -64,36 +62,30 @@ def choose_columns(
         time = _time(table, {*picked, run}, 0 if picked else keys.sensor_count)
     else:
         time = None if keys.time == NO_TIME else _named_column(table, keys.time, "time")
-    if time in picked:
-        raise CapsuleError(
-            f"column {table.column_label(picked[picked.index(time)])} is the time and a sensor; "
-            "name another column with --time or --sensors"
-        )
+    for twice, count in Counter((time, *picked)).items():
+        if twice is not None and count > 1:
+            raise CapsuleError(
+                f"column {table.column_label(twice)} is named twice; name another column with "
+                "--time or --sensors"
+            )
     return time, picked or _sensors(table, {time, run}, keys.sensor_count), run
 
 
 def _named_column(table: Table, wanted: str | int, key: str) -> int:
     """Return the index of a column, by its name (with or without its unit) or number from 1."""
-    count = len(table.names)
-    if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
-        if 1 <= int(wanted) <= count:
-            return int(wanted) - 1
-        raise CapsuleError(f"{key}: {wanted} is not a column; there are columns 1 to {count}")
-    matching = _by_name(table, wanted)
+    names, count = [name.strip().lower() for name in table.names], len(table.names)
+    plain = wanted.strip().lower() if isinstance(wanted, str) else None
+    matching = [at for at, name in enumerate(names) if name == plain]
+    matching = matching or [
+        at for at, name in enumerate(names) if split_unit(name)[0].strip() == plain
+    ]
     if len(matching) == 1:
         return matching[0]
+    if not matching and str(wanted).isdecimal() and 1 <= int(wanted) <= count:
+        return int(wanted) - 1
     what = "is the name of several columns; give its number" if matching else "is not a column"
     listed = table.listed(list(range(count)))
-    raise CapsuleError(f"{key}: {wanted!r} {what}; the columns are {listed}")
-
-
-def _by_name(table: Table, wanted: str) -> list[int]:
-    names = [name.strip().lower() for name in table.names]
-    plain = wanted.strip().lower()
-    exact = [index for index, name in enumerate(names) if name == plain]
-    return exact or [
-        index for index, name in enumerate(names) if split_unit(name)[0].strip() == plain
-    ]
+    raise CapsuleError(f"{key}: {wanted!r} {what}; columns 1 to {count} are {listed}")
 
 
 def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | None:
@@ -101,12 +93,11 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
     free = [index for index in range(len(table.names)) if index not in taken]
     numbers = [index for index in free if table.holds_numbers(index)]
     texts = [index for index in free if text_kind(table, index)]
-    candidates = [index for index in free if _is_time_name(table.names[index])]
-    candidates = [index for index in candidates if index in (*numbers, *texts)]
+    candidates = [at for at in sorted({*numbers, *texts}) if _is_time_name(table.names[at])]
     if not candidates and len(numbers) > sensors:
         # If no column is left over, a rising column is a sensor.
         rising = [index for index in numbers if _rises(table.columns[index])]
-        candidates = [index for index in rising if not _is_counter_name(table, index)] or rising
+        candidates = [index for index in rising if not _is_counter(table, index)] or rising
         if len(candidates) > 1 and candidates[0] == 0 and not table.names[0]:
             # Without names, the first column is the time, unless another one also steps evenly.
             candidates = [index for index in candidates if _steps_evenly(table.columns[index])]
@@ -137,11 +128,7 @@ def _steps_evenly(values: np.ndarray) -> bool:
 
 def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple[int, ...]:
     """Return the columns of the sensors: those with numbered names, or all that are left."""
-    free = [
-        index
-        for index in range(len(table.names))
-        if index not in taken and table.holds_numbers(index)
-    ]
+    free = [at for at in range(len(table.names)) if at not in taken and table.holds_numbers(at)]
     families = defaultdict(list)
     for index in free:
         if match := _NUMBERED.fullmatch(split_unit(table.names[index])[0].strip()):
@@ -149,24 +136,14 @@ def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple
     whole = [sorted(members) for members in families.values() if len(members) == sensors]
     if len(whole) == 1:
         return tuple(index for _, index in whole[0])
-    plain = [
-        index
-        for index in free
-        if not (_is_counter_name(table, index) and _rises(table.columns[index]))
-    ]
-    if len(plain) < sensors:
+    plain = [at for at in free if not (_is_counter(table, at) and _rises(table.columns[at]))]
+    if len(plain) != sensors:
         raise QuestionError(
-            f"{len(plain)} columns of numbers are left for the sensors, but recording.sensors of "
-            f"the configuration is {sensors}: {table.listed(plain) or 'none'}; name them with "
-            "--sensors"
-        )
-    if len(plain) > sensors:
-        raise QuestionError(
-            f"the columns {table.listed(plain)} can all be sensors, and there are {sensors} "
-            f"sensors; name {sensors} of them with --sensors, in the order of the sensors"
+            f"{len(plain)} columns can be sensors, {table.listed(plain) or 'none'}, and there are "
+            f"{sensors} sensors; name {sensors} with --sensors, in the order of the sensors"
         )
     return tuple(plain)
 
 
-def _is_counter_name(table: Table, index: int) -> bool:
+def _is_counter(table: Table, index: int) -> bool:
     return bool(_COUNTER_NAMES.fullmatch(table.names[index].strip()))

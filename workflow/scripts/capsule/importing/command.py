@@ -1,12 +1,11 @@
 """Import recordings from other programs' files into raw/; refuse what cannot be read, and go on."""
 
 import argparse
-import contextlib
 import hashlib
 import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,7 +20,7 @@ from capsule.configuration import read_config_file, read_settings
 from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
-from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema, map_text
+from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema
 from capsule.importing.runs import (
     LONGEST_ENTRY,
     Reading,
@@ -31,7 +30,7 @@ from capsule.importing.runs import (
     read_columns,
     runs_of,
 )
-from capsule.importing.table import QuestionError, Table, choose_tables
+from capsule.importing.table import QuestionError, choose_tables, naming
 from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
 from capsule.recording import Recording, column_names, format_recording
@@ -135,7 +134,7 @@ class Importer:
         self._settings = read_settings(options.config)
         self._options, self._raw = options, options.raw
         given = read_config_file(options.map) if options.map else {}
-        with _named(str(options.map or "")):
+        with naming(str(options.map or "")):
             self._keys = checked_keys(given | _given_keys(options), self._settings)
         # The recordings of the archive by the checksum of their samples; larger files are none.
         self._names: dict[str, str] = {}
@@ -193,7 +192,7 @@ class Importer:
         readings, sums = self._read(files)
         _tell(names)
         for reading in readings:
-            _tell("\n".join(_reading_lines(reading)))
+            _tell("\n".join(_reading_lines(reading, self._keys)))
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
         names = displayed(", ".join(file.name for file in files))
         origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
@@ -202,21 +201,24 @@ class Importer:
         folder = UNLABELLED if self._options.unlabelled else self._options.size
         planned = []
         for part in parts:
-            with _named(part.table.place):
+            with naming(part.table.place):
                 runs = runs_of(part, self._keys)
             for label, recording, remarks in runs:
                 # Of several tables, the names of their runs begin with the table's.
                 label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
+                name = f"{folder}/{_run_name(stem, label)}"
                 recording = replace(recording, header=origin | dict(recording.header))
-                planned.append((f"{folder}/{_run_name(stem, label)}", recording, remarks))
+                planned.append((name, format_recording(recording), recording, remarks))
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        contents = [(name, format_recording(recording)) for name, recording, _ in planned]
-        self._check(contents)
-        for (name, recording, remarks), (_, content) in zip(planned, contents, strict=True):
-            self._archive(name, recording, content, remarks)
-        if not self._options.map:
-            self._keep_map(as_map(readings[0], self._keys))
+        self._check([(name, content) for name, content, *_ in planned])
+        for each in planned:
+            self._archive(*each)
+        if not (self._options.map or self._options.dry_run):
+            alone = not self._keys.per_sensor
+            content = as_map(readings[0], self._keys) if alone else self._keys.given
+            if told := keep_map(self._options.write_map, content):
+                _tell(f"  {told}")
 
     def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
         """Read files, and find out what their columns are; return their checksums, too."""
@@ -224,12 +226,12 @@ class Importer:
         if not alone:
             keys = SimpleNamespace(**{**vars(keys), "sensor_count": 1})
         for file in files:
-            with _named("" if alone else displayed(file.name)):
+            with naming("" if alone else displayed(file.name)):
                 tables, sha256 = read_source(file, keys)
                 tables = choose_tables(tables, keys)
                 sums.append(sha256)
                 for table in tables if alone else tables[:1]:
-                    with _named(table.place):
+                    with naming(table.place):
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
@@ -257,7 +259,7 @@ class Importer:
                 )
             new.add(path)
 
-    def _archive(self, name: str, recording: Recording, content: bytes, remarks: list[str]) -> None:
+    def _archive(self, name: str, content: bytes, recording: Recording, remarks: list[str]) -> None:
         """Write a recording, unless the archive holds it; show what was done."""
         _tell("\n".join(_sample_lines(recording)))
         # It may be one that this file holds twice.
@@ -288,13 +290,6 @@ class Importer:
         for remark in remarks:
             _tell(f"  note: {remark}")
 
-    def _keep_map(self, content: dict[str, Any]) -> None:
-        if self._options.dry_run:
-            lines = [f"    {line}" for line in map_text(content).splitlines()[1:]]
-            _tell("\n".join(["  lab.yaml would be:", *lines]))
-        elif told := keep_map(self._options.write_map, content):
-            _tell(f"  {told}")
-
     def summary(self) -> str:
         """Return a line with the numbers of recordings imported and known, and files refused."""
         verb = "would be imported" if self._options.dry_run else "imported"
@@ -312,17 +307,6 @@ def _given_keys(options: argparse.Namespace) -> dict[str, object]:
     if names and all(name.endswith(",") for name in names[:-1]):
         said["sensors"] = [part.strip() for part in ",".join(names).split(",") if part.strip()]
     return {key: value for key, value in said.items() if value is not None}
-
-
-@contextlib.contextmanager
-def _named(place: str) -> Iterator[None]:
-    """Put the place of an error in front of its message."""
-    try:
-        yield
-    except CapsuleError as fault:
-        if place:
-            fault.args = (f"{place}: {fault}",)
-        raise
 
 
 def _tell(text: str, stream: TextIO | None = None) -> None:
@@ -361,35 +345,22 @@ def _checksum(content: bytes) -> str:
     return hashlib.sha256(b"\n".join(lines)).hexdigest()
 
 
-def _reading_lines(reading: Reading) -> list[str]:
-    """Return lines on how a table was read; each line begins with the key of lab.yaml."""
-    table, clock = reading.table, reading.clock
+def _reading_lines(reading: Reading, keys: SimpleNamespace) -> list[str]:
+    """Return lines on how a table was read: the keys of lab.yaml, and the reasons."""
+    table, reason = reading.table, reading.clock.reason
     used = {reading.time, reading.run, *reading.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
-    sensors = enumerate(reading.sensors, start=1)
-    rows = [
-        *((key, table.reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")),
-        ("thousands", table.reading.get("thousands", "").removeprefix("none"), ""),
-        (table.kind, displayed(table.label), ""),
-        ("time", "none" if reading.time is None else _numbered(table, reading.time), ""),
-        ("rate", clock.reason if reading.time is None else "", ""),
-        ("time_unit", clock.unit if reading.time is not None else "", clock.reason),
-        *((f"sensor_{number}", _numbered(table, index), "") for number, index in sensors),
-        ("unit", reading.unit, reading.unit_reason),
-        ("not used", table.listed(idle), ""),
-        ("passed over", passed_over(table), ""),
-    ]
-    rows = [row for row in rows if row[1]]
-    left = max(len(name) for name, _, _ in rows)
-    return [
-        f"  {name:<{left}}  {value}" + (f"  ({reason})" if reason else "")
-        for name, value, reason in rows
-    ]
-
-
-def _numbered(table: Table, index: int) -> str:
-    name = table.names[index]
-    return f"column {index + 1}" + (f", {name!r}" if name else "")
+    place = {table.kind: table.label}
+    shown = place | as_map(reading, keys) | place
+    shown |= {"not used": table.listed(idle), "passed over": passed_over(table)}
+    reasons = {"time" if reading.time is None else "time_unit": reason, "unit": reading.unit_reason}
+    shown = {key: value for key, value in shown.items() if value != ""}
+    left, lines = max(map(len, shown)), []
+    for key, value in shown.items():
+        text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+        why = f"  ({reasons[key]})" if key in reasons else ""
+        lines.append(f"  {key:<{left}}  {displayed(text)}{why}")
+    return lines
 
 
 def _sample_lines(recording: Recording) -> list[str]:

@@ -395,9 +395,7 @@ def _read_excel(content: bytes, keys: SimpleNamespace) -> list[Table]:
         read_rows(
             enumerate(([_cell(value) for value in row] for row in sheet.values), start=1),
             keys,
-            kind="sheet",
-            label=sheet.title,
-            line_word="row",
+            sheet.title,
         )
         for sheet in sheets
     ]

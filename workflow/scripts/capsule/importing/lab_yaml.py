@@ -71,21 +71,16 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     return keys
 
 
-def map_text(content: Mapping[str, Any]) -> str:
-    """Return keys of lab.yaml as the text of a file."""
-    plain = yaml.safe_dump(
-        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
-    )
-    return _HEAD + plain
-
-
 def keep_map(path: Path, content: Mapping[str, Any]) -> str:
     """Write lab.yaml, or leave an existing file unchanged; return a message for the user.
 
     The message is empty if the existing file holds the same keys.
     """
+    text = yaml.safe_dump(
+        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
+    )
     try:
-        write_new(path, map_text(content).encode("utf-8"))
+        write_new(path, (_HEAD + text).encode("utf-8"))
     except FileExistsError:
         try:
             there: Mapping[str, Any] = read_config_file(path)

@@ -9,7 +9,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
-from capsule.importing.table import Table, is_far
+from capsule.importing.table import Table, is_far, naming
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
 from capsule.names import displayed
@@ -147,7 +147,7 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
         remarks = list(_remarks(reading, header, time_s, values, keys))
         if partly.any():
             remarks.append(f"{np.count_nonzero(partly)} samples lack a sensor and count as missing")
-        try:
+        with naming(f"run {displayed(label)}" if label else ""):
             rate_hz = usual_rate(time_s)
             if abs(rate_hz - keys.rate_hz) > keys.rate_tolerance * keys.rate_hz:
                 time_s, values = resample(time_s, values, keys.rate_hz)
@@ -156,10 +156,6 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
                     how = "finite impulse response low-pass, "
                     how += f"-{STOP_DB:g} dB from {keys.rate_hz / 2:g} Hz on"
                 header["import_resampled"] = f"from {rate_hz:.4g} Hz to {keys.rate_hz:g} Hz, {how}"
-        except CapsuleError as fault:
-            raise CapsuleError(
-                f"run {displayed(label)}: {fault}" if label else str(fault)
-            ) from None
         recording = Recording(np.round(time_s - time_s[0], 9), values, header)
         runs.append((label, recording, remarks))
     return runs
@@ -212,38 +208,30 @@ def _remarks(
 
 def _split(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, slice]]:
     """Return name and rows of each run, split by the run column, then by gaps."""
-    time_s = reading.clock.time_s
-    parts = [("", slice(0, time_s.size))]
+    steps = np.diff(reading.clock.time_s)
+    names = np.full(steps.size + 1, "", dtype=object)
     if reading.run is not None:
-        names = np.array(reading.table.texts(reading.run), dtype=object)
-        parts = [(str(names[each.start]), each) for each in _slices(names[1:] != names[:-1])]
-    if keys.run_gap_s:
-        steps = np.diff(time_s)
-        # A clock that starts again begins another run, too.
-        breaks = (steps > keys.run_gap_s) | (steps < 0)
-        parts = [
-            (f"{name} {n}".strip(), slice(rows.start + part.start, rows.start + part.stop))
-            for name, rows in parts
-            for n, part in enumerate(_slices(breaks[rows.start : rows.stop - 1]), start=1)
-        ]
-    if len(parts) > _MOST_RUNS:
+        names[:] = reading.table.texts(reading.run)
+    renamed = names[1:] != names[:-1]
+    # A clock that starts again begins another run, too.
+    breaks = renamed | (((steps > keys.run_gap_s) | (steps < 0)) if keys.run_gap_s else False)
+    starts = [0, *(np.flatnonzero(breaks) + 1).tolist()]
+    if len(starts) > _MOST_RUNS:
         raise CapsuleError(
             f"{'run_gap_s' if keys.run_gap_s else 'run_column'} splits the table into "
-            f"{len(parts)} runs, more than {_MOST_RUNS}; choose another value"
+            f"{len(starts)} runs, more than {_MOST_RUNS}; choose another value"
         )
-    if len(parts) == 1:
-        return [("", parts[0][1])]
-    labels = [label for label, _ in parts]
+    if len(starts) == 1:
+        return [("", slice(None))]
+    labels, number = list[str](), 0
+    for start in starts:
+        number = number + 1 if start and not renamed[start - 1] else 1
+        labels.append(f"{names[start]} {number}".strip() if keys.run_gap_s else names[start])
+    rows = map(slice, starts, [*starts[1:], names.size])
     return [
-        (f"{label} {labels[:at].count(label) + 1}" if labels.count(label) > 1 else label, rows)
-        for at, (label, rows) in enumerate(parts)
+        (f"{label} {labels[:at].count(label) + 1}" if labels.count(label) > 1 else label, each)
+        for at, (label, each) in enumerate(zip(labels, rows, strict=True))
     ]
-
-
-def _slices(breaks: np.ndarray) -> list[slice]:
-    """Return the rows of each part; ``breaks[k]`` is whether a part begins at row k + 1."""
-    starts = [0, *(np.flatnonzero(breaks) + 1).tolist()]
-    return [slice(a, b) for a, b in zip(starts, [*starts[1:], len(breaks) + 1], strict=True)]
 
 
 def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float) -> dict[str, str]:
@@ -283,8 +271,6 @@ def passed_over(table: Table) -> str:
 
 def as_map(reading: Reading, keys: SimpleNamespace) -> dict[str, object]:
     """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
-    if keys.per_sensor:
-        return dict(keys.given)
     table, clock = reading.table, reading.clock
     content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
     content["time"] = NO_TIME if reading.time is None else _column_key(table, reading.time)

@@ -1,8 +1,9 @@
 """Represent a table of a laboratory's file, and choose the tables of a file that are runs."""
 
+import contextlib
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -12,6 +13,17 @@ from capsule.errors import CapsuleError
 from capsule.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
+
+
+@contextlib.contextmanager
+def naming(place: str) -> Iterator[None]:
+    """Put the place of an error in front of its message; none if it is empty."""
+    try:
+        yield
+    except CapsuleError as fault:
+        if place:
+            fault.args = (f"{place}: {fault}",)
+        raise
 
 
 class QuestionError(CapsuleError):
@@ -43,8 +55,6 @@ class Table:
         The table's name.
     lines : (K,) array of int, or None
         Number of each row's line or row in the file.
-    line_word : str
-        Word for what `lines` counts.
     started : str
         Date and time of the first sample, as the file states it; empty if unknown.
     rate_hz : float or None
@@ -66,7 +76,6 @@ class Table:
     kind: str = ""
     label: str = ""
     lines: np.ndarray | None = None
-    line_word: str = "line"
     started: str = ""
     rate_hz: float | None = None
     notes: Mapping[str, str] = field(default_factory=dict)
@@ -81,7 +90,8 @@ class Table:
 
     def line(self, row: int) -> str:
         """Return the place of a row, for a message."""
-        return f"sample {row + 1}" if self.lines is None else f"{self.line_word} {self.lines[row]}"
+        word = "row" if self.kind == "sheet" else "line"
+        return f"sample {row + 1}" if self.lines is None else f"{word} {self.lines[row]}"
 
     def column_label(self, index: int) -> str:
         """Return a column's name, or its number if it has no name."""

@@ -10,7 +10,7 @@ import io
 import re
 from array import array
 from collections import Counter, deque
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import dropwhile, islice
 from types import SimpleNamespace
@@ -51,36 +51,15 @@ _Lines: TypeAlias = Sequence[tuple[int, str]]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 
 
-class _Style(NamedTuple):
-    """The signs in numbers: ``point`` or ``comma``; thousands ``none``, ``comma`` or ``point``."""
-
-    decimal: str
-    thousands: str = "none"
-
-    def number(self, cell: str, missing: Collection[str | float] = _MISSING) -> float:
-        """Return a cell's number; NaN for a missing sample, infinite if it is not a number."""
-        text = cell.strip()
-        if text.lower() in missing:
-            return float("nan")
-        if not _PATTERNS[self].fullmatch(text):
-            return np.inf
-        if self.thousands != "none":
-            text = text.replace("," if self.thousands == "comma" else ".", "")
-        value = float(text.replace(",", "."))
-        if value in missing:
-            return float("nan")
-        return value if abs(value) <= LARGEST_NUMBER else np.inf
-
-
-_POINT = _Style("point")
-# A number with thousands never begins with 0: the comma of 0,123 is a decimal sign.
-_PATTERNS = {
+# By decimal sign and separator of thousands. A number with thousands never begins with 0: the comma
+# of 0,123 is a decimal sign.
+_NUMBERS = {
     style: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?[0-9]+)?")
     for style, digits in {
-        _POINT: r"[0-9]+\.?[0-9]*|\.[0-9]+",
-        _Style("comma"): r"[0-9]+(?:,[0-9]+)?|,[0-9]+",
-        _Style("point", "comma"): r"(?:[1-9][0-9]{0,2}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]*)?",
-        _Style("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
+        ("point", "none"): r"[0-9]+\.?[0-9]*|\.[0-9]+",
+        ("comma", "none"): r"[0-9]+(?:,[0-9]+)?|,[0-9]+",
+        ("point", "comma"): r"(?:[1-9][0-9]{0,2}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]*)?",
+        ("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
     }.items()
 }
 
@@ -88,21 +67,57 @@ _PATTERNS = {
 class _Dialect(NamedTuple):
     """A way to read a table.
 
-    After delimiter and style of the numbers come the number of cells in a row, the index of the
-    first sample, the share of the cells from there on that are numbers, and these numbers (K, C).
+    After the delimiter, the style of the numbers and the marks of a missing sample come the number
+    of cells in a row, the index of the first sample, the share of the cells from there on that are
+    numbers, and these numbers (K, C).
     """
 
     delimiter: str
-    style: _Style
-    cells: int = 0
+    style: tuple[str, str]
+    missing: frozenset[str | float]
+    cells: int = -1
     first: int = 0
     share: float = 0.0
     numbers: np.ndarray = np.empty((0, 0))
 
     def split(self, line: str) -> list[str]:
-        """Return the cells of a line; the delimiter may stand behind the last cell, too."""
-        cells = _split_cells(line, self.delimiter)
+        """Return the cells of a line, without the blanks around them.
+
+        The delimiter may stand behind the last cell, too.
+        """
+        sign = _DELIMITERS[self.delimiter]
+        if not sign:
+            return [line.strip().strip('"')]
+        if '"' in line:
+            cells = next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
+            cells = [cell.strip() for cell in cells if cell.strip() or sign != " "]
+        else:
+            cells = line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
         return cells[:-1] if len(cells) == self.cells + 1 and not cells[-1] else cells
+
+    def number(self, cell: str) -> float:
+        """Return a cell's number; NaN for a missing sample, infinite if it is not a number."""
+        text = cell.strip()
+        if text.lower() in self.missing:
+            return float("nan")
+        if not _NUMBERS[self.style].fullmatch(text):
+            return np.inf
+        if self.style[1] != "none":
+            text = text.replace("," if self.style[1] == "comma" else ".", "")
+        value = float(text.replace(",", "."))
+        if value in self.missing:
+            return float("nan")
+        return value if abs(value) <= LARGEST_NUMBER else np.inf
+
+
+def _plain(delimiter: str, keys: SimpleNamespace) -> _Dialect:
+    """Return a dialect with points in its numbers, and the marks of a missing sample.
+
+    A number among the marks matches all its spellings: -999 is also written -999.0.
+    """
+    words = {str(word).strip().lower() for word in keys.missing or ()}
+    way = _Dialect(delimiter, ("point", "none"), _MISSING)
+    return way._replace(missing=_MISSING | words | set(filter(np.isfinite, map(way.number, words))))
 
 
 def read_text(content: bytes, keys: SimpleNamespace) -> Table:
@@ -113,22 +128,24 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     CapsuleError
         The file is not text, no table can be recognised in it, or several can.
     """
-    encoding = _encoding(content, keys.encoding)
-    comments: list[tuple[int, str]] = []
+    encoding, comments = _encoding(content, keys.encoding), list[tuple[int, str]]()
     lines = _lines(content, encoding, keys, comments)
-    known = list(islice(lines, _MOST_TRIED))
-    known += deque(lines, maxlen=_TRIED // 2)
+    known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=_TRIED // 2)]
     lines = _lines(content, encoding, keys, [])
-    some = [line for _, line in known[:_TRIED]]
-    logged = sum(bool(_STAMP.fullmatch(line) or _labels(line)) for line in some)
-    is_log, stamps, passed_over = logged > _LEAST_SHARE * len(some), dict[int, str](), list[int]()
-    reading, labels = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}, tuple[str, ...]()
+    logged = [bool(_STAMP.fullmatch(line) or _labels(line)) for _, line in known[:_TRIED]]
+    is_log, labels = sum(logged) > _LEAST_SHARE * len(logged), tuple[str, ...]()
+    stamps, passed_over = dict[int, str](), list[int]()
     if is_log:
-        labels = _usual_labels(_bare(known, (), {}))
+        # Those that most lines have.
+        counted = Counter(_labels(line) for _, line in _bare(known, (), {}))
+        ((usual, count),) = counted.most_common(1) or [((), 0)]
+        labels = usual if count >= _LEAST_SHARE * counted.total() else ()
         known, lines = list(_bare(known, labels, {})), _bare(lines, labels, stamps)
     dialect = _guess_dialect(known, keys)
+    reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
     if not labels:
-        reading |= {"delimiter": dialect.delimiter, **dialect.style._asdict()}
+        decimal, thousands = dialect.style
+        reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
     names, units = _head(known, comments, dialect)
     if labels:  # What stands above the samples is no head of a table.
         names = labels
@@ -137,7 +154,7 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
         names,
         units,
         _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None),
-        dialect.style,
+        dialect,
         keys,
         notes=_notes(comments),
         passed_over=passed_over,
@@ -155,14 +172,14 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     )
 
 
-def read_rows(lines: Iterable[tuple[int, list[str]]], keys: SimpleNamespace, **told: str) -> Table:
+def read_rows(lines: _Rows, keys: SimpleNamespace, title: str) -> Table:
     """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
 
     `lines` holds the number of each row, and its cells; all rows have the same number of cells.
-    `told` holds further attributes of the table.
     """
     lines = [line for line in lines if line[0] > (keys.skip_lines or 0) and any(line[1])]
-    found = _found([row for _, row in lines], _Dialect("none", _POINT), keys)
+    way = _plain("none", keys)
+    found = _found([row for _, row in lines], way, keys.sensor_count)
     first = found[0].first if found else len(lines)
     # Empty cells that have a format make rows wider.
     width = max(
@@ -170,8 +187,8 @@ def read_rows(lines: Iterable[tuple[int, list[str]]], keys: SimpleNamespace, **t
     )
     rows = [(number, row[:width]) for number, row in lines]
     above = [row for _, row in rows[:first] if sum(map(bool, row)) > width / 2]
-    names, units = _names_and_units(above, width, _POINT)
-    return _table(names, units, rows[first:], _POINT, keys, **told)
+    names, units = _names_and_units(above, way._replace(cells=width))
+    return _table(names, units, rows[first:], way, keys, kind="sheet", label=title)
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -186,7 +203,7 @@ def _encoding(content: bytes, given: str | None) -> str:
         is_little = head[1::2].count(0) > head[0::2].count(0)
         codecs = ["utf-16-le" if is_little else "utf-16-be"]
     if given:
-        codecs = codecs[:1] if codecs[0].startswith(given) else [given]
+        codecs = codecs[:1] if codecs[0].startswith(given) else [given.replace("16", "16-le")]
     for codec in codecs:
         try:
             text = content.decode(codec)
@@ -259,24 +276,6 @@ def _labels(line: str) -> tuple[str, ...]:
     return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
 
 
-def _usual_labels(lines: Iterable[tuple[int, str]]) -> tuple[str, ...]:
-    """Return the labels that most lines have; empty if most have none."""
-    counted = Counter(_labels(line) for _, line in lines)
-    ((usual, count),) = counted.most_common(1) or [((), 0)]
-    return usual if count >= _LEAST_SHARE * counted.total() else ()
-
-
-def _split_cells(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line, without the blanks around them."""
-    sign = _DELIMITERS[delimiter]
-    if not sign:
-        return [line.strip().strip('"')]
-    if '"' in line:
-        cells = next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
-        return [cell.strip() for cell in cells if cell.strip() or sign != " "]
-    return line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
-
-
 def _guess_dialect(lines: _Lines, keys: SimpleNamespace) -> _Dialect:
     """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
@@ -305,20 +304,21 @@ def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
     for delimiter in [keys.delimiter] if keys.delimiter else _DELIMITERS:
         if not any(_DELIMITERS[delimiter] in text for _, text in lines):
             continue
-        rows = [_split_cells(text, delimiter) for _, text in lines]
-        same: list[_Dialect] = []
-        for style in _PATTERNS:
+        plain, same = _plain(delimiter, keys), list[_Dialect]()
+        rows = [plain.split(text) for _, text in lines]
+        for style in _NUMBERS:
             if (
-                keys.decimal in (None, style.decimal)
-                and keys.thousands in (None, style.thousands)
-                and (keys.thousands or both or style.thousands != "point")
+                keys.decimal in (None, style[0])
+                and keys.thousands in (None, style[1])
+                and (keys.thousands or both or style[1] != "point")
                 # A comma has one role, unless quotes separate the two roles.
                 and (delimiter != "comma" or "comma" not in style or quotes)
             ):
-                same += _found(rows, _Dialect(delimiter, style), keys)
+                same += _found(rows, plain._replace(style=style), keys.sensor_count)
         # With the same delimiter, the style that reads more cells as numbers is the right one.
         ways += [way for way in same if way.share == max(other.share for other in same)]
-    if any(_is_named(lines, way) for way in ways):
+    # The line above the first sample may name several columns.
+    if any(way.first and len(way.split(lines[way.first - 1][1])) == way.cells > 1 for way in ways):
         ways = [way for way in ways if way.delimiter != "none"]
     distinct: list[_Dialect] = []
     for way in ways:
@@ -331,25 +331,16 @@ def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
     return distinct
 
 
-def _is_named(lines: _Lines, way: _Dialect) -> bool:
-    """Return whether the line above the first sample names several columns."""
-    if way.cells < 2 or way.first == 0:
-        return False
-    return len(_split_cells(lines[way.first - 1][1], way.delimiter)) == way.cells
-
-
-def _found(rows: Sequence[list[str]], way: _Dialect, keys: SimpleNamespace) -> list[_Dialect]:
+def _found(rows: Sequence[list[str]], way: _Dialect, sensors: int) -> list[_Dialect]:
     """Return a dialect with the table that it finds in the rows; empty if there is none."""
     if not rows:
         return []
     ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
-    missing, is_wide = _missing_words(keys), np.array([len(row) == width for row in rows])
-    numbers = np.array(
-        [[way.style.number(cell, missing) for cell in row] for row in rows if len(row) == width]
-    )
+    is_wide = np.array([len(row) == width for row in rows])
+    numbers = np.array([list(map(way.number, row)) for row in rows if len(row) == width])
     there = np.isfinite(numbers).sum(axis=1)
     samples, whole = np.zeros((2, len(rows)), dtype=bool)
-    samples[is_wide] = there >= keys.sensor_count
+    samples[is_wide] = there >= sensors
     # A line with a missing sample may hold only the time.
     whole[is_wide] = (there > 0) & ~np.isinf(numbers).any(axis=1)
     if not samples.any():
@@ -361,29 +352,31 @@ def _found(rows: Sequence[list[str]], way: _Dialect, keys: SimpleNamespace) -> l
         return []
     below = numbers[np.flatnonzero(is_wide) >= first]
     share = float(np.mean(~np.isinf(below)))
-    return [_Dialect(way.delimiter, way.style, width, first, share, below)]
+    return [way._replace(cells=width, first=first, share=share, numbers=below)]
 
 
 def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
-    """Return a message that names an ambiguous cell, and the options that decide."""
-    widest = min(ways, key=lambda way: way.cells)
-    for number, text in lines[widest.first :]:
-        for cell in widest.split(text):
-            if "," in cell or (len({way.cells for way in ways}) == 1 and "." in cell):
-                readings = " or ".join(_reading(cell, way, widest.cells) for way in ways)
-                return f"line {number}: {cell!r} can be {readings}; choose one"
-    number, text = lines[widest.first]
-    options = " or ".join(f"--delimiter {way.delimiter}" for way in ways)
-    return f"line {number}: {text.strip()[:60]!r} can be read in several ways; use {options}"
-
-
-def _reading(cell: str, way: _Dialect, fewest: int) -> str:
-    if way.cells > fewest:
-        parts = [part for part in _split_cells(cell, way.delimiter) if part]
-        return f"columns, {' and '.join(parts)} (--delimiter {way.delimiter})"
-    value, (decimal, thousands) = way.style.number(cell), way.style
-    option = f"--decimal {decimal}" if thousands == "none" else f"--thousands {thousands}"
-    return f"{'no number' if np.isinf(value) else format(value, '.12g')} ({option})"
+    """Return a message that names an ambiguous cell or line, and the options that decide."""
+    widest, readings = min(ways, key=lambda way: way.cells), list[str]()
+    is_same = len({way.cells for way in ways}) == 1
+    cells = (
+        (number, cell)
+        for number, text in lines[widest.first :]
+        for cell in widest.split(text)
+        if "," in cell or (is_same and "." in cell)
+    )
+    number, cell = next(cells, (lines[widest.first][0], ""))
+    text = cell or lines[widest.first][1].strip()[:60]
+    for way in ways:
+        if way.cells > widest.cells or not cell:
+            parts = " and ".join(part for part in way.split(text) if part)
+            readings.append(f"columns, {parts} (--delimiter {way.delimiter})")
+        else:
+            value, (decimal, thousands) = way.number(cell), way.style
+            option = f"--decimal {decimal}" if thousands == "none" else f"--thousands {thousands}"
+            told = "no number" if np.isinf(value) else f"{value:.12g}"
+            readings.append(f"{told} ({option})")
+    return f"line {number}: {text!r} can be {' or '.join(readings)}; choose one"
 
 
 def _head(
@@ -399,25 +392,25 @@ def _head(
             f"{len(above[-1])} columns: a comma seems to be delimiter and decimal sign; export it "
             "with another delimiter"
         )
-    if not above or not _are_names(above[-1], dialect.cells, dialect.style):
+    if not above or not _are_names(above[-1], dialect):
         # np.savetxt writes the names as a comment.
         above = [dialect.split(line) for number, line in comments if number < first][-1:]
-    return _names_and_units(above, dialect.cells, dialect.style)
+    return _names_and_units(above, dialect)
 
 
 def _names_and_units(
-    above: Sequence[list[str]], cells: int, style: _Style
+    above: Sequence[list[str]], dialect: _Dialect
 ) -> tuple[Sequence[str], Sequence[str]]:
-    heads = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, cells, style)]
-    unnamed = [""] * cells
+    heads = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, dialect)]
+    unnamed = [""] * dialect.cells
     if len(heads) > 1 and all(map(is_unit, heads[-1])):
         return heads[-2], heads[-1]
     return (heads[-1] if heads else unnamed), unnamed
 
 
-def _are_names(row: Sequence[str], cells: int, style: _Style) -> bool:
-    numbers = sum(style.number(cell) != np.inf for cell in row if cell)
-    return len(row) == cells and numbers <= cells / 2
+def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
+    numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
+    return len(row) == dialect.cells and numbers <= dialect.cells / 2
 
 
 def _rows(
@@ -432,44 +425,28 @@ def _rows(
     The number of a line without a whole sample is put into `passed_over`. If this is None, a line
     without all cells is an error.
     """
-    first, last = known[dialect.first][0], known[-1][0]
-    for number, line in dropwhile(lambda each: each[0] < first, lines):
+    for number, line in dropwhile(lambda each: each[0] < known[dialect.first][0], lines):
         cells = dialect.split(line)
         is_whole = len(cells) == dialect.cells
         if passed_over is not None:
-            is_whole &= sum(dialect.style.number(cell) != np.inf for cell in cells) >= needed
+            is_whole &= sum(dialect.number(cell) != np.inf for cell in cells) >= needed
         if is_whole:
             yield number, cells
         elif passed_over is not None:
             passed_over.append(number)
         else:
-            where, remedy = "", "complete the line, or delete it"
-            if number == last and len(cells) < dialect.cells:
-                where, remedy = (
-                    ", the last one,",
-                    "the file is cut off: copy it again, or delete it",
-                )
+            where = ", the last one," if number == known[-1][0] else ""
             raise CapsuleError(
                 f"line {number}{where} has {len(cells)} cells, but there are {dialect.cells} "
-                f"columns; {remedy}"
+                "columns; complete the line, copy the file again, or delete the line"
             )
-
-
-def _missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
-    """Return the marks of a missing sample, as lower-case words and as numbers.
-
-    The number matches all its spellings: -999 is also written -999.0.
-    """
-    words = {str(word).strip().lower() for word in keys.missing or ()}
-    numbers = {_POINT.number(word) for word in words}
-    return _MISSING | words | set(filter(np.isfinite, numbers))
 
 
 def _table(
     names: Sequence[str],
     units: Sequence[str],
     rows: _Rows,
-    style: _Style,
+    dialect: _Dialect,
     keys: SimpleNamespace,
     **told: Any,
 ) -> Table:
@@ -478,13 +455,13 @@ def _table(
     A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
     far from all samples below.
     """
-    missing, lines, first = _missing_words(keys), array("q"), list[str]()
+    lines, first = array("q"), list[str]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
     for line, cells in rows:
         first = first or cells
         lines.append(line)
         for column, texts, cell in zip(columns, words, cells, strict=True):
-            number = style.number(cell, missing)
+            number = dialect.number(cell)
             is_word = number == np.inf
             column.append(np.nan if is_word else number)
             texts.append(cell if is_word else "")

@@ -87,21 +87,14 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) ->
     units = {READING_UNITS.get(plain_unit(text), "") for text in texts}
     if not any(texts):
         return _by_values(table, sensors, keys.full_scale)
-    if "" in texts:
-        named, unnamed = (
-            table.listed([at for at, text in zip(sensors, texts, strict=True) if bool(text) == has])
-            for has in (True, False)
+    if "" in units or len(units) > 1:
+        named = ", ".join(
+            f"{displayed(text) or 'no unit'} of {table.column_label(index)}"
+            for index, text in zip(sensors, texts, strict=True)
         )
-        units_named = " and ".join(sorted({*texts} - {""}))
         raise QuestionError(
-            f"the file names a unit of {named} ({displayed(units_named)}), and none "
-            f"of {unnamed}; give the unit of all sensors with --unit"
-        )
-    if units == {""} or len(units) > 1:
-        raise CapsuleError(
-            f"column {table.column_label(sensors[0])}: the file names the unit "
-            f"{' and '.join(sorted(set(texts)))!r}; allowed are counts, V, mV, ohm and kohm, the "
-            "same for all sensors; use --unit if the readings have one of these units"
+            f"the file names {named}; allowed are counts, V, mV, ohm and kohm, the same for all "
+            "sensors; use --unit if the readings have one of these units"
         )
     return units.pop(), "named in the file"
 
