@@ -155,7 +155,7 @@ REFUSED = {
     "battery": ("--sheet Run", "sheet: 'Run' is given, but the file holds one table; leave it"),
     "tab": ("--time clock", "time: 'clock' is not a column; columns 1 to 5 are 'time (ms)', 'S1'"),
     "semicolon": ("--sensors S1 S2 S3 S1", "column 'S1' is named twice; name another"),
-    "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is not a clock"),
+    "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is not a time"),
     "latin1": ("--encoding utf-8", "the file is not readable text: byte 7 is not utf-8"),
 }
 REMEDY = re.compile(

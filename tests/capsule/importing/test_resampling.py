@@ -119,6 +119,13 @@ def test_the_usual_rate_is_that_of_most_steps():
     assert usual_rate(time_s) == pytest.approx(36)
 
 
+def test_a_gap_that_would_fill_the_memory_is_refused():
+    time_s = sampled(5)
+    time_s[-1] += 1e8
+    with pytest.raises(CapsuleError, match="too long for one run; correct them, or give"):
+        resample(time_s, tone(time_s, 0.3), 10.0)
+
+
 @pytest.mark.parametrize(
     "time_s",
     [

@@ -82,7 +82,7 @@ def test_seconds_since_1970_tell_when_a_run_began():
         (TIME_S * 0, {}, "the time does not run forward; name another column with --time"),
         ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or use"),
         ([0.0], {}, "there are fewer than two samples"),
-        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: '0' is not a date; name another"),
+        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: '0' is not a date such as 2026"),
         (
             TIME_S,
             {"time_unit": "sample"},

@@ -266,20 +266,16 @@ def _refuse_outside(file: Any) -> None:
     outside: list[tuple[str, str]] = []
     sizes: list[int] = []
 
-    def check_link(name: str, link: Any) -> None:
+    def check(name: str, link: Any) -> None:
+        node = file[name] if isinstance(link, h5py.HardLink) else None
         if isinstance(link, h5py.ExternalLink):
             outside.append((name, link.filename))
+        elif isinstance(node, h5py.Dataset):
+            outside.extend((name, str(part[0])) for part in node.external or ())
+            outside.extend([(name, "a virtual dataset")] if node.is_virtual else [])
+            sizes.append(node.nbytes)
 
-    def check(name: str, node: Any) -> None:
-        if not isinstance(node, h5py.Dataset):
-            return
-        outside.extend((name, str(part[0])) for part in node.external or ())
-        if node.is_virtual:
-            outside.append((name, "a virtual dataset"))
-        sizes.append(node.nbytes)
-
-    file.visititems_links(check_link)
-    file.visititems(check)
+    file.visititems_links(check)
     # Compressed, or never written, a small file can hold very much.
     _refuse_unpacked(sum(sizes), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
     for name, place in outside:

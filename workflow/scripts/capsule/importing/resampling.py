@@ -36,6 +36,8 @@ _DIGITS = 6
 _LEAST_RATIO = 0.5
 # Most samples of the fine grid, and of the filter on it: readings of an hour at 10 kHz.
 _MOST_FINE = 36_000_000
+# Most new samples: a day at 10 Hz. A month between two lines would fill the memory.
+_MOST_NEW = 864_000
 
 
 def usual_rate(time_s: np.ndarray) -> float:
@@ -102,6 +104,11 @@ def resample(
     at, kept = time_s[known], values[:, known]
     start = float(time_s[0] if start_s is None else start_s)
     count = int(np.floor((time_s[-1] - start) * rate_hz + 1e-6)) + 1
+    if count > _MOST_NEW:
+        raise CapsuleError(
+            f"its times span {time_s[-1] - start:.4g} s, too long for one run; correct them, or "
+            "give --run-gap-s if another run begins behind a gap"
+        )
     instants = start + np.arange(count) / rate_hz
     new = np.full((values.shape[0], count), np.nan)
     interval = max(1.0 / rate_hz, 1.0 / old_hz)

@@ -75,7 +75,7 @@ class _Dialect(NamedTuple):
     delimiter: str
     style: tuple[str, str]
     missing: frozenset[str | float]
-    cells: int = -1
+    cells: int = 0
     first: int = 0
     share: float = 0.0
     numbers: np.ndarray = np.empty((0, 0))
@@ -93,7 +93,7 @@ class _Dialect(NamedTuple):
             cells = [cell.strip() for cell in cells if cell.strip() or sign != " "]
         else:
             cells = line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
-        return cells[:-1] if len(cells) == self.cells + 1 and not cells[-1] else cells
+        return cells[:-1] if len(cells) == self.cells + 1 > 1 and not cells[-1] else cells
 
     def number(self, cell: str) -> float:
         """Return a cell's number; NaN for a missing sample, infinite if it is not a number."""
@@ -140,7 +140,8 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
         counted = Counter(_labels(line) for _, line in _bare(known, (), {}))
         ((usual, count),) = counted.most_common(1) or [((), 0)]
         labels = usual if count >= _LEAST_SHARE * counted.total() else ()
-        known, lines = list(_bare(known, labels, {})), _bare(lines, labels, stamps)
+        known, lines = list(_bare(known, labels, stamps)), _bare(lines, labels, stamps)
+    is_stamped = len(stamps) > _LEAST_SHARE * len(known)
     dialect = _guess_dialect(known, keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
     if not labels:
@@ -150,26 +151,12 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     if labels:  # What stands above the samples is no head of a table.
         names = labels
         passed_over += [number for number, _ in known[: dialect.first]]
-    table = _table(
-        names,
-        units,
-        _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None),
-        dialect,
-        keys,
-        notes=_notes(comments),
-        passed_over=passed_over,
-        reading=reading,
-    )
-    at = [stamps.get(int(number), "") for number in (() if table.lines is None else table.lines)]
-    if not stamps or "" in at:
-        return table
-    return replace(
-        table,
-        names=(STAMP_NAME, *table.names),
-        units=("clock", *table.units),
-        columns=(np.full(len(at), np.nan), *table.columns),
-        words={0: at} | {index + 1: texts for index, texts in table.words.items()},
-    )
+    rows = _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None)
+    if is_stamped:
+        names, units = (STAMP_NAME, *names), ("clock", *units)
+        rows = ((number, [stamps.get(number, ""), *cells]) for number, cells in rows)
+    told = {"notes": _notes(comments), "passed_over": passed_over, "reading": reading}
+    return _table(names, units, rows, dialect, keys, **told)
 
 
 def read_rows(lines: _Rows, keys: SimpleNamespace, title: str) -> Table:
@@ -495,7 +482,7 @@ def _table(
 def _counts_columns(cells: Sequence[str]) -> bool:
     """Return whether cells count from 0 or 1; the first may be empty, above the index of pandas."""
     numbers = cells[1:] if not cells[0] else cells
-    if len(numbers) < 2 or not all(cell.isdecimal() and len(cell) < 4 for cell in numbers):
-        return False
-    first = int(numbers[0])
-    return first in (0, 1) and list(map(int, numbers)) == list(range(first, first + len(numbers)))
+    return len(numbers) > 1 and any(
+        list(numbers) == [str(number) for number in range(first, first + len(numbers))]
+        for first in (0, 1)
+    )

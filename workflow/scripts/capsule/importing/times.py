@@ -34,6 +34,10 @@ _MOMENT = re.compile(
     r"(?:[.,:](?P<fraction>[0-9]{1,9}))?\s*(?:(?P<half>[AaPp])\.?[Mm]\.?)?"
     r"\s*(?P<zone>Z|UTC|[+-][0-9]{2}:?[0-9]{2})?"
 )
+_SUCH = {
+    "date": "date such as 2026-03-04 12:34:56.789",
+    "clock": "time of day such as 12:34:56.789",
+}
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
     first_s = float(numbers[0] * seconds)
     started = table.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
-        started = later(datetime.fromtimestamp(int(first_s), UTC).isoformat(), 0.0)
+        started = f"{datetime.fromtimestamp(int(first_s), UTC):%Y-%m-%dT%H:%M:%SZ}"
     return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
 
 
@@ -176,31 +180,24 @@ def _has_date(match: re.Match[str]) -> bool:
 
 
 def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
-    texts, asked = table.texts(index), keys.time_unit
-    kind = text_kind(table, index)
+    texts = table.texts(index)
+    kind = keys.time_unit or text_kind(table, index) or "date"
 
     def refusal(row: int, what: str) -> CapsuleError:
         place = f"{table.line(row)}, column {table.column_label(index)}"
         return CapsuleError(f"{place}: {texts[row][:60]!r} {what}")
 
-    if not kind or (asked and asked != kind):
-        raise refusal(
-            0,
-            f"is not a {asked or 'time'}; name another column with --time, or use another "
-            "--time-unit",
-        )
-    matches = [_MOMENT.fullmatch(text.strip()) for text in texts]
-    order = keys.date_order or _date_order(matches, refusal)
+    matches = [_MOMENT.fullmatch(text.strip()) if kind in _SUCH else None for text in texts]
+    order = keys.date_order or (_date_order(matches, refusal) if kind == "date" else "")
     moments = []
     for row, match in enumerate(matches):
         try:
             moments.append(_moment(match, kind, order))
         except (ValueError, OverflowError):
-            such = "time of day such as" if kind == "clock" else "date such as 2026-03-04"
             raise refusal(
                 row,
-                f"is not a {such} 12:34:56.789; correct the line, use the other --date-order, or "
-                "name another column with --time",
+                f"is not a {_SUCH.get(kind, kind)}; correct the line, use another --time-unit or "
+                "--date-order, or name another column with --time",
             ) from None
     seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
     first_s = (moments[0] - datetime(1970, 1, 1)).total_seconds()
