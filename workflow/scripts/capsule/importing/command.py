@@ -21,15 +21,7 @@ from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema
-from capsule.importing.runs import (
-    LONGEST_ENTRY,
-    Reading,
-    as_map,
-    joined,
-    passed_over,
-    read_columns,
-    runs_of,
-)
+from capsule.importing.runs import LONGEST_ENTRY, Reading, as_map, joined, read_columns, runs_of
 from capsule.importing.table import QuestionError, choose_tables, naming
 from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
@@ -55,36 +47,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options; each key of lab.yaml is one."""
     parser.epilog = EXAMPLES
     add = parser.add_argument
-    add(
-        "files",
-        nargs="*",
-        type=Path,
-        metavar="FILE",
-        help="text, CSV, .csv.gz, .npy, .mat, .xlsx, HDF5, NWB, "
-        "TDMS, XDF or .bag file, or the folder of a bag of ROS 2",
-    )
+    formats = "text, CSV, .csv.gz, .npy, .mat, .xlsx, HDF5, NWB, TDMS, XDF or .bag file, or the "
+    formats += "folder of a bag of ROS 2"
+    add("files", nargs="*", type=Path, metavar="FILE", help=formats)
     condition = parser.add_mutually_exclusive_group(required=True)
-    condition.add_argument(
-        "--size", type=size_folder, metavar="MM", help="nodule size of these runs; 0: no nodule"
-    )
+    size = "nodule size of these runs; 0: no nodule"
+    condition.add_argument("--size", type=size_folder, metavar="MM", help=size)
     condition.add_argument("--unlabelled", action="store_true", help="runs whose nodule is unknown")
     add("--map", type=Path, metavar="FILE", help="lab.yaml, which describes these files")
-    add(
-        "--write-map",
-        type=Path,
-        default=Path("lab.yaml"),
-        metavar="FILE",
-        help="file for the guessed description (default: %(default)s)",
-    )
+    written, lab = "file for the guessed description (default: %(default)s)", Path("lab.yaml")
+    add("--write-map", type=Path, default=lab, metavar="FILE", help=written)
     add("--name", type=recording_name, help="name of the recording (default: the file's)")
     add("--dry-run", action="store_true", help="show what would be done, and write nothing")
     add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
-    add(
-        "--config",
-        type=Path,
-        default=config_file(),
-        help="the workflow's configuration (default: config/config.yaml here, or the shipped one)",
-    )
+    here = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
+    add("--config", type=Path, default=config_file(), help=here)
     keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
         option, kind = f"--{key.replace('_', '-')}", part.get("type", "")
@@ -175,11 +152,10 @@ class Importer:
         if not files:
             raise CapsuleError("no FILE is given; name the files to import")
         if self._keys.per_sensor:
-            if len(files) != self._keys.sensor_count:
+            if len(files) != (count := self._settings["recording"]["sensors"]):
                 raise CapsuleError(
-                    f"per_sensor: {len(files)} files are given, but recording.sensors is "
-                    f"{self._keys.sensor_count}; give the files of one run, in the order of the "
-                    "sensors"
+                    f"per_sensor: {len(files)} files are given, but recording.sensors is {count}; "
+                    "give the files of one run, in the order of the sensors"
                 )
             return [files]
         if self._options.name and len(files) > 1:
@@ -223,8 +199,6 @@ class Importer:
     def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
         """Read files, and find out what their columns are; return their checksums, too."""
         keys, alone, readings, sums = self._keys, len(files) == 1, [], []
-        if not alone:
-            keys = SimpleNamespace(**{**vars(keys), "sensor_count": 1})
         for file in files:
             with naming("" if alone else displayed(file.name)):
                 tables, sha256 = read_source(file, keys)
@@ -352,7 +326,7 @@ def _reading_lines(reading: Reading, keys: SimpleNamespace) -> list[str]:
     idle = [index for index in range(len(table.names)) if index not in used]
     place = {table.kind: table.label}
     shown = place | as_map(reading, keys) | place
-    shown |= {"not used": table.listed(idle), "passed over": passed_over(table)}
+    shown |= {"not used": table.listed(idle), "passed over": table.losses}
     reasons = {"time" if reading.time is None else "time_unit": reason, "unit": reading.unit_reason}
     shown = {key: value for key, value in shown.items() if value != ""}
     left, lines = max(map(len, shown)), []

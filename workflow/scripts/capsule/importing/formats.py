@@ -123,7 +123,8 @@ def table_of(columns: _Columns, label: str, **told: Any) -> Table:
     `columns` holds name, numbers (K,) and unit of each column; `told` holds further attributes.
     """
     names, values, units = zip(*columns, strict=True)
-    arrays = tuple(np.asarray(each, dtype=float) for each in values)
+    # Columns of different lengths, as in a damaged file, raise an error here.
+    arrays = tuple(np.array(values, dtype=float))
     return Table(names, units, arrays, kind="variable", label=label, **told)
 
 
@@ -301,17 +302,12 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
 
 def _nwb_table(series: Any, started: str) -> Table | None:
     data = np.asarray(series.data)
-    if data.dtype.kind not in "iuf" or data.ndim not in (1, 2) or data.shape[0] < 2:
+    if data.dtype.kind not in "iuf":
         return None
-    data = data.astype(float).reshape(data.shape[0], -1) * series.conversion + series.offset
-    times = series.timestamps
-    columns = [] if times is None else [("timestamps", np.asarray(times), "s")]
-    several = data.shape[1] > 1
-    columns += [
-        (f"{series.name}({number})" if several else series.name, column, series.unit)
-        for number, column in enumerate(data.T, start=1)
-    ]
-    return table_of(columns, series.name, started=started, rate_hz=series.rate)
+    columns = _array_columns(series.name, data * series.conversion + series.offset, series.unit)
+    if columns and series.timestamps is not None:
+        columns = [("timestamps", np.asarray(series.timestamps), "s"), *columns]
+    return table_of(columns, series.name, started=started, rate_hz=series.rate) if columns else None
 
 
 def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:

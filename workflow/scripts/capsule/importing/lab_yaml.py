@@ -33,7 +33,8 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     -------
     SimpleNamespace
         One attribute per key of lab.yaml, None if it is not set; `content` as ``given``; and of the
-        configuration ``sensor_count`` S, ``rate_hz``, ``rate_tolerance`` and ``full_scale``.
+        configuration ``sensor_count`` (of a file), ``rate_hz``, ``rate_tolerance`` and
+        ``full_scale``.
 
     Raises
     ------
@@ -46,7 +47,7 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     keys = SimpleNamespace(
         **{key: content.get(key) for key in schema["properties"]},
         given=content,
-        sensor_count=rules["sensors"],
+        sensor_count=1 if content.get("per_sensor") else rules["sensors"],
         rate_hz=rules["rate_hz"],
         rate_tolerance=rules["rate_tolerance"],
         full_scale=settings["diagonal"]["full_scale"],

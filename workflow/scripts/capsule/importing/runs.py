@@ -1,6 +1,6 @@
 """Make recordings from a laboratory's tables, and record how each column was read."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -144,7 +144,7 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
         partly = lacking.any(axis=0) & ~lacking.all(axis=0)
         values = np.where(partly, np.nan, values)
         header = _header(reading, keys, label, float(time_s[0]))
-        remarks = list(_remarks(reading, header, time_s, values, keys))
+        remarks = list(_remarks(reading, Recording(time_s, values, header), keys))
         if partly.any():
             remarks.append(f"{np.count_nonzero(partly)} samples lack a sensor and count as missing")
         with naming(f"run {displayed(label)}" if label else ""):
@@ -161,14 +161,9 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
     return runs
 
 
-def _remarks(
-    reading: Reading,
-    header: Mapping[str, str],
-    time_s: np.ndarray,
-    values: np.ndarray,
-    keys: SimpleNamespace,
-) -> Iterator[str]:
+def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterator[str]:
     """Yield notes for the user, such as on a first sample or a gap that looks wrong."""
+    header, values = run.header, run.values
     if reading.table.remark:
         yield reading.table.remark
     if reading.clock.started and "started" not in header:
@@ -185,7 +180,7 @@ def _remarks(
     for number, row in enumerate(values if values.shape[1] > 2 else (), start=1):
         if np.all(np.diff(row) > 0):
             yield f"sensor_{number} rises from each sample to the next, as a time does"
-    steps = np.diff(time_s)
+    steps = np.diff(run.time_s)
     if steps.max(initial=0) >= _LONG_GAP_S and not keys.run_gap_s:
         yield (
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
@@ -247,7 +242,7 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
         ),
         "import_time": f"{clock.unit}, {clock.reason}",
         "import_unit": f"{reading.unit}, {reading.unit_reason}",
-        "import_passed_over": passed_over(table),
+        "import_passed_over": table.losses,
         "import_resampled": reading.resampled,
     }
     header = {key: displayed(text)[:LONGEST_ENTRY] for key, text in said.items() if text}
@@ -262,11 +257,6 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
     if started := later(clock.started, first_s) or notes.get("started", ""):
         header["started"] = started
     return header
-
-
-def passed_over(table: Table) -> str:
-    """Return in words how many lines of a table were passed over; empty if none was."""
-    return f"{len(table.passed_over)} lines without a whole sample" if table.passed_over else ""
 
 
 def as_map(reading: Reading, keys: SimpleNamespace) -> dict[str, object]:

@@ -88,6 +88,11 @@ class Table:
         """The table's place in its file, for a message; empty if the file holds one table."""
         return f"{self.kind} {self.label!r}" if self.kind else ""
 
+    @property
+    def losses(self) -> str:
+        """How many lines were passed over, in words; empty if none was."""
+        return f"{len(self.passed_over)} lines without a whole sample" if self.passed_over else ""
+
     def line(self, row: int) -> str:
         """Return the place of a row, for a message."""
         word = "row" if self.kind == "sheet" else "line"

@@ -47,8 +47,11 @@ _LEAST_SHARE = 0.5
 # Least number of columns whose numbers are taken for names without a question.
 _LEAST_NAMES = 3
 # Number and text of each line; number and cells of each row.
-_Lines: TypeAlias = Sequence[tuple[int, str]]
+_Line: TypeAlias = tuple[int, str]
+_Lines: TypeAlias = Sequence[_Line]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
+# Names and units of the columns.
+_Head: TypeAlias = tuple[Sequence[str], Sequence[str]]
 
 
 # By decimal sign and separator of thousands. A number with thousands never begins with 0: the comma
@@ -128,10 +131,10 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     CapsuleError
         The file is not text, no table can be recognised in it, or several can.
     """
-    encoding, comments = _encoding(content, keys.encoding), list[tuple[int, str]]()
-    lines = _lines(content, encoding, keys, comments)
+    encoding, comments = _encoding(content, keys.encoding), list[_Line]()
+    lines = _lines(content, encoding, keys.skip_lines or 0, comments)
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=_TRIED // 2)]
-    lines = _lines(content, encoding, keys, [])
+    lines = _lines(content, encoding, keys.skip_lines or 0, [])
     logged = [bool(_STAMP.fullmatch(line) or _labels(line)) for _, line in known[:_TRIED]]
     is_log, labels = sum(logged) > _LEAST_SHARE * len(logged), tuple[str, ...]()
     stamps, passed_over = dict[int, str](), list[int]()
@@ -140,8 +143,7 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
         counted = Counter(_labels(line) for _, line in _bare(known, (), {}))
         ((usual, count),) = counted.most_common(1) or [((), 0)]
         labels = usual if count >= _LEAST_SHARE * counted.total() else ()
-        known, lines = list(_bare(known, labels, stamps)), _bare(lines, labels, stamps)
-    is_stamped = len(stamps) > _LEAST_SHARE * len(known)
+        known, lines = list(_bare(known, labels, {})), _bare(lines, labels, stamps)
     dialect = _guess_dialect(known, keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
     if not labels:
@@ -152,11 +154,18 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
         names = labels
         passed_over += [number for number, _ in known[: dialect.first]]
     rows = _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None)
-    if is_stamped:
-        names, units = (STAMP_NAME, *names), ("clock", *units)
-        rows = ((number, [stamps.get(number, ""), *cells]) for number, cells in rows)
     told = {"notes": _notes(comments), "passed_over": passed_over, "reading": reading}
-    return _table(names, units, rows, dialect, keys, **told)
+    table = _table((names, units), rows, dialect, keys, **told)
+    at = [stamps.get(int(number), "") for number in (() if table.lines is None else table.lines)]
+    if not stamps or "" in at:
+        return table
+    return replace(
+        table,
+        names=(STAMP_NAME, *table.names),
+        units=("clock", *table.units),
+        columns=(np.full(len(at), np.nan), *table.columns),
+        words={0: at} | {index + 1: texts for index, texts in table.words.items()},
+    )
 
 
 def read_rows(lines: _Rows, keys: SimpleNamespace, title: str) -> Table:
@@ -174,8 +183,8 @@ def read_rows(lines: _Rows, keys: SimpleNamespace, title: str) -> Table:
     )
     rows = [(number, row[:width]) for number, row in lines]
     above = [row for _, row in rows[:first] if sum(map(bool, row)) > width / 2]
-    names, units = _names_and_units(above, way._replace(cells=width))
-    return _table(names, units, rows[first:], way, keys, kind="sheet", label=title)
+    head = _names_and_units(above, way._replace(cells=width))
+    return _table(head, rows[first:], way, keys, kind="sheet", label=title)
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -205,14 +214,12 @@ def _encoding(content: bytes, given: str | None) -> str:
     )
 
 
-def _lines(
-    content: bytes, encoding: str, keys: SimpleNamespace, comments: list[tuple[int, str]]
-) -> Iterator[tuple[int, str]]:
+def _lines(content: bytes, encoding: str, skipped: int, comments: list[_Line]) -> Iterator[_Line]:
     """Yield the lines of a text that are not empty, but for those to skip; collect comments."""
     stream = io.TextIOWrapper(io.BytesIO(content), encoding)
     for number, line in enumerate(stream, start=1):
         stripped = line.strip()
-        if number <= (keys.skip_lines or 0) or not stripped:
+        if number <= skipped or not stripped:
             continue
         if len(line) > _LONGEST_LINE:
             raise CapsuleError(
@@ -243,8 +250,8 @@ def _notes(comments: _Lines) -> dict[str, str]:
 
 
 def _bare(
-    lines: Iterable[tuple[int, str]], labels: tuple[str, ...], stamps: dict[int, str]
-) -> Iterator[tuple[int, str]]:
+    lines: Iterable[_Line], labels: tuple[str, ...], stamps: dict[int, str]
+) -> Iterator[_Line]:
     """Yield the lines without the stamps of a serial monitor, which are collected, and labels."""
     for number, line in lines:
         if match := _STAMP.fullmatch(line):
@@ -366,9 +373,7 @@ def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
     return f"line {number}: {text!r} can be {' or '.join(readings)}; choose one"
 
 
-def _head(
-    lines: _Lines, comments: _Lines, dialect: _Dialect
-) -> tuple[Sequence[str], Sequence[str]]:
+def _head(lines: _Lines, comments: _Lines, dialect: _Dialect) -> _Head:
     """Return the names above the first sample, and the units in the line below the names."""
     above = [dialect.split(line) for _, line in lines[: dialect.first]]
     first = lines[dialect.first][0]
@@ -385,9 +390,7 @@ def _head(
     return _names_and_units(above, dialect)
 
 
-def _names_and_units(
-    above: Sequence[list[str]], dialect: _Dialect
-) -> tuple[Sequence[str], Sequence[str]]:
+def _names_and_units(above: Sequence[list[str]], dialect: _Dialect) -> _Head:
     heads = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, dialect)]
     unnamed = [""] * dialect.cells
     if len(heads) > 1 and all(map(is_unit, heads[-1])):
@@ -401,7 +404,7 @@ def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
 
 
 def _rows(
-    lines: Iterable[tuple[int, str]],
+    lines: Iterable[_Line],
     known: _Lines,
     dialect: _Dialect,
     needed: int,
@@ -430,19 +433,14 @@ def _rows(
 
 
 def _table(
-    names: Sequence[str],
-    units: Sequence[str],
-    rows: _Rows,
-    dialect: _Dialect,
-    keys: SimpleNamespace,
-    **told: Any,
+    head: _Head, rows: _Rows, dialect: _Dialect, keys: SimpleNamespace, **told: Any
 ) -> Table:
     """Return a table of cells of text.
 
     A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
     far from all samples below.
     """
-    lines, first = array("q"), list[str]()
+    (names, units), lines, first = head, array("q"), list[str]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
     for line, cells in rows:
         first = first or cells
