@@ -265,7 +265,7 @@ def _refuse_outside(file: Any) -> None:
     import h5py
 
     outside: list[tuple[str, str]] = []
-    sizes: list[int] = []
+    sizes: dict[Any, int] = {}
 
     def check(name: str, link: Any) -> None:
         node = file[name] if isinstance(link, h5py.HardLink) else None
@@ -274,11 +274,11 @@ def _refuse_outside(file: Any) -> None:
         elif isinstance(node, h5py.Dataset):
             outside.extend((name, str(part[0])) for part in node.external or ())
             outside.extend([(name, "a virtual dataset")] if node.is_virtual else [])
-            sizes.append(node.nbytes)
+            sizes[node] = node.nbytes
 
     file.visititems_links(check)
     # Compressed, or never written, a small file can hold very much.
-    _refuse_unpacked(sum(sizes), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
+    _refuse_unpacked(sum(sizes.values()), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
     for name, place in outside:
         raise CapsuleError(
             f"the file names samples outside of it, in {place!r} ({name}), and only the file "

@@ -169,11 +169,8 @@ def choose_tables(tables: Sequence[Table], keys: SimpleNamespace) -> list[Table]
         near = difflib.get_close_matches(wanted, labels, n=1)
         hint = f"did you mean {near[0]!r}?" if near else held
         raise CapsuleError(f"{kind}: there is no {wanted!r}; {hint}")
-    fitting = [
-        table
-        for table in tables
-        if sum(map(table.holds_numbers, range(len(table.names)))) >= keys.sensor_count
-    ]
+    counts = [sum(map(table.holds_numbers, range(len(table.names)))) for table in tables]
+    fitting = [table for table, n in zip(tables, counts, strict=True) if n >= keys.sensor_count]
     if not fitting:
         raise CapsuleError(f"no {kind} holds {keys.sensor_count} columns of numbers; {held}")
     if len(fitting) > 1 and wanted != "all":
