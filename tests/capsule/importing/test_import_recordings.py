@@ -166,7 +166,7 @@ def test_the_guess_is_shown_with_the_first_samples_and_a_line_a_sensor(tmp_path,
     assert "time_unit  s  (a step of 0.1 s is 10 Hz)" in shown
     second = ["0.1", *(f"{value:g}" for value in COUNTS[:, 1])]
     assert "".join(f"{cell:>12}" for cell in second) in shown
-    _, trace = [line for line in shown.splitlines() if line.startswith("  sensor_1  ")]
+    (trace,) = [line for line in shown.splitlines() if line.startswith("  sensor_1  ")]
     assert len(set(trace.split("  ")[2])) > 3
     assert trace.endswith("460 to 540")
 

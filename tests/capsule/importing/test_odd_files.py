@@ -98,8 +98,8 @@ READ = {
 REFUSED = {
     "slash_dates": (
         "",
-        "line 2, column 'date': '03/04/2026 12:00:00.0' can be day 3 of month 4 (--date-order "
-        "day_first) or day 4 of month 3 (--date-order month_first); choose one",
+        "line 2, column 'date': '03/04/2026 12:00:00.0' can name the day first (--date-order "
+        "day_first) or the month (--date-order month_first); choose one",
     ),
     "sample_numbers": ("", "column 'sample' counts samples; give the sampling rate in Hz with"),
     "steps_of_one": (

@@ -265,20 +265,22 @@ def _refuse_outside(file: Any) -> None:
     import h5py
 
     outside: list[tuple[str, str]] = []
-    sizes: dict[Any, int] = {}
+    sizes: list[int] = []
 
-    def check(name: str, link: Any) -> None:
-        node = file[name] if isinstance(link, h5py.HardLink) else None
+    def check_link(name: str, link: Any) -> None:
         if isinstance(link, h5py.ExternalLink):
             outside.append((name, link.filename))
-        elif isinstance(node, h5py.Dataset):
+
+    def check(name: str, node: Any) -> None:
+        if isinstance(node, h5py.Dataset):
             outside.extend((name, str(part[0])) for part in node.external or ())
             outside.extend([(name, "a virtual dataset")] if node.is_virtual else [])
-            sizes[node] = node.nbytes
+            sizes.append(node.nbytes)
 
-    file.visititems_links(check)
+    file.visititems_links(check_link)
+    file.visititems(check)
     # Compressed, or never written, a small file can hold very much.
-    _refuse_unpacked(sum(sizes.values()), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
+    _refuse_unpacked(sum(sizes), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
     for name, place in outside:
         raise CapsuleError(
             f"the file names samples outside of it, in {place!r} ({name}), and only the file "

@@ -38,8 +38,7 @@ def limit_processor_time(source: bytes | Path) -> None:
     if isinstance(source, bytes):
         size = len(source)
     else:
-        parts = source.iterdir() if source.is_dir() else [source]
-        size = sum(part.stat().st_size for part in parts)
+        size = sum(part.stat().st_size for part in [source, *source.rglob("*")])
     seconds = int(_SECONDS + _SECONDS_A_MB * size / 1e6)
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 

@@ -1,7 +1,7 @@
 """Convert a column of times, dates or times of day to seconds, and find its unit."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
@@ -188,11 +188,14 @@ def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
         return CapsuleError(f"{place}: {texts[row][:60]!r} {what}")
 
     matches = [_MOMENT.fullmatch(text.strip()) if kind in _SUCH else None for text in texts]
-    order = keys.date_order or (_date_order(matches, refusal) if kind == "date" else "")
+    orders = [keys.date_order] if keys.date_order or kind != "date" else _date_orders(matches)
+    if len(orders) > 1:
+        options = "the day first (--date-order day_first) or the month (--date-order month_first)"
+        raise QuestionError(str(refusal(0, f"can name {options}; choose one")))
     moments = []
     for row, match in enumerate(matches):
         try:
-            moments.append(_moment(match, kind, order))
+            moments.append(_moment(match, kind, orders[0]))
         except (ValueError, OverflowError):
             raise refusal(
                 row,
@@ -208,31 +211,22 @@ def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
         return Clock(seconds, kind, "times of day", first_s, table.started)
     has_zone = matches[0] and matches[0]["zone"]
     started = moments[0].isoformat(timespec="seconds") + ("Z" if has_zone else "")
-    return Clock(seconds, kind, "dates", first_s, started, order)
+    return Clock(seconds, kind, "dates", first_s, started, orders[0])
 
 
-def _date_order(
-    matches: Sequence[re.Match[str] | None], refusal: Callable[[int, str], CapsuleError]
-) -> str:
-    """Return the order of day and month in dates; empty if it makes no difference."""
+def _date_orders(matches: Sequence[re.Match[str] | None]) -> list[str]:
+    """Return the possible orders of day and month in dates; an empty one if none is needed."""
     ordered = [match for match in matches if match and match["first"]]
     pairs = {(int(match["first"]), int(match["second"])) for match in ordered}
     if not pairs or (len(pairs) == 1 and len(set(*pairs)) == 1):
-        return ""
+        return [""]
     if any(first > 12 for first, _ in pairs):
-        return "day_first"
+        return ["day_first"]
     if any(second > 12 for _, second in pairs):
-        return "month_first"
+        return ["month_first"]
     # Countries that write points between day and month write the day first.
-    if all(match["sign"] == "." for match in ordered):
-        return "day_first"
-    day, month = next(iter(pairs))
-    question = refusal(
-        0,
-        f"can be day {day} of month {month} (--date-order day_first) or day {month} of month {day} "
-        "(--date-order month_first); choose one",
-    )
-    raise QuestionError(str(question))
+    has_points = all(match["sign"] == "." for match in ordered)
+    return ["day_first"] if has_points else ["day_first", "month_first"]
 
 
 def _moment(match: re.Match[str] | None, kind: str, order: str) -> datetime:
