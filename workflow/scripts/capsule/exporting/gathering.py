@@ -23,15 +23,7 @@ from capsule.names import size_label
 from capsule.page.provenance import combined_checksum, origin_of
 from capsule.project import PROJECT
 from capsule.project_state import read_project_state
-from capsule.results import (
-    CHECKS,
-    FITS,
-    MATRICES,
-    SIGNALS,
-    OfArchive,
-    Results,
-    changed_recordings,
-)
+from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, OfArchive, Results, changed_recordings
 from capsule.units import reading_unit
 
 NO_UNIT = "1"
