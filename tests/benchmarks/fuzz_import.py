@@ -4,8 +4,8 @@
 
 A traceback, more than 1 GB of memory or more than 5 s of a processor is a fault; the file is kept,
 and the exit status is 1. A process of its own imports fifty files of a format, then fifty of the
-next one follow. If a package crashes in it, each of the fifty is imported once more, as the command
-does it.
+next one follow. If a package crashes in it, or comes to no end, each of the fifty is imported once
+more, as the command does it.
 """
 
 import argparse
@@ -85,7 +85,7 @@ def import_apart(
         if here:
             reading_apart.Forks = _Here
             # It would end this process, which reads fifty files.
-            reading_apart.limit_processor_time = lambda _: None
+            reading_apart.limit_processor_time = lambda *_: None
         with os.fdopen(writing, "w", buffering=1) as told:
             _import_each(file, whole, seed, numbers, told)
         os._exit(0)
@@ -148,7 +148,7 @@ def main() -> None:
                 seed = [options.seed, list(files).index(key)]
                 numbers = range(first, min(first + _BATCH, options.number))
                 outcomes, seconds, used = import_apart(file, whole[key], seed, numbers, here=True)
-                if outcomes[-1] == "crash" or used > MOST_BYTES:
+                if {"crash", "too slow"} & {*outcomes} or used > MOST_BYTES:
                     # Each file once more on its own, as the command reads it.
                     outcomes, seconds, used = _one_by_one(file, whole[key], seed, numbers)
                 for number, outcome in zip(numbers, outcomes, strict=True):

@@ -101,3 +101,15 @@ def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
     monkeypatch.setattr(reading_apart, "_SECONDS", 1)
     imported = import_files(tmp_path, whole[".npy"], "--dry-run")
     assert "run.npy: the package that reads this format crashed at it, or" in imported.refused
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
+    import resource
+
+    limits = []
+    monkeypatch.setattr(resource, "setrlimit", lambda _, limit: limits.append(limit))
+    # As large as the damaged NWB file in which HDF5 followed a chain of addresses without an end.
+    reading_apart.limit_processor_time("NWB file", bytes(174_152))
+    ((seconds, most),) = limits
+    assert 2 <= seconds == most <= 5

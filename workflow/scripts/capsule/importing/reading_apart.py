@@ -19,15 +19,15 @@ from capsule.forks import Forks
 from capsule.importing.table import Table
 from capsule.project import how_to_install
 
-# Seconds of a processor that a file may take: some packages need several to be imported, and a
-# workbook that is packed well takes ten for each MB.
-_SECONDS, _SECONDS_A_MB = 20, 30
+# Seconds of a processor that a file may take, as some packages need one to be imported, and more
+# for each MB. The cells of a workbook are read one by one: one that is packed well takes ten.
+_SECONDS, _SECONDS_A_MB, _SECONDS_A_MB_OF_CELLS = 4, 5, 30
 _LONGEST_REASON = 100
 Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
 
 
-def limit_processor_time(source: bytes | Path) -> None:
-    """End this process when it has read for much longer than a file of this size needs.
+def limit_processor_time(name: str, source: bytes | Path) -> None:
+    """End this process when it has read for much longer than a file of this format and size needs.
 
     In a damaged file, a package can follow a chain of addresses that leads back to itself.
     """
@@ -39,7 +39,8 @@ def limit_processor_time(source: bytes | Path) -> None:
         size = len(source)
     else:
         size = sum(part.stat().st_size for part in [source, *source.rglob("*")])
-    seconds = int(_SECONDS + _SECONDS_A_MB * size / 1e6)
+    more = _SECONDS_A_MB_OF_CELLS if name == "workbook" else _SECONDS_A_MB
+    seconds = int(_SECONDS + more * size / 1e6)
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
@@ -54,7 +55,7 @@ def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> l
     """
 
     def read_quietly(_: None) -> list[Table]:
-        limit_processor_time(source)
+        limit_processor_time(name, source)
         with warnings.catch_warnings():
             # Packages warn about charts, checks and other versions of their format.
             warnings.simplefilter("ignore")
