@@ -67,6 +67,16 @@ def test_a_known_rate_decides():
     assert clock(np.arange(50) * 1.0, configured_hz=1000).unit == "ms"
 
 
+@pytest.mark.parametrize("rate_hz", [5.6e-308, -10.0, 1e39, float("nan"), float("inf")])
+def test_a_rate_that_cannot_be_is_refused_where_it_gives_the_time(rate_hz):
+    keys = checked_keys({}, SETTINGS)
+    table = table_of([("", np.arange(50.0), "")], "", rate_hz=rate_hz)
+    with pytest.raises(CapsuleError, match="by the file is not between 0.2 and 100000 Hz"):
+        read_time(table, None, keys)
+    with pytest.raises(CapsuleError, match="give the right one with --rate"):
+        clock(np.arange(50.0), "sample", rate_hz=rate_hz, time_unit="sample")
+
+
 def test_seconds_since_1970_tell_when_a_run_began():
     for per_second in (1, 1e3, 1e6):
         read = clock((1_772_625_600 + TIME_S) * per_second)

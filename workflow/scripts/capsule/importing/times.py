@@ -78,7 +78,7 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
     CapsuleError
         If the time is not known, or several units fit.
     """
-    rate = keys.rate or table.rate_hz
+    rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
     if index is None:
         if rate is None:
             raise QuestionError(
@@ -91,8 +91,7 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
                     f"line {number} does not hold a whole sample, and no column gives the time, so "
                     "a missing sample would shift all later ones; delete the line, or complete it"
                 )
-        told = "the option rate" if keys.rate else "the file"
-        time_s = np.arange(table.columns[0].size) / rate
+        time_s = np.arange(table.columns[0].size) / _possible(rate, told)
         return Clock(time_s, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
     label = table.column_label(index)
     if not table.holds_numbers(index) or keys.time_unit in ("date", "clock"):
@@ -110,12 +109,23 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
         raise QuestionError(
             f"column {label} counts samples; give the sampling rate in Hz with --rate"
         )
-    seconds = 1 / rate if unit == "sample" and rate else _SECONDS[unit]
+    seconds = 1 / _possible(rate, told) if unit == "sample" and rate else _SECONDS[unit]
     first_s = float(numbers[0] * seconds)
     started = table.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
         started = f"{datetime.fromtimestamp(int(first_s), UTC):%Y-%m-%dT%H:%M:%SZ}"
     return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
+
+
+def _possible(rate: float, told: str) -> float:
+    """Return a sampling rate in Hz, or refuse it; `told` says where it comes from."""
+    low, high = _POSSIBLE_HZ
+    if not low <= rate <= high:
+        raise CapsuleError(
+            f"a sampling rate of {rate:g} Hz by {told} is not between {low:g} and {high:g} Hz; "
+            "give the right one with --rate"
+        )
+    return rate
 
 
 def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
