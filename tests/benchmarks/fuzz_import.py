@@ -85,7 +85,7 @@ def import_apart(
         if here:
             reading_apart.Forks = _Here
             # It would end this process, which reads fifty files.
-            reading_apart.limit_processor_time = lambda *_: None
+            reading_apart.limit_process = lambda *_: None
         with os.fdopen(writing, "w", buffering=1) as told:
             _import_each(file, whole, seed, numbers, told)
         os._exit(0)

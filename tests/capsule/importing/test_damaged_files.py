@@ -104,12 +104,21 @@ def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+def test_a_package_that_believes_a_length_of_some_gigabytes_gets_no_memory(
+    tmp_path, whole, monkeypatch
+):
+    monkeypatch.setattr(np, "load", lambda *_, **__: bytes(2_000_000_000))
+    imported = import_files(tmp_path, whole[".npy"], "--dry-run")
+    assert "run.npy: the numpy file cannot be read (MemoryError); copy or" in imported.refused
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
 def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
     import resource
 
     limits = []
     monkeypatch.setattr(resource, "setrlimit", lambda _, limit: limits.append(limit))
     # As large as the damaged NWB file in which HDF5 followed a chain of addresses without an end.
-    reading_apart.limit_processor_time("NWB file", bytes(174_152))
-    ((seconds, most),) = limits
+    reading_apart.limit_process("NWB file", bytes(174_152))
+    (seconds, most), _ = limits
     assert 2 <= seconds == most <= 5

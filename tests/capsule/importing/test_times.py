@@ -71,7 +71,7 @@ def test_a_known_rate_decides():
 def test_a_rate_that_cannot_be_is_refused_where_it_gives_the_time(rate_hz):
     keys = checked_keys({}, SETTINGS)
     table = table_of([("", np.arange(50.0), "")], "", rate_hz=rate_hz)
-    with pytest.raises(CapsuleError, match="by the file is not between 0.2 and 100000 Hz"):
+    with pytest.raises(CapsuleError, match=r"by the file is not between 0\.2 and 100000 Hz"):
         read_time(table, None, keys)
     with pytest.raises(CapsuleError, match="give the right one with --rate"):
         clock(np.arange(50.0), "sample", rate_hz=rate_hz, time_unit="sample")

@@ -22,14 +22,17 @@ from capsule.project import how_to_install
 # Seconds of a processor that a file may take, as some packages need one to be imported, and more
 # for each MB. The cells of a workbook are read one by one: one that is packed well takes ten.
 _SECONDS, _SECONDS_A_MB, _SECONDS_A_MB_OF_CELLS = 4, 5, 30
+# Memory that a file may take, and more for the copies of its content.
+_BYTES, _COPIES = 800_000_000, 4
 _LONGEST_REASON = 100
 Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
 
 
-def limit_processor_time(name: str, source: bytes | Path) -> None:
-    """End this process when it has read for much longer than a file of this format and size needs.
+def limit_process(name: str, source: bytes | Path) -> None:
+    """Limit this process to far more time and memory than a file of this format and size needs.
 
-    In a damaged file, a package can follow a chain of addresses that leads back to itself.
+    In a damaged file, a package can follow a chain of addresses that leads back to itself, or
+    believe a length of some GB.
     """
     if sys.platform != "linux":
         return  # elsewhere, this process is the command itself
@@ -42,6 +45,10 @@ def limit_processor_time(name: str, source: bytes | Path) -> None:
     more = _SECONDS_A_MB_OF_CELLS if name == "workbook" else _SECONDS_A_MB
     seconds = int(_SECONDS + more * size / 1e6)
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    # What this process has already is not counted: it grows with the processors of the machine.
+    state = dict(line.split(":") for line in Path("/proc/self/status").read_text().splitlines())
+    most_bytes = int(state["VmData"].split()[0]) * 1024 + _BYTES + _COPIES * size
+    resource.setrlimit(resource.RLIMIT_DATA, (most_bytes, most_bytes))
 
 
 def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
@@ -55,7 +62,7 @@ def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> l
     """
 
     def read_quietly(_: None) -> list[Table]:
-        limit_processor_time(name, source)
+        limit_process(name, source)
         with warnings.catch_warnings():
             # Packages warn about charts, checks and other versions of their format.
             warnings.simplefilter("ignore")
