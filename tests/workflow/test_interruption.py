@@ -196,7 +196,7 @@ def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new, tmp_path, jobs_do
             # A job imports its modules right after this line.
             begun = sum(each.startswith("Job ") for each in lines)
             if begun == jobs_done + 1 and line.startswith("Job "):
-                time.sleep(0.2)
+                time.sleep(0.05)
                 os.killpg(process.pid, signal.SIGINT)
         status = process.wait()
     assert status != 0
