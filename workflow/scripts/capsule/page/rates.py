@@ -71,13 +71,9 @@ class Rates:
     def recordings(self, scheme: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Return the rows of the accepted labelled recordings that a scheme judges, and teaches."""
         labelled = self.index[(self.index["status"] == "accepted") & self.index["size_mm"].notna()]
-        held_out = np.array(
-            [
-                is_held_out(row["recording"], row.get("session"), self.held_out)
-                for row in labelled.to_dict("records")
-            ],
-            dtype=bool,
-        )
+        sessions = labelled.get("session", [None] * len(labelled))
+        pairs = zip(labelled["recording"], sessions, strict=True)
+        held_out = np.array([is_held_out(*pair, self.held_out) for pair in pairs], dtype=bool)
         teaching = labelled[~held_out]
         return (labelled[held_out] if scheme == HELD_OUT else teaching), teaching
 
