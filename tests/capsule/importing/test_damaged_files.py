@@ -122,3 +122,14 @@ def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
     reading_apart.limit_process("NWB file", bytes(174_152))
     (seconds, most), _ = limits
     assert 2 <= seconds == most <= 5
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+def test_a_limit_that_a_cluster_has_set_is_not_raised(monkeypatch):
+    import resource
+
+    raised = []
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (1, 1))
+    monkeypatch.setattr(resource, "setrlimit", lambda *limit: raised.append(limit))
+    reading_apart.limit_process("HDF5 file", bytes(1000))
+    assert not raised

@@ -43,12 +43,16 @@ def limit_process(name: str, source: bytes | Path) -> None:
     else:
         size = sum(part.stat().st_size for part in [source, *source.rglob("*")])
     more = _SECONDS_A_MB_OF_CELLS if name == "workbook" else _SECONDS_A_MB
-    seconds = int(_SECONDS + more * size / 1e6)
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     # What this process has already is not counted: it grows with the processors of the machine.
-    state = dict(line.split(":") for line in Path("/proc/self/status").read_text().splitlines())
-    most_bytes = int(state["VmData"].split()[0]) * 1024 + _BYTES + _COPIES * size
-    resource.setrlimit(resource.RLIMIT_DATA, (most_bytes, most_bytes))
+    pages = int(Path("/proc/self/statm").read_text().split()[5])
+    limits = {
+        resource.RLIMIT_CPU: int(_SECONDS + more * size / 1e6),
+        resource.RLIMIT_DATA: pages * resource.getpagesize() + _BYTES + _COPIES * size,
+    }
+    for kind, most in limits.items():
+        _, hard = resource.getrlimit(kind)
+        if hard == resource.RLIM_INFINITY or most < hard:  # a cluster may allow less
+            resource.setrlimit(kind, (most, most))
 
 
 def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
