@@ -8,7 +8,6 @@ places that are left out, the threshold, the probability and the sizes.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import lru_cache
 from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -32,6 +31,8 @@ from capsule.templates import TemplateSet
 
 # Penalty of the size regression of a detector without a setting for it.
 _SIZE_RIDGE = 1.0
+# Number of each recording whose row teaches; the rows, the sizes in mm and the places.
+_Rows: TypeAlias = tuple[dict[str, int], FloatArray, FloatArray, IntArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +85,9 @@ class TrainingArchive:
     settings: Settings
     no_verdict: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
+    _rows: dict[Callable[[JudgedRecording], FloatArray], _Rows] = field(
+        default_factory=dict, init=False
+    )
 
     def __post_init__(self) -> None:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
@@ -109,24 +113,20 @@ class TrainingArchive:
         sizes_mm, places : (n,) array
             True sizes in mm, 0 for none, and the numbers of the places.
         """
-        number, rows, sizes_mm, places = _rows(self, seen)
+        if seen not in self._rows:
+            self._rows[seen] = self._rows_of(seen)
+        number, rows, sizes_mm, places = self._rows[seen]
         teaches = np.ones(len(rows), dtype=bool)
         teaches[[number[name] for name in number.keys() & left_out]] = False
         return rows[teaches], sizes_mm[teaches], places[teaches]
 
-
-# A detector and `capsule.detectors.familiar` each see something else.
-@lru_cache(maxsize=8)
-def _rows(
-    archive: TrainingArchive, seen: Callable[[JudgedRecording], FloatArray]
-) -> tuple[dict[str, int], FloatArray, FloatArray, IntArray]:
-    """Return the number of each recording whose row teaches; rows, sizes in mm and places."""
-    rows = {name: seen(archive.recordings[name]) for name in archive.sizes_mm}
-    names = [name for name, row in rows.items() if not np.isnan(row[0])]
-    stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
-    sizes_mm = np.array([archive.sizes_mm[name] for name in names], dtype=np.float64)
-    numbers = {name: number for number, name in enumerate(names)}
-    return numbers, stacked, sizes_mm, archive.place_numbers(names)
+    def _rows_of(self, seen: Callable[[JudgedRecording], FloatArray]) -> _Rows:
+        rows = {name: seen(self.recordings[name]) for name in self.sizes_mm}
+        names = [name for name, row in rows.items() if not np.isnan(row[0])]
+        stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
+        sizes_mm = np.array([self.sizes_mm[name] for name in names], dtype=np.float64)
+        numbers = {name: number for number, name in enumerate(names)}
+        return numbers, stacked, sizes_mm, self.place_numbers(names)
 
 
 @dataclass(frozen=True)
