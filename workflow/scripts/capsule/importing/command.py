@@ -184,16 +184,17 @@ class Importer:
                 label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
                 name = f"{folder}/{_run_name(stem, label)}"
                 recording = replace(recording, header=origin | dict(recording.header))
-                planned.append((name, format_recording(recording), recording, remarks))
+                content = format_recording(recording)
+                planned.append((name, content, _checksum(content), recording, remarks))
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        self._check([(name, content) for name, content, *_ in planned])
+        self._check([(name, checksum) for name, _, checksum, *_ in planned])
         for each in planned:
             self._archive(*each)
         if not (self._options.map or self._options.dry_run):
             alone = not self._keys.per_sensor
-            content = as_map(readings[0], self._keys) if alone else self._keys.given
-            if told := keep_map(self._options.write_map, content):
+            described = as_map(readings[0], self._keys) if alone else self._keys.given
+            if told := keep_map(self._options.write_map, described):
                 _tell(f"  {told}")
 
     def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
@@ -209,12 +210,15 @@ class Importer:
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
-    def _check(self, contents: Sequence[tuple[str, bytes]]) -> None:
-        """Raise an error if recordings, by names such as ``3mm/r07``, cannot be written."""
+    def _check(self, planned: Sequence[tuple[str, str]]) -> None:
+        """Raise an error if recordings, by names such as ``3mm/r07``, cannot be written.
+
+        `planned` holds the name of each, and the checksum of its samples.
+        """
         new: set[Path] = set()
-        for name, content in contents:
+        for name, checksum in planned:
             path = self._raw / f"{name}.csv"
-            if known := self._names.get(_checksum(content)):
+            if known := self._names.get(checksum):
                 reason = reason_of_copy(known, name)
                 if "mislabelled" in reason:
                     raise CapsuleError(
@@ -233,11 +237,13 @@ class Importer:
                 )
             new.add(path)
 
-    def _archive(self, name: str, content: bytes, recording: Recording, remarks: list[str]) -> None:
+    def _archive(
+        self, name: str, content: bytes, checksum: str, recording: Recording, remarks: list[str]
+    ) -> None:
         """Write a recording, unless the archive holds it; show what was done."""
         _tell("\n".join(_sample_lines(recording)))
         # It may be one that this file holds twice.
-        if known := self._names.get(_checksum(content)):
+        if known := self._names.get(checksum):
             self.known += 1
             _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
@@ -247,22 +253,23 @@ class Importer:
                 write_new(path, content)
             except FileExistsError:
                 # Another import was quicker.
-                self._check([(name, content)])
+                self._check([(name, checksum)])
                 raise
-            self._names[_checksum(content)], verb = name, "wrote"
+            self._names[checksum], verb = name, "wrote"
         self.written += 1
         here = Path.cwd()
         near = path.relative_to(here) if path.is_relative_to(here) else path
         _tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
         if resampled := recording.header.get("import_resampled"):
             _tell(f"  resampled {resampled}")
-        try:
-            _, no_verdict = readings_of(recording, self._settings)
-            remarks += [f"the report will give no verdict: {no_verdict}"] * bool(no_verdict)
-        except RecordingError as reason:
-            remarks.append(f"the report will reject it: {reason}")
         for remark in remarks:
             _tell(f"  note: {remark}")
+        try:
+            _, no_verdict = readings_of(recording, self._settings)
+            if no_verdict:
+                _tell(f"  note: the report will give no verdict: {no_verdict}")
+        except RecordingError as reason:
+            _tell(f"  note: the report will reject it: {reason}")
 
     def summary(self) -> str:
         """Return a line with the numbers of recordings imported and known, and files refused."""

@@ -274,7 +274,8 @@ def _refuse_outside(file: Any) -> None:
     def check(name: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset):
             outside.extend((name, str(part[0])) for part in node.external or ())
-            outside.extend([(name, "a virtual dataset")] if node.is_virtual else [])
+            if node.is_virtual:
+                outside.append((name, "a virtual dataset"))
             sizes.append(node.nbytes)
 
     file.visititems_links(check_link)
