@@ -157,6 +157,7 @@ REFUSED = {
     "semicolon": ("--sensors S1 S2 S3 S1", "column 'S1' is named twice; name another"),
     "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is not a time"),
     "latin1": ("--encoding utf-8", "the file is not readable text: byte 7 is not utf-8"),
+    "epoch": ("--encoding utf-16", "line 1: there is no table with 4 columns of numbers"),
 }
 REMEDY = re.compile(
     r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|\d)|"

@@ -199,6 +199,7 @@ def _encoding(content: bytes, given: str | None) -> str:
         is_little = head[1::2].count(0) > head[0::2].count(0)
         codecs = ["utf-16-le" if is_little else "utf-16-be"]
     if given:
+        # Without a byte order mark, take the order of Windows.
         codecs = codecs[:1] if codecs[0].startswith(given) else [given.replace("16", "16-le")]
     for codec in codecs:
         try:
