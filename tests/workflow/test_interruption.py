@@ -161,6 +161,29 @@ def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
 
 
 @pytest.mark.workflow
+@pytest.mark.parametrize("seconds", [0.0, 0.2, 0.5])
+def test_of_two_runs_started_together_one_does_all_and_the_other_is_told_why(
+    new, undisturbed, tmp_path, seconds
+):
+    project = new.copy(tmp_path / "project")
+    # Processes of their own, as when two people type the command at a time.
+    project.preloaded = None
+    runs = [project.start(*TABLES)]
+    time.sleep(seconds)
+    runs += [project.start(*TABLES), project.start("-n", *TABLES)]
+    with ThreadPoolExecutor() as pool:
+        outputs = list(pool.map(lambda run: run.communicate()[0], runs))
+    assert runs[2].returncode == 0, outputs[2]
+    (told,) = (output for run, output in zip(runs, outputs, strict=True) if run.returncode)
+    assert "another run uses this folder" in told
+    assert "Traceback" not in "".join(outputs)
+    assert project.snakemake("-n", *TABLES).did_nothing
+    made = project.result_bytes()
+    expected = undisturbed.result_bytes()
+    assert made == {name: expected[name] for name in made}
+
+
+@pytest.mark.workflow
 def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, undisturbed, tmp_path):
     project = new.copy(tmp_path / "project")
     # Its jobs are processes of their own.
