@@ -69,9 +69,15 @@ def test_the_answer_is_that_of_the_formula_written_out(seed, passes):
     numbers = np.random.default_rng(seed)
     places = np.repeat(np.arange(55), passes)
     traits = traits_like(numbers, places.size)
-    own = traits_like(numbers, 1, spread=2.5)[0]
-    answer = learn_familiar(traits, places).judge(WaveTraits(*own)).familiar
-    assert answer is literal_answer(traits, places, own)
+    judged = traits_like(numbers, 4, spread=2.5)
+    asked = [*(WaveTraits(*own) for own in judged[:3]), UNKNOWN_TRAITS, WaveTraits(*judged[3])]
+    kind = learn_familiar(traits, places)
+    first, second, third, unknown, last = kind.judge_all(asked)
+    assert [each.familiar for each in (first, second, third, last)] == [
+        literal_answer(traits, places, own) for own in judged
+    ]
+    assert unknown.familiar is None
+    assert [first, unknown] == [kind.judge(asked[0]), kind.judge(asked[3])]
 
 
 def test_recordings_of_the_kind_are_rarely_unfamiliar():

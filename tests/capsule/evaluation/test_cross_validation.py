@@ -310,6 +310,35 @@ def test_folds_that_differ_in_the_scheme_alone_are_judged_once_and_long_ones_in_
     assert len(rows) == 2 * len(cross_validate(detectors, folds))
 
 
+def test_each_row_is_that_of_its_fold_alone_though_a_recording_is_read_once_for_two(
+    archive, detectors
+):
+    read = []
+
+    def counted(name, recording):
+        def load():
+            read.append(name)
+            return recording.matrix
+
+        return replace(recording, load=load)
+
+    recordings = {name: counted(name, each) for name, each in archive.recordings.items()}
+    folds = folds_of({name: row() for name in SIZES_MM}, RULES)
+    rows = cross_validate(Detectors(replace(archive, recordings=recordings)), folds)
+    alone = [
+        each | {"size_mm": SIZES_MM[each["recording"]], "scheme": fold.scheme}
+        for fold in folds
+        for each in detectors.rows(fold.judged, fold.left_out)
+    ]
+    key = ("recording", "detector", "scheme")
+    by_key = [
+        {tuple(each[name] for name in key): each for each in given} for given in (rows, alone)
+    ]
+    assert str(dict(sorted(by_key[0].items()))) == str(dict(sorted(by_key[1].items())))
+    # The healthy ones are also read to learn the threshold.
+    assert read.count("2mm/a") == read.count("2mm/b") == 1
+
+
 def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):
     def backwards(judge, parts):
         return [judge(part) for part in reversed(list(parts))][::-1]

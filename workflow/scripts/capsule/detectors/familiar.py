@@ -5,8 +5,8 @@ in its `WaveTraits`, from the recordings at the other places. A recording is unf
 any of them deviates as far as it does.
 """
 
-from collections.abc import Collection
-from dataclasses import astuple, dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
@@ -110,27 +110,49 @@ class FamiliarKind:
     most: FloatArray
 
     def judge(self, traits: WaveTraits) -> Familiarity:
-        """Judge a recording by its traits.
+        """Judge a recording by its traits; see `judge_all`."""
+        return self.judge_all([traits])[0]
 
-        Its chance is a cross-conformal p-value with a weight for each place (Vovk 2015; Lee, Barber
-        and Willett 2023): ``p = (1 + sum of weights of recordings that deviate as far) /
-        (1 + places)``. Each recording is compared with what the places outside its part teach.
+    def judge_all(self, traits: Sequence[WaveTraits]) -> list[Familiarity]:
+        """Judge recordings by their traits, each by itself.
+
+        A recording's chance is a cross-conformal p-value with a weight for each place (Vovk 2015;
+        Lee, Barber and Willett 2023): ``p = (1 + sum of weights of recordings that deviate as far)
+        / (1 + places)``. Each recording is compared with what the places outside its part teach.
         """
         if self.places < LEAST_PLACES:
             taught = words.plural(self.places, "place teaches", "places teach")
-            return Familiarity(None, f"only {taught} what is familiar; {LEAST_PLACES} are needed")
-        own = np.array(astuple(traits))
-        known = ~np.isnan(self.least)
-        if np.isnan(own[known]).any():
-            return Familiarity(None, "the recording shows no wave to compare")
-        deviations = np.abs(_scaled(own[np.newaxis])[0] - self.centre) / self.spread
-        largest = deviations[:, known].max(axis=1)
-        as_far = self.deviation >= largest[self.part]
-        chance = (1 + self.weight[as_far].sum()) / (1 + self.places)
-        typical = np.where(known, np.median(deviations, axis=0), -np.inf)
-        if chance > NOMINAL_RATE + 1e-9 or typical.max() <= _LEAST_DEVIATION:
-            return Familiarity(True)
-        return Familiarity(False, self._words(own, typical))
+            few = f"only {taught} what is familiar; {LEAST_PLACES} are needed"
+            return [Familiarity(None, few)] * len(traits)
+        known, own = ~np.isnan(self.least), _rows_of(traits)
+        wave = ~np.isnan(own[:, known]).any(axis=1)
+        answers = [Familiarity(None, "the recording shows no wave to compare")] * len(traits)
+        # (n, K, T)
+        deviations = np.abs(_scaled(own[wave])[:, np.newaxis] - self.centre) / self.spread
+        chance = self._chance(deviations[:, :, known].max(axis=2))
+        typical = np.where(known, np.median(deviations, axis=1), -np.inf)
+        usual = (chance > NOMINAL_RATE + 1e-9) | (typical.max(axis=1) <= _LEAST_DEVIATION)
+        for turn, number in enumerate(np.flatnonzero(wave).tolist()):
+            answers[number] = (
+                Familiarity(True)
+                if usual[turn]
+                else Familiarity(False, self._words(own[number], typical[turn]))
+            )
+        return answers
+
+    def _chance(self, largest: FloatArray) -> FloatArray:
+        """Return the p-value (n,) of recordings whose largest deviations from each part are (n, K).
+
+        In each part, the weights are summed from the farthest recording on.
+        """
+        as_far = np.ones(len(largest))
+        for number, limits in enumerate(largest.T):
+            of_part = self.part == number
+            order = np.argsort(self.deviation[of_part])
+            weights = np.append(self.weight[of_part][order], 0.0)
+            beyond = np.cumsum(weights[::-1])[::-1]
+            as_far += beyond[np.searchsorted(self.deviation[of_part][order], limits)]
+        return as_far / (1 + self.places)
 
     def _words(self, own: FloatArray, typical: FloatArray) -> str:
         """Return the trait that deviates most, with the range of the recordings that teach."""
@@ -167,7 +189,14 @@ class FamiliarKind:
 
 
 def _traits_of(recording: JudgedRecording) -> FloatArray:
-    return np.array(astuple(recording.traits))
+    row: FloatArray = _rows_of([recording.traits])[0]
+    return row
+
+
+def _rows_of(traits: Sequence[WaveTraits]) -> FloatArray:
+    """Return the fields of traits as rows, (n, T)."""
+    # `dataclasses.astuple` copies each value, which takes ten times as long.
+    return np.array([list(vars(each).values()) for each in traits]).reshape(-1, len(_TRAITS))
 
 
 def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:

@@ -9,7 +9,7 @@ another operating point.
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from capsule.detectors.calibrate import rank_threshold
 from capsule.kinds import Settings
 from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.templates import TemplateSet
+
+# Distance, gain and lag of a template on a recording.
+_Compared: TypeAlias = tuple[float, float, float]
 
 
 def template_distances(matrix: FloatArray, templates: Iterable[FloatArray]) -> FloatArray:
@@ -71,14 +74,27 @@ def compare_templates(
     A distance is the smallest RMSE over all lags (eq. RMSEmin). A gain is the largest over all
     lags, 0 for T^0, at the lag tau in 1..2L. All three are NaN if matrix or template holds NaN.
     """
-    compared = np.full((3, len(templates)), np.nan)
-    if not np.isnan(matrix).any():
-        comparison = SlidingComparison(matrix)
-        for index, template in enumerate(templates):
-            if template.is_known:
-                gain, lag = comparison.gain_of(template)
-                compared[:, index] = rmse_at_lag(matrix, template.values, lag), gain, lag
-    distances, gains, lags = compared
+    sliding = _sliding_over(matrix)
+    return _as_arrays([_compare(matrix, sliding, template) for template in templates])
+
+
+def _sliding_over(matrix: FloatArray) -> SlidingComparison | None:
+    """Return what slides templates over a matrix; None if the matrix holds NaN."""
+    return None if np.isnan(matrix).any() else SlidingComparison(matrix)
+
+
+def _compare(
+    matrix: FloatArray, sliding: SlidingComparison | None, template: RepeatedParticle
+) -> _Compared:
+    """Return distance, gain and lag of one template."""
+    if sliding is None or not template.is_known:
+        return np.nan, np.nan, np.nan
+    gain, lag = sliding.gain_of(template)
+    return rmse_at_lag(matrix, template.values, lag), gain, lag
+
+
+def _as_arrays(compared: Sequence[_Compared]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    distances, gains, lags = np.array(compared, dtype=np.float64).reshape(-1, 3).T
     return distances, gains, lags
 
 
@@ -119,7 +135,9 @@ class NearestTemplate(Detector):
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
-        distances, gains, lags = _compared(recording, self.templates)
+        distances, gains, lags = _as_arrays(
+            [_compared(recording, template) for template in self.templates]
+        )
         # T^0 comes first and stands for no nodule.
         best = place_of_largest(gains[1:])
         margin = np.nan if best is None else float(gains[1 + best])
@@ -201,11 +219,16 @@ def _healthy_gains(archive: TrainingArchive, template: RepeatedParticle) -> Floa
 
 
 @lru_cache(maxsize=1)
-def _compared(
-    recording: JudgedRecording, templates: tuple[RepeatedParticle, ...]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Compare once for both detectors, which judge a recording in turn."""
-    return compare_templates(recording.matrix, templates)
+def _read(recording: JudgedRecording) -> tuple[FloatArray, SlidingComparison | None]:
+    """Read a recording once for both detectors and for all folds that judge it in turn."""
+    matrix = recording.matrix
+    return matrix, _sliding_over(matrix)
+
+
+# Those folds share most templates.
+@lru_cache(maxsize=32)
+def _compared(recording: JudgedRecording, template: RepeatedParticle) -> _Compared:
+    return _compare(*_read(recording), template)
 
 
 # The last fold, and the one that leaves nothing out.

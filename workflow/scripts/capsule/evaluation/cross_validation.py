@@ -7,8 +7,10 @@ held-out session teach nothing under any scheme.
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice, product
 from math import ceil
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
@@ -31,6 +33,8 @@ _IN_TURN = 512
 # Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
 _Group = TypeVar("_Group", bound=Hashable)
+# Recordings that are judged, and the sets of recordings that are left out in turn.
+_Part: TypeAlias = tuple[tuple[str, ...], tuple[frozenset[str], ...]]
 
 
 def group_scheme(key: str) -> str:
@@ -189,27 +193,40 @@ class Detectors:
         self.names = list(archive.settings["detectors"])
         self._archive = archive
         self._detectors = {name: detector_class(name) for name in self.names}
+        # The last fold, and the one that leaves nothing out.
+        self._taught = lru_cache(maxsize=2)(self._teach)
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         predicted, *others = verdict_cells(NO_VERDICT, 1.0)
         self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells]
 
-    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
-        """Yield each detector's verdict on some recordings; those left out teach nothing."""
-        left_out = sorted(left_out)
+    def rows(self, names: Sequence[str], *left_out: Iterable[str]) -> Iterator[Cells]:
+        """Yield each detector's verdict on some recordings; those left out teach nothing.
+
+        If several sets of recordings are left out in turn, each recording is judged by all of these
+        folds before the next one.
+        """
+        reasons = [self._archive.no_verdict.get(name) for name in names]
+        recordings = [self._archive.recordings[name] for name in names]
+        traits = [each.traits for each, why in zip(recordings, reasons, strict=True) if not why]
+        taught = [self._taught(frozenset(each)) for each in left_out]
+        kinds = [iter(familiar.judge_all(traits)) for _, familiar in taught]
+        rate_hz = self._archive.settings["recording"]["rate_hz"]
+        for name, recording, reason in zip(names, recordings, reasons, strict=True):
+            for (models, _), of_fold in zip(taught, kinds, strict=True):
+                kind = Familiarity(None) if reason else next(of_fold)
+                for detector, model in models.items():
+                    verdict = NO_VERDICT if reason else model.verdict(recording)
+                    cells = verdict_cells(verdict, rate_hz, reason)
+                    distances = verdict.distances or [None] * len(self._distances)
+                    cells |= zip(self._distances, distances, strict=True)
+                    yield {"recording": name, "detector": detector, **cells, **kind.cells}
+
+    def _teach(self, left_out: frozenset[str]) -> tuple[dict[str, Detector], FamiliarKind]:
+        """Teach the detectors, and what is familiar, without some recordings."""
         models = {
             name: each.taught(self._archive, left_out) for name, each in self._detectors.items()
         }
-        familiar = FamiliarKind.taught(self._archive, left_out)
-        rate_hz = self._archive.settings["recording"]["rate_hz"]
-        for name in names:
-            recording, reason = self._archive.recordings[name], self._archive.no_verdict.get(name)
-            kind = Familiarity(None) if reason else familiar.judge(recording.traits)
-            for detector, model in models.items():
-                verdict = NO_VERDICT if reason else model.verdict(recording)
-                cells = verdict_cells(verdict, rate_hz, reason)
-                distances = verdict.distances or [None] * len(self._distances)
-                cells |= zip(self._distances, distances, strict=True)
-                yield {"recording": name, "detector": detector, **cells, **kind.cells}
+        return models, FamiliarKind.taught(self._archive, left_out)
 
     def learners(self) -> dict[str, type[Detector]]:
         """Return by name the detectors that learn a threshold and can learn it anew quickly."""
@@ -258,20 +275,52 @@ def cross_validate(
     spread : callable
         Calls a function with each part of the work, like `map`.
     """
-    parts = [
-        (fold.scheme, (fold.judged[start : start + _IN_TURN], fold.left_out))
-        for fold in folds
-        for start in range(0, len(fold.judged), _IN_TURN)
-    ]
     # No part needs the results of another.
-    different = list(dict.fromkeys(part for _, part in parts))
+    parts = _parts(folds)
 
-    def judge(part: tuple[tuple[str, ...], frozenset[str]]) -> list[Cells]:
-        return [row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(*part)]
+    def judge(part: _Part) -> list[Cells]:
+        names, left_out = part
+        return [
+            row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(names, *left_out)
+        ]
 
-    judged = dict(zip(different, spread(judge, different), strict=True))
-    rows = [row | {"scheme": scheme} for scheme, part in parts for row in judged[part]]
-    return sorted(rows, key=lambda row: detectors.names.index(row["detector"]))
+    judged = {}
+    for (names, left_out), rows in zip(parts, spread(judge, parts), strict=True):
+        each = iter(rows)
+        for key in product(names, left_out):
+            judged[key] = list(islice(each, len(detectors.names)))
+    of_all = [
+        row | {"scheme": fold.scheme}
+        for fold in folds
+        for name in fold.judged
+        for row in judged[name, fold.left_out]
+    ]
+    return sorted(of_all, key=lambda row: detectors.names.index(row["detector"]))
+
+
+def _parts(folds: Sequence[Fold]) -> list[_Part]:
+    """Divide the work of `cross_validate` into recordings and what is left out in turn.
+
+    Under resubstitution a recording is judged right after another scheme has judged it, so that it
+    is read, and compared with the templates that both folds share, only once.
+    """
+    again = {
+        name: fold.left_out
+        for fold in folds
+        if fold.scheme == RESUBSTITUTION
+        for name in fold.judged
+    }
+    wanted: dict[tuple[tuple[str, ...], frozenset[str]], _Part] = {}
+    for fold in folds:
+        if fold.scheme != RESUBSTITUTION and (fold.judged, fold.left_out) not in wanted:
+            beside = dict.fromkeys(again.pop(name) for name in fold.judged if name in again)
+            wanted[fold.judged, fold.left_out] = fold.judged, (fold.left_out, *beside)
+    alone = [(tuple(names), (left_out,)) for left_out, names in grouped(again, again).items()]
+    return [
+        (names[start : start + _IN_TURN], left_out)
+        for names, left_out in [*wanted.values(), *alone]
+        for start in range(0, len(names), _IN_TURN)
+    ]
 
 
 def judge_unlabelled(

@@ -8,8 +8,8 @@ classes, and regressors have no probabilities.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
-from typing import Any
+from functools import cache, lru_cache
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -279,28 +279,42 @@ class EstimatorAsDetector(Detectors):
     def __init__(self, archive: LoadedArchive, estimator: object, name: str) -> None:
         self.names, self._loaded, self._estimator = [name], archive, estimator
         self.columns = [*verdict_cells(NO_VERDICT, 1.0)]
+        # As in `Detectors`.
+        self._fitted = lru_cache(maxsize=2)(self._fit)
         self._sizes_mm, self._numbers = np.unique(archive.y, return_inverse=True)
 
-    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
+    def rows(self, names: Sequence[str], *left_out: Iterable[str]) -> Iterator[Cells]:
         """Fit the estimator without some recordings, and yield its verdicts on others."""
-        teach, index = self._loaded.teaching_rows(set(left_out)), self._loaded.index(names)
+        index = self._loaded.index(names)
         usable = [name for name in names if not index[name]["no_verdict"]]
-        verdicts = dict.fromkeys(names, NO_VERDICT)
-        if usable and teach.size:
-            verdicts |= zip(usable, self._verdicts(teach, self._loaded.rows(usable)), strict=True)
+        said = [self._said(usable, frozenset(each)) for each in left_out]
         rate_hz = self._loaded.settings["recording"]["rate_hz"]
-        for name, verdict in verdicts.items():
+        for name, verdicts in product(names, said):
+            verdict = verdicts.get(name, NO_VERDICT)
             cells = verdict_cells(verdict, rate_hz, index[name]["no_verdict"])
             yield {"recording": name, "detector": self.names[0], **cells}
 
-    def _verdicts(self, teach: np.ndarray, rows: FloatArray) -> list[Verdict]:
-        classifies = is_classifier(self._estimator)
-        wanted = self._numbers if classifies else self._loaded.y
-        fitted: Any = clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+    def _said(self, names: Sequence[str], left_out: frozenset[str]) -> dict[str, Verdict]:
+        """Return the verdicts on recordings; none if nothing is left to teach the estimator."""
+        teach = self._loaded.teaching_rows(set(left_out))
+        if not names or not teach.size:
+            return {}
+        verdicts = self._verdicts(self._fitted(left_out), teach, self._loaded.rows(names))
+        return dict(zip(names, verdicts, strict=True))
+
+    def _fit(self, left_out: frozenset[str]) -> BaseEstimator:
+        teach = self._loaded.teaching_rows(set(left_out))
+        wanted = self._numbers if is_classifier(self._estimator) else self._loaded.y
+        return clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+
+    def _verdicts(
+        self, fitted: BaseEstimator, teach: np.ndarray, rows: FloatArray
+    ) -> list[Verdict]:
         if hasattr(fitted, "verdicts"):
             judged: list[Verdict] = fitted.verdicts(rows)
             return judged
         said = np.asarray(fitted.predict(rows))
+        classifies = is_classifier(fitted)
         estimates = self._sizes_mm[said.astype(np.int64)] if classifies else said.astype(np.float64)
         share = (self._loaded.y[teach] > 0).mean()
         scores, threshold, chances = self._scores(fitted, rows, estimates, share)
