@@ -151,7 +151,7 @@ def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
         for size_mm, particle in particles.items()
     }
     matrix = render(two_sensors(0.9), U, LENGTH)
-    assert nearest_template(SlidingComparison(matrix), templates) == (3.0, LENGTH + 1)
+    assert nearest_template(SlidingComparison(matrix).gain_of, templates) == (3.0, LENGTH + 1)
 
 
 def drawn(values, sensors, samples):

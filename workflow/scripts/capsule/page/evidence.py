@@ -4,8 +4,8 @@ What neither its fit nor another recording changes is made by jobs of its own
 (`capsule.page.plot_data`). The report adds the fit, the verdicts and the templates.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -167,6 +167,8 @@ def archive_evidence(
         name = row["recording"]
         said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
         comparison = SlidingComparison(stored.matrix(name))
+        # The schemes share most templates.
+        gain_of = cache(comparison.gain_of)
         nearest = {}
         for scheme, particles in stored.templates[name].items():
             if particles:
@@ -174,7 +176,7 @@ def archive_evidence(
                     size_mm: rendered(each.to_vector().tobytes())
                     for size_mm, each in particles.items()
                 }
-                size_mm, lag = nearest_template(comparison, templates)
+                size_mm, lag = nearest_template(gain_of, templates)
                 nearest[scheme] = NearestTemplate(size_mm, particles[size_mm], lag)
         content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
         yield name, to_json({"drawn": stored.drawn[name], **content})
@@ -336,17 +338,18 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cel
 
 
 def nearest_template(
-    comparison: SlidingComparison, templates: Mapping[float, RepeatedParticle]
+    gain_of: Callable[[RepeatedParticle], tuple[float, int]],
+    templates: Mapping[float, RepeatedParticle],
 ) -> tuple[float, int]:
     """Return size in mm and lag tau of the template with the largest gain, of equal ones the first.
 
     Parameters
     ----------
-    comparison : SlidingComparison
-        The comparison with the recording's matrix V, (S, L).
+    gain_of : callable
+        `SlidingComparison.gain_of` of the comparison with the recording's matrix V, (S, L).
     templates : mapping of float to RepeatedParticle
         The templates of a fold by size in mm, one at least, each (S, L).
     """
-    found = {size_mm: comparison.gain_of(template) for size_mm, template in templates.items()}
+    found = {size_mm: gain_of(template) for size_mm, template in templates.items()}
     size_mm = max(found, key=lambda size_mm: found[size_mm][0])
     return size_mm, found[size_mm][1]

@@ -118,6 +118,7 @@ def page_values(
         "schemes": schemes,
         **listed,
         "data": to_json(listed["data"]),
-        "evidence": list(evidence.archive_evidence(accepted, said, largest_mm, stored, settings)),
+        # Made while the page is written: of a large archive it takes 100 MB.
+        "evidence": evidence.archive_evidence(accepted, said, largest_mm, stored, settings),
         **provenance.page_values(rows, settings, schema, printed),
     }
