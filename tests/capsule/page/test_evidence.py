@@ -17,6 +17,7 @@ from capsule.page.evidence import (
     fold_templates,
     in_words,
     nearest_template,
+    particle_of,
     surface,
     verdicts_by_recording,
 )
@@ -83,7 +84,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     said = dict.fromkeys(EVIDENCE) | verdict
     said |= {"distances": [0.2, 0.1], "details": "place 15.0 s"}
     matrix = render(PARTICLE, first_peak, length)
-    stored = StoredResults(matrix, leave_one_out={3.0: PARTICLE})
+    stored = StoredResults(matrix, leave_one_out={3.0: PARTICLE.to_vector().tobytes()})
     made = dict(archive_evidence(rows, verdicts, 3.0, stored, SETTINGS))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     healthy, nodule = map(json.loads, made.values())
@@ -137,11 +138,13 @@ def test_a_fold_has_the_templates_of_the_recordings_that_taught():
     by_size = {1.0: [taught["1mm/a"]], 3.0: [taught["3mm/a"], taught["3mm/b"]]}
     templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
     for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
-        assert np.allclose(render(found["unlabelled/p"]["all"][size], U, LENGTH), matrix)
+        assert np.allclose(
+            render(particle_of(found["unlabelled/p"]["all"][size]), U, LENGTH), matrix
+        )
     # Without its only recording a size has no template.
     assert list(found["1mm/a"]["leave_one_out"]) == [3.0]
     fold = found["3mm/a"]["leave_one_out"]
-    assert fold[3.0].to_vector() == pytest.approx(taught["3mm/b"].to_vector())
+    assert np.frombuffer(fold[3.0]) == pytest.approx(taught["3mm/b"].to_vector())
 
 
 def test_the_nearest_template_is_the_one_that_leaves_the_least_over():

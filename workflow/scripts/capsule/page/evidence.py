@@ -54,7 +54,7 @@ class StoredRecordings:
     drawn, qualities : mapping of str to str
         What the page shows of each recording alone, as deflated JSON, and its quality in words.
     templates : dict of str to dict
-        The averaged particles of each scheme that judged a recording, by size in mm.
+        The templates that judged a recording, from `fold_templates`.
     """
 
     def __init__(self, results: Results, settings: Settings) -> None:
@@ -90,8 +90,10 @@ class StoredRecordings:
 
 def fold_templates(
     particles: Mapping[str, Particle], accepted: Mapping[str, Row], rules: Settings
-) -> dict[str, dict[str, dict[float, Particle]]]:
+) -> dict[str, dict[str, dict[float, bytes]]]:
     """Return the averaged particles that judged each recording (eq. averagingProcess).
+
+    Each is the content of its vector of parameters, so that equal ones are found again.
 
     Parameters
     ----------
@@ -114,11 +116,11 @@ def fold_templates(
     every += [(ALL, tuple(some), out) for out, some in unlabelled_folds(unlabelled, accepted)]
     vectors = pd.DataFrame({name: each.to_vector() for name, each in particles.items()}).T
     sizes_mm = pd.Series(sizes_of(particles), dtype=float)
-    found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
+    found: dict[str, dict[str, dict[float, bytes]]] = {name: {} for name in accepted}
     for scheme, judged, left_out in every:
         means = vectors.drop(index=list(left_out), errors="ignore").groupby(sizes_mm).mean()
         averaged = {
-            float(size_mm): Particle.from_vector(mean)
+            float(size_mm): mean.tobytes()
             for size_mm, mean in zip(means.index, means.to_numpy(), strict=True)
         }
         # The recordings that a fold judges share its templates.
@@ -160,8 +162,7 @@ def archive_evidence(
 
     @lru_cache(maxsize=_TEMPLATES_KEPT)
     def rendered(vector: bytes) -> RepeatedParticle:
-        particle = Particle.from_vector(np.frombuffer(vector))
-        return RepeatedParticle(render(particle, first_peak, length))
+        return RepeatedParticle(render(particle_of(vector), first_peak, length))
 
     for row in rows:
         name = row["recording"]
@@ -170,16 +171,18 @@ def archive_evidence(
         # The schemes share most templates.
         gain_of = cache(comparison.gain_of)
         nearest = {}
-        for scheme, particles in stored.templates[name].items():
-            if particles:
-                templates = {
-                    size_mm: rendered(each.to_vector().tobytes())
-                    for size_mm, each in particles.items()
-                }
+        for scheme, averaged in stored.templates[name].items():
+            if averaged:
+                templates = {size_mm: rendered(vector) for size_mm, vector in averaged.items()}
                 size_mm, lag = nearest_template(gain_of, templates)
-                nearest[scheme] = NearestTemplate(size_mm, particles[size_mm], lag)
+                nearest[scheme] = NearestTemplate(size_mm, particle_of(averaged[size_mm]), lag)
         content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
         yield name, to_json({"drawn": stored.drawn[name], **content})
+
+
+def particle_of(vector: bytes) -> Particle:
+    """Return the particle that is stored in `fold_templates`."""
+    return Particle.from_vector(np.frombuffer(vector))
 
 
 def evidence_among_others(
