@@ -35,6 +35,8 @@ rule report:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
+    # As for evaluate; here a second process gains something later.
+    threads: 2 if len(ARCHIVE.recordings) >= 5000 else 1
     params:
         **told(REPORT),
     message:
@@ -42,4 +44,4 @@ rule report:
     shell:
         "python {params.script:q} --results {params.results:q} --batch-size {params.batch_size}"
         " --settings {params.settings:q} --key {params.key} --output {output:q}"
-        " > {log:q} 2>&1"
+        " --processes {threads} > {log:q} 2>&1"

@@ -30,7 +30,8 @@ def main() -> None:
     archive = read_training_archive(results, rows, fitted, settings)
     tables = evaluate_archive(archive, rows, spread)
     for name, table in tables.items():
-        files.write_csv(arguments.output / f"{name}.csv", list(table), table.to_dict("records"))
+        cells = table.itertuples(index=False, name=None)
+        files.write_cells(arguments.output / f"{name}.csv", list(table), cells)
     computed = set(tables["predictions"]["scheme"])
     for key in settings["evaluation"]["groups"]:
         if group_scheme(key) not in computed:

@@ -9,6 +9,7 @@ from pathlib import Path
 from capsule import files
 from capsule.configuration import read_schema
 from capsule.evaluation.files import read_printed
+from capsule.forks import Forks
 from capsule.page import files as page_files
 from capsule.page.evidence import StoredRecordings
 from capsule.page.provenance import how_made
@@ -27,6 +28,7 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
     parser.add_argument("--key", required=True, help="the key of this job, for the page's head")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
+    parser.add_argument("--processes", type=int, default=1, help="how many work (default: 1)")
     arguments = parser.parse_args()
     settings, folder, template = arguments.settings, arguments.results, PROJECT / "workflow/report"
     surveys = settings.pop("surveys")
@@ -38,7 +40,7 @@ def main() -> None:
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, schema, printed),
+        **page_values(tables, stored, schema, printed, Forks(arguments.processes)),
         "figure": partial(page_files.read_figure, folder / OfArchive.FIGURES),
         "surveys": page_files.read_surveys(folder / OfArchive.SURVEYS, **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),

@@ -369,10 +369,15 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
 
     A text that begins like a formula is changed, so that no spreadsheet program runs it.
     """
+    write_cells(path, columns, ([row[name] for name in columns] for row in rows))
+
+
+def write_cells(path: Path, columns: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a CSV table as `write_csv` does, from rows of cells in the order of the columns."""
     with write_whole(path) as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows([_cell(row[name]) for name in columns] for row in rows)
+        writer.writerows([*map(_cell, row)] for row in rows)
 
 
 def _cell(value: object) -> object:

@@ -4,7 +4,7 @@ What neither its fit nor another recording changes is made by jobs of its own
 (`capsule.page.plot_data`). The report adds the fit, the verdicts and the templates.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
 from capsule.held_out import teaching
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.names import sizes_of
 from capsule.page.packing import rounded, to_json
 from capsule.page.rates import ALL
@@ -29,6 +29,8 @@ from capsule.sliding import RepeatedParticle, SlidingComparison
 EVIDENCE = ("score", "threshold", "location_mm")
 # Most templates of a fold are those of all recordings: only the sizes left out differ.
 _TEMPLATES_KEPT = 64
+# Recordings of which one process makes what the page shows, in turn.
+_IN_TURN = 100
 
 
 class NearestTemplate(NamedTuple):
@@ -130,17 +132,18 @@ def fold_templates(
 
 
 def archive_evidence(
-    rows: Iterable[Row],
+    rows: Sequence[Row],
     verdicts: Mapping[str, Sequence[Row]],
     largest_mm: float,
     stored: StoredRecordings,
     settings: Settings,
+    spread: Spread = map,
 ) -> Iterator[tuple[str, str]]:
     """Yield what the page shows of each recording, one at a time.
 
     Parameters
     ----------
-    rows : iterable of mapping
+    rows : sequence of mapping
         Accepted ones from `capsule.page.recordings.recording_rows`.
     verdicts : mapping of str to sequence of mapping
         From `verdicts_by_recording`.
@@ -150,6 +153,8 @@ def archive_evidence(
         The stored results.
     settings : mapping
         The configuration.
+    spread : callable
+        Calls a function with each part of the work, like `map`.
 
     Yields
     ------
@@ -164,20 +169,26 @@ def archive_evidence(
     def rendered(vector: bytes) -> RepeatedParticle:
         return RepeatedParticle(render(particle_of(vector), first_peak, length))
 
-    for row in rows:
-        name = row["recording"]
-        said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
-        comparison = SlidingComparison(stored.matrix(name))
-        # The schemes share most templates.
-        gain_of = cache(comparison.gain_of)
-        nearest = {}
-        for scheme, averaged in stored.templates[name].items():
-            if averaged:
-                templates = {size_mm: rendered(vector) for size_mm, vector in averaged.items()}
-                size_mm, lag = nearest_template(gain_of, templates)
-                nearest[scheme] = NearestTemplate(size_mm, particle_of(averaged[size_mm]), lag)
-        content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
-        yield name, to_json({"drawn": stored.drawn[name], **content})
+    def shown(some: Sequence[Row]) -> list[tuple[str, str]]:
+        found = []
+        for row in some:
+            name = row["recording"]
+            said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
+            # The schemes share most templates.
+            gain_of = cache(SlidingComparison(stored.matrix(name)).gain_of)
+            nearest = {}
+            for scheme, averaged in stored.templates[name].items():
+                if averaged:
+                    templates = {size_mm: rendered(vector) for size_mm, vector in averaged.items()}
+                    size_mm, lag = nearest_template(gain_of, templates)
+                    nearest[scheme] = NearestTemplate(size_mm, particle_of(averaged[size_mm]), lag)
+            content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
+            found.append((name, to_json({"drawn": stored.drawn[name], **content})))
+        return found
+
+    parts = [rows[start : start + _IN_TURN] for start in range(0, len(rows), _IN_TURN)]
+    for part in spread(shown, parts):
+        yield from part
 
 
 def particle_of(vector: bytes) -> Particle:

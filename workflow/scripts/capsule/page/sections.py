@@ -7,7 +7,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.evaluation.lead import leading
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.page import (
     cells,
     comparison,
@@ -55,6 +55,7 @@ def page_values(
     stored: evidence.StoredRecordings,
     schema: Settings,
     printed: Settings,
+    spread: Spread = map,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -68,6 +69,8 @@ def page_values(
         The JSON Schema of the configuration.
     printed : mapping
         Content of paper.yaml.
+    spread : callable
+        As in `capsule.page.evidence.archive_evidence`.
     """
     settings, evaluation = tables.settings, tables.evaluation
     judged, index = settings["evaluation"], tables.index
@@ -119,6 +122,6 @@ def page_values(
         **listed,
         "data": to_json(listed["data"]),
         # Made while the page is written: of a large archive it takes 100 MB.
-        "evidence": evidence.archive_evidence(accepted, said, largest_mm, stored, settings),
+        "evidence": evidence.archive_evidence(accepted, said, largest_mm, stored, settings, spread),
         **provenance.page_values(rows, settings, schema, printed),
     }
