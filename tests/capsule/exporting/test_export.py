@@ -100,7 +100,7 @@ def same(read, written):
 
 def test_what_is_gathered_is_what_the_results_hold(made, exported):
     results, signals, matrices = made
-    readings, matrix, template = map(gathering.parts, exported.arrays.values())
+    readings, matrix, template = exported.arrays.values()
     for name in RECORDINGS:
         assert readings[name].to_numpy().T.tobytes() == signals[name].tobytes()
         assert matrix[name].to_numpy().T.tobytes() == matrices[name].tobytes()
@@ -246,7 +246,7 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
 
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
-    tables = formats.flat_tables(exported)
+    tables = formats.flat_tables(exported, exported.arrays)
     assert {path.stem for path in (files / "parquet").iterdir()} == set(tables)
     for name, table in tables.items():
         read = parquet.read_table(files / "parquet" / f"{name}.parquet")
@@ -370,8 +370,10 @@ def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, 
             assert len(set(paths)) == len(paths)
         else:
             pd.testing.assert_frame_equal(table, exported.tables[name])
-    for name, table in whole.arrays.items():
-        pd.testing.assert_frame_equal(table, exported.arrays[name], check_exact=True)
+    for kind, arrays in whole.arrays.items():
+        assert list(arrays) == list(exported.arrays[kind])
+        for name, table in arrays.items():
+            pd.testing.assert_frame_equal(table, exported.arrays[kind][name], check_exact=True)
     assert whole.headers == exported.headers
 
 
@@ -452,7 +454,7 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
     index = results / "recordings.csv"
     index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
     none = gathering.gather(results, CONFIG, "recordings")
-    assert none.arrays["readings"].empty
+    assert all(readings.empty for readings in none.arrays["readings"].values())
     written = command.write(none, kind, tmp_path / "out", force=False)
     assert len(written) == len(list((tmp_path / "out").iterdir()))
 

@@ -19,7 +19,7 @@ import pandas as pd
 import yaml
 
 from capsule.errors import CapsuleError
-from capsule.exporting.gathering import NO_UNIT, Exported, parts
+from capsule.exporting.gathering import NO_UNIT, OWNER, Exported
 from capsule.names import displayed, without_formula
 from capsule.project import SCHEMAS
 
@@ -122,15 +122,15 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
         variables["tables"][name] = struct
         variables["units"][name] = {legal[key]: unit for key, _, unit, _ in columns}
         variables["long_names"][name] = {legal[key]: words for key, _, _, words in columns}
-    for array, table in exported.arrays.items():
-        of, axis = table.index.names
-        group, rows = variables.setdefault(f"{of}s", {}), parts(table)
-        for name, field in legal_names(rows).items():
-            entry = group.setdefault(field, {"name": name})
+    for array, parts in exported.arrays.items():
+        group = variables.setdefault(f"{OWNER[array]}s", {})
+        for name, field in legal_names(parts).items():
+            rows, entry = parts[name], group.setdefault(field, {"name": name})
+            axis = str(rows.index.name)
             entry |= {
-                array: rows[name].to_numpy().T,
-                f"{array}_unit": exported.unit(array, name),
-                axis: rows[name].index.to_numpy().reshape(1, -1),
+                array: rows.to_numpy().T,
+                f"{array}_unit": rows.attrs["unit"],
+                axis: rows.index.to_numpy().reshape(1, -1),
                 f"{axis}_unit": describe(axis)[0],
             }
             if header := exported.headers.get(name):
@@ -148,13 +148,13 @@ def _xlsx(exported: Exported, stream: BinaryIO) -> None:
     write_sheets(book, "provenance", provenance)
     for name, table in exported.tables.items():
         write_sheets(book, name, table.set_axis(heads(table), axis=1))
-    for array, table in exported.arrays.items():
+    for array, parts in exported.arrays.items():
         # A row is a sensor, as in the paper's matrices. The heads give the time or the column.
+        table = exported.long_table(array)
         of, axis = table.index.names
-        sensors = table.set_axis(range(1, table.shape[1] + 1), axis=1)
-        rows = sensors.stack().unstack(axis, sort=False)
+        rows = table.stack().unstack(axis, sort=False)
         rows = rows.rename_axis([of, f"sensor, along {axis} [{describe(axis)[0]}]"]).reset_index()
-        rows.insert(1, "unit", [exported.unit(array, name) for name in rows[of]])
+        rows.insert(1, "unit", [parts[name].attrs["unit"] for name in rows[of]])
         write_sheets(book, array, rows)
     book.save(stream)
 
@@ -230,22 +230,19 @@ def _netcdf(exported: Exported, stream: BinaryIO) -> None:
 
     tables = dict(exported.tables)
     variables = _variables(tables.pop("recordings"), "recording")
-    root = xarray.Dataset(variables, attrs=exported.provenance)
-    for array, table in exported.arrays.items():
+    root = xarray.Dataset({"recording": variables["recording"]}, attrs=exported.provenance)
+    for array, parts in exported.arrays.items():
+        table = exported.long_table(array)
         of, along = table.index.names
         # Templates may have more or fewer columns than recordings, so their axis has its own name.
         axis = along if of == "recording" else f"{of}_{along}"
-        names, places = table.index.levels
-        stack = table.to_xarray().to_dataarray("sensor").reindex({of: [*names]})
         about = {"long_name": described()["tables"][array], "units": table.attrs["unit"]}
-        root[array] = ((of, "sensor", axis), stack.transpose(of, "sensor", along).data, about)
-        root[f"{array}_columns"] = (of, table.groupby(level=0, observed=False).size())
-        root[axis] = (axis, places, {"long_name": along, "units": describe(along)[0]})
-        head = {"long_name": "sensor, from the head"}
-        root["sensor"] = ("sensor", range(1, len(stack) + 1), head)
-        if of not in root:
-            root[of] = (of, [*names])
-    groups = {"/": root}
+        stack = table.to_xarray().to_dataarray("sensor").rename({along: axis})
+        root[array] = stack.transpose(of, "sensor", axis).assign_attrs(about)
+        root[f"{array}_columns"] = (of, [len(rows) for rows in parts.values()])
+        root[axis].attrs |= {"long_name": along, "units": describe(along)[0]}
+        root["sensor"].attrs["long_name"] = "sensor, from the head"
+    groups = {"/": root.assign(variables)}
     for name, table in tables.items():
         about = {"long_name": described()["tables"][name]}
         groups[name] = xarray.Dataset(_variables(table, "row"), attrs=about)
@@ -264,10 +261,10 @@ def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]
 
 def _nwb_contents(exported: Exported) -> Contents:
     """Return a file for each accepted recording, and one for the tables."""
-    arrays = {array: parts(table) for array, table in exported.arrays.items()}
     made: Contents = {}
+    arrays = exported.arrays.items()
     for name, legal in sorted(legal_names(exported.headers).items()):
-        own = {array: rows[name] for array, rows in arrays.items() if len(rows.get(name, ()))}
+        own = {array: parts[name] for array, parts in arrays if len(parts.get(name, ()))}
         if own:
             made[f"{legal}.nwb"] = partial(_nwb, exported, name, own)
     return made | {"tables.nwb": partial(_nwb_tables, exported)}
@@ -289,7 +286,7 @@ def _nwb(
                 name=array,
                 # Time is the first axis in NWB, so a sensor is a column.
                 data=rows.to_numpy(),
-                unit=exported.unit(array, name),
+                unit=rows.attrs["unit"],
                 rate=exported.rate_hz,
                 starting_time=0.0,
                 description=f"{described()['tables'][array]}; a column is a sensor",
@@ -304,9 +301,7 @@ def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
     """Write every table, and the templates as one more table."""
     from hdmf.common import DynamicTable, VectorData
 
-    tables = dict(exported.tables)
-    if "template" in exported.arrays:
-        tables["template"] = exported.arrays["template"].reset_index()
+    tables = flat_tables(exported, exported.arrays.keys() & {"template"})
     about = f"tables of an archive; {_UNKNOWN}"
     with _nwb_file(exported, exported.what, NO_DATE, about, stream) as file:
         module = file.create_processing_module("tables", "tables of the archive")
@@ -356,12 +351,13 @@ def _nwb_file(
         written.write(file, cache_spec=True)
 
 
-def flat_tables(exported: Exported) -> dict[str, pd.DataFrame]:
-    """Return all tables, and the arrays with the recording and the time as their first columns."""
-    return exported.tables | {
-        array: table.reset_index().rename(columns={"time": "time_s"})
-        for array, table in exported.arrays.items()
-    }
+def flat_tables(exported: Exported, arrays: Iterable[str]) -> dict[str, pd.DataFrame]:
+    """Return all tables, and arrays with the recording and the time as their first columns."""
+    tables = dict(exported.tables)
+    for array in arrays:
+        table = exported.long_table(array).add_prefix("sensor_").reset_index()
+        tables[array] = table.rename(columns={"time": "time_s"})
+    return tables
 
 
 FORMATS: Mapping[str, Callable[[Exported], Contents]] = {
@@ -369,7 +365,7 @@ FORMATS: Mapping[str, Callable[[Exported], Contents]] = {
     "xlsx": lambda exported: {f"{exported.what}.xlsx": partial(_xlsx, exported)},
     "parquet": lambda exported: {
         f"{name}.parquet": partial(_parquet, exported, name, table)
-        for name, table in flat_tables(exported).items()
+        for name, table in flat_tables(exported, exported.arrays).items()
     },
     "netcdf": lambda exported: {f"{exported.what}.nc": partial(_netcdf, exported)},
     "nwb": _nwb_contents,

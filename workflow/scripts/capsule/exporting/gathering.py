@@ -1,4 +1,4 @@
-"""Read the results that are exported: tables, arrays as long tables, and their provenance."""
+"""Read the results that are exported: tables, arrays, and their provenance."""
 
 import importlib.metadata
 import json
@@ -30,6 +30,8 @@ NO_UNIT = "1"
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)
 _LARGEST_BYTES = 1_000_000_000
+# Whose the arrays of one kind are: each recording has one, or each size.
+OWNER = {"readings": "recording", "matrix": "recording", "template": "size"}
 # A NetCDF attribute is too small for the names of a large archive.
 _MOST_NAMES = 20
 
@@ -46,11 +48,9 @@ class Exported:
         Sampling rate of readings and matrices.
     tables : dict of str to DataFrame
         The tables, by names that workflow/schemas/columns.yaml describes.
-    arrays : dict of str to DataFrame
-        ``readings`` and ``matrix`` of all recordings, and ``template`` of all sizes; each is a
-        `long_table`.
-    units : dict of str to str
-        Unit of the readings of each accepted recording.
+    arrays : dict of str to dict
+        The ``readings`` and ``matrix`` of each recording, and the ``template`` of each size, as
+        `by_sensor` returns them; those of a rejected recording have no rows.
     headers : dict of str to dict
         The ``# key: value`` lines of each recording.
     provenance : dict of str to str
@@ -60,43 +60,33 @@ class Exported:
     what: str
     rate_hz: float
     tables: dict[str, pd.DataFrame]
-    arrays: dict[str, pd.DataFrame]
-    units: dict[str, str]
+    arrays: dict[str, dict[str, pd.DataFrame]]
     headers: dict[str, dict[str, str]]
     provenance: dict[str, str]
 
-    def unit(self, array: str, name: str) -> str:
-        """Return the unit of an array of a recording or size."""
-        return self.units.get(name, "") if array == "readings" else NO_UNIT
+    def long_table(self, array: str) -> pd.DataFrame:
+        """Return the arrays of one kind as one table; its attribute ``unit`` names each unit."""
+        parts = self.arrays[array]
+        table = pd.concat(parts, names=[OWNER[array]])
+        units = {rows.attrs["unit"] for rows in parts.values() if len(rows)}
+        table.attrs["unit"] = " or ".join(sorted(units)) or NO_UNIT
+        return table
 
 
-def long_table(
-    of: str, arrays: Mapping[str, FloatArray], unit: str = NO_UNIT, rate_hz: float | None = None
+def by_sensor(
+    values: FloatArray, unit: str = NO_UNIT, rate_hz: float | None = None
 ) -> pd.DataFrame:
-    """Return arrays (S, K) as one table, with a row for each column of an array.
+    """Return an array (S, K) as a table with a column for each sensor, NaN if a sample is missing.
 
-    The columns are ``sensor_1`` to ``sensor_S``, NaN if a sample is missing; a rejected recording
-    has K = 0. The index is the `of`, a recording or a size, with all names as categories, and
-    ``time`` in s; without a rate, the ``column``, counted from 1. The attribute ``unit`` of the
-    table is the unit of the values.
+    The index is the ``time`` in s; without a rate, the ``column``, counted from 1. The attribute
+    ``unit`` of the table is the unit of the values.
     """
-    lengths = [values.shape[1] for values in arrays.values()]
-    codes = np.repeat(np.arange(len(lengths)), lengths)
-    names = pd.Categorical.from_codes(codes, [*arrays])
-    places = np.concatenate([np.arange(length) for length in lengths])
+    places = np.arange(values.shape[1])
     axis, along = ("time", places / rate_hz) if rate_hz else ("column", places + 1)
-    values = np.hstack([*arrays.values()]).T
-    sensors = [f"sensor_{number}" for number in range(1, values.shape[1] + 1)]
-    index = pd.MultiIndex.from_arrays([names, along], names=[of, axis])
-    table = pd.DataFrame(values, index, sensors)
+    sensors = pd.RangeIndex(1, len(values) + 1, name="sensor")
+    table = pd.DataFrame(values.T, pd.Index(along, name=axis), sensors)
     table.attrs["unit"] = unit
     return table
-
-
-def parts(table: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Return the rows of each recording or size in a `long_table`, by time or column."""
-    groups = table.groupby(level=0, observed=False)
-    return {str(name): rows.droplevel(0) for name, rows in groups}
 
 
 def gather(results: Path, config: Path, what: str) -> Exported:
@@ -126,18 +116,20 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     lines = [(name, *line) for name, header in headers.items() for line in header.items()]
     tables["headers"] = pd.DataFrame(lines, columns=["recording", "key", "value"])
     rate_hz = float(settings["recording"]["rate_hz"])
-    arrays, units = {}, {}
+    arrays = {}
     if RECORDINGS in wanted:
-        readings = {name: stored.signal(name) for name in accepted}
+        readings = rejected | {name: stored.signal(name) for name in accepted}
         read += [stored.file(SIGNALS, name) for name in accepted]
         units = {name: reading_unit(headers[name], readings[name]) for name in accepted}
         listed["reading_unit"] = [units.get(name, "") for name in names]
-        unit = " or ".join(sorted(set(units.values()))) or NO_UNIT
-        arrays["readings"] = long_table("recording", rejected | readings, unit, rate_hz)
+        arrays["readings"] = {
+            name: by_sensor(values, units.get(name, ""), rate_hz)
+            for name, values in readings.items()
+        }
     if MATRICES in wanted:
-        matrices = {name: stored.matrix(name) for name in accepted}
+        matrices = rejected | {name: stored.matrix(name) for name in accepted}
         read += [stored.file(MATRICES, name) for name in accepted]
-        arrays["matrix"] = long_table("recording", rejected | matrices)
+        arrays["matrix"] = {name: by_sensor(values) for name, values in matrices.items()}
     if FITS in wanted:
         teaching = {*recordings_with_fits(read[0], settings["evaluation"]["held_out"])}
         fits = stored.fits(name for name in names if name in teaching)
@@ -146,8 +138,8 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         tables["fits"] = _with_parameters(fits.values())
         means = files.read_or_explain(templates[0], files.read_json)["templates"]
         tables["templates"] = _with_parameters(means)
-        rendered = {size_label(size): each for size, each in read_templates(templates[1]).items()}
-        arrays["template"] = long_table("size", rendered)
+        rendered = read_templates(templates[1])
+        arrays["template"] = {size_label(size): by_sensor(each) for size, each in rendered.items()}
     # Several recordings may lie in one file.
     checksums = {
         path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)
@@ -159,7 +151,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         "configuration_file": config.name,
         "configuration": json.dumps(settings),
     }
-    return Exported(what, rate_hz, tables, arrays, units, headers, provenance)
+    return Exported(what, rate_hz, tables, arrays, headers, provenance)
 
 
 def as_exported(table: pd.DataFrame) -> pd.DataFrame:
