@@ -277,9 +277,8 @@ def _nwb(
     from pynwb import TimeSeries
 
     header = exported.headers[name]
-    start, remark = session_start(header)
-    about = f"recording {name} of a tactile capsule" + (f"; {remark}" if remark else "")
-    with _nwb_file(exported, name, start, about, stream) as file:
+    about = f"recording {name} of a tactile capsule"
+    with _nwb_file(exported, name, header, about, stream) as file:
         file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
         for array, rows in arrays.items():
             series = TimeSeries(
@@ -302,17 +301,13 @@ def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
     from hdmf.common import DynamicTable, VectorData
 
     tables = flat_tables(exported, exported.arrays.keys() & {"template"})
-    about = f"tables of an archive; {_UNKNOWN}"
-    with _nwb_file(exported, exported.what, NO_DATE, about, stream) as file:
+    with _nwb_file(exported, exported.what, {}, "tables of an archive", stream) as file:
         module = file.create_processing_module("tables", "tables of the archive")
         for name, table in tables.items():
             columns = []
             for key, values, unit, long_name in columns_of(table):
-                # HDF5 cannot infer that a column without rows holds text.
-                text = values.tolist() or np.array([], dtype="S1")
-                data: Any = text if values.dtype == object else values
                 about = f"{long_name} [{unit}]" if unit else "text"
-                columns.append(VectorData(name=key, description=about, data=data))
+                columns.append(VectorData(name=key, description=about, data=values))
             about = described()["tables"][name]
             module.add(DynamicTable(name=name, description=about, columns=columns))
 
@@ -331,14 +326,15 @@ def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
 
 @contextmanager
 def _nwb_file(
-    exported: Exported, name: str, start: datetime, about: str, stream: BinaryIO
+    exported: Exported, name: str, header: Mapping[str, str], about: str, stream: BinaryIO
 ) -> Iterator["pynwb.NWBFile"]:
     """Yield a file with the provenance, which is written once it is filled."""
     import h5py
     import pynwb
 
+    start, remark = session_start(header)
     file = pynwb.NWBFile(
-        session_description=about,
+        session_description=f"{about}; {remark}" if remark else about,
         identifier=f"{name} {exported.provenance['results_sha256']}",
         session_id=name,
         session_start_time=start,
