@@ -6,7 +6,6 @@ returns the names of its files with what writes them. Packages are imported only
 
 import itertools
 import json
-import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -174,10 +173,12 @@ def write_sheets(book: "Workbook", name: str, table: pd.DataFrame) -> None:
             f"{name} has {table.shape[1]} columns, but a sheet of Excel has at most "
             f"{_MOST_COLUMNS}; choose --format parquet, or --what evaluation"
         )
+    # The cell of an unknown value is empty, and Excel has no infinite number.
+    known = table.astype(object).replace({"": None, np.nan: None, np.inf: "inf", -np.inf: "-inf"})
     for number, start in enumerate(range(0, max(len(table), 1), MOST_ROWS), start=1):
         sheet = book.create_sheet(name if number == 1 else f"{name}_{number}")
         sheet.freeze_panes = "A2"
-        rows = table[start : start + MOST_ROWS].itertuples(index=False, name=None)
+        rows = known[start : start + MOST_ROWS].itertuples(index=False, name=None)
         for row in itertools.chain([table.columns], rows):
             sheet.append([_cell(sheet, value) for value in row])
 
@@ -186,12 +187,8 @@ def _cell(sheet: "WriteOnlyWorksheet", value: object) -> object:
     """Return a cell: a number in full precision, or a text that is not taken for a formula."""
     from openpyxl.cell import WriteOnlyCell
 
-    if isinstance(value, str) and value:
+    if isinstance(value, str):
         text, kind = without_formula(value if value.isprintable() else displayed(value)), "s"
-    elif value == "" or (isinstance(value, float) and math.isnan(value)):
-        return None
-    elif isinstance(value, float) and math.isinf(value):
-        return str(value)
     # openpyxl writes only 16 digits, which is too few for this number.
     elif isinstance(value, float) and float(f"{value:.16g}") != value:
         text, kind = repr(value), "n"
