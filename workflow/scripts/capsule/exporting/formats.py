@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import pandas as pd
-import yaml
 
+from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting.gathering import NO_UNIT, OWNER, Exported
 from capsule.names import displayed, without_formula
@@ -32,9 +32,10 @@ Contents = dict[str, Callable[[Any], None]]
 
 # The value of namelengthmax in MATLAB.
 _LONGEST_NAME = 63
-_KEYWORD = re.compile(
-    "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|"
-    "persistent|return|spmd|switch|try|while"
+# Names that get an x in front there: those that begin with no letter, and its keywords.
+_NO_NAME = re.compile(
+    "([^A-Za-z].*)?|break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|"
+    "otherwise|parfor|persistent|return|spmd|switch|try|while"
 )
 # Excel's limits for one sheet: rows below the head, and columns.
 MOST_ROWS = 1_048_575
@@ -47,8 +48,7 @@ _UNKNOWN = "session_start_time is not known: 1970-01-01T00:00:00Z stands for it"
 @cache
 def described() -> dict[str, dict[str, str]]:
     """Return the content of workflow/schemas/columns.yaml: words for tables and columns."""
-    content: dict[str, Any] = yaml.safe_load((SCHEMAS / "columns.yaml").read_text("utf-8"))
-    return content
+    return read_config_file(SCHEMAS / "columns.yaml")
 
 
 def columns_of(table: pd.DataFrame) -> Iterator[tuple[str, np.ndarray, str, str]]:
@@ -96,10 +96,9 @@ def legal_names(names: Iterable[str]) -> dict[str, str]:
     """
     original: dict[str, str] = {}
     for name in names:
-        keyword = _KEYWORD.fullmatch(name)
-        joined = re.sub(r"\s+(\S?)", lambda match: match[1].upper(), name)
-        base = re.sub(r"[^A-Za-z0-9_]", "_", name.capitalize() if keyword else joined)
-        base = (base if base[:1].isalpha() and not keyword else f"x{base}")[:_LONGEST_NAME]
+        spaced = f"x {name}" if _NO_NAME.fullmatch(name) else name
+        joined = re.sub(r"\s+(\S?)", lambda match: match[1].upper(), spaced)
+        base = re.sub(r"[^A-Za-z0-9_]", "_", joined)[:_LONGEST_NAME]
         legal, number = base, 0
         while legal in original:
             number += 1

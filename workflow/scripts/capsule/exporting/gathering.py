@@ -176,18 +176,15 @@ def _with_parameters(contents: Iterable[Row]) -> pd.DataFrame:
     """Return a table of fits or templates, with a column for each parameter and sensor."""
     rows = []
     for content in contents:
-        row = dict(content)
-        parameters = row.pop("parameters") or {}
-        for name, values in parameters.items():
-            row |= {f"{name}_{sensor}": value for sensor, value in enumerate(values, start=1)}
-        rows.append(row)
-    return as_exported(pd.DataFrame(rows))
+        rows.append(dict(content))
+        for name, values in (content["parameters"] or {}).items():
+            rows[-1] |= {f"{name}_{sensor}": value for sensor, value in enumerate(values, start=1)}
+    return as_exported(pd.DataFrame(rows).drop(columns="parameters"))
 
 
 def provenance_of(listed: pd.DataFrame, read: Mapping[str, str]) -> dict[str, str]:
     """Return the provenance of recordings, of the files that were read, and of the code."""
     accepted, hashed = listed[listed["status"] == "accepted"], listed[listed["sha256"] != ""]
-    checksums = dict(zip(hashed["recording"], hashed["sha256"], strict=True))
     origin, state = origin_of(accepted["source"]), read_project_state(PROJECT)
     return {
         "project": state.text(),
@@ -199,7 +196,7 @@ def provenance_of(listed: pd.DataFrame, read: Mapping[str, str]) -> dict[str, st
         "sources": _listed([*origin.sources]) or "not named in the recordings",
         "recordings_accepted": str(len(accepted)),
         "recordings_rejected": str(len(listed) - len(accepted)),
-        "recordings_sha256": combined_checksum(checksums),
+        "recordings_sha256": combined_checksum(hashed.set_index("recording")["sha256"].to_dict()),
         "results_sha256": combined_checksum(read),
         "method": "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371",
         "python": platform.python_version(),
