@@ -1,7 +1,6 @@
 """Write recordings and results for other programs."""
 
 import argparse
-import io
 import sys
 from pathlib import Path
 
@@ -81,7 +80,7 @@ def write(exported: Exported, kind: str, out: Path, *, force: bool) -> list[int]
                     f"--format {kind} needs {error.name}, which is not installed; run "
                     f"{how_to_install('formats')}"
                 ) from None
-            written.append(stream.seek(0, io.SEEK_END))
+        written.append((out / name).stat().st_size)
         if sys.stderr.isatty():
             progress = f"\rwritten: {len(written)} of {len(contents)}"
             end = "\n" if len(written) == len(contents) else ""

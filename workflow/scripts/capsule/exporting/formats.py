@@ -116,8 +116,7 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
     for name, table in exported.tables.items():
         legal, columns = legal_names(table.columns), [*columns_of(table)]
         # MATLAB's struct2table takes columns.
-        struct = {legal[key]: values.reshape(-1, 1) for key, values, _, _ in columns}
-        variables["tables"][name] = struct
+        variables["tables"][name] = {legal[key]: values[:, None] for key, values, _, _ in columns}
         variables["units"][name] = {legal[key]: unit for key, _, unit, _ in columns}
         variables["long_names"][name] = {legal[key]: words for key, _, _, words in columns}
     for array, parts in exported.arrays.items():
@@ -128,7 +127,7 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
             entry |= {
                 array: rows.to_numpy().T,
                 f"{array}_unit": rows.attrs["unit"],
-                axis: rows.index.to_numpy().reshape(1, -1),
+                axis: rows.index.to_numpy()[None],
                 f"{axis}_unit": describe(axis)[0],
             }
             if header := exported.headers.get(name):
@@ -145,7 +144,9 @@ def _xlsx(exported: Exported, stream: BinaryIO) -> None:
     provenance = pd.DataFrame(exported.provenance.items(), columns=["key", "value"])
     write_sheets(book, "provenance", provenance)
     for name, table in exported.tables.items():
-        write_sheets(book, name, table.set_axis(heads(table), axis=1))
+        units = [(key, unit) for key, _, unit, _ in columns_of(table) if unit not in ("", NO_UNIT)]
+        heads = {key: f"{key} [{unit}]" for key, unit in units}
+        write_sheets(book, name, table.rename(columns=heads))
     for array, parts in exported.arrays.items():
         # A row is a sensor, as in the paper's matrices. The heads give the time or the column.
         table = exported.long_table(array)
@@ -155,14 +156,6 @@ def _xlsx(exported: Exported, stream: BinaryIO) -> None:
         rows.insert(1, "unit", [parts[name].attrs["unit"] for name in rows[of]])
         write_sheets(book, array, rows)
     book.save(stream)
-
-
-def heads(table: pd.DataFrame) -> list[str]:
-    """Return the heads of the columns of a table, such as ``duration_s [s]``."""
-    return [
-        name if unit in ("", NO_UNIT) else f"{name} [{unit}]"
-        for name, _, unit, _ in columns_of(table)
-    ]
 
 
 def write_sheets(book: "Workbook", name: str, table: pd.DataFrame) -> None:

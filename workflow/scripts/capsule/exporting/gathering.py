@@ -50,7 +50,7 @@ class Exported:
         The tables, by names that workflow/schemas/columns.yaml describes.
     arrays : dict of str to dict
         The ``readings`` and ``matrix`` of each recording, and the ``template`` of each size, as
-        `by_sensor` returns them; those of a rejected recording have no rows.
+        `as_table` returns them; those of a rejected recording have no rows.
     headers : dict of str to dict
         The ``# key: value`` lines of each recording.
     provenance : dict of str to str
@@ -73,9 +73,7 @@ class Exported:
         return table
 
 
-def by_sensor(
-    values: FloatArray, unit: str = NO_UNIT, rate_hz: float | None = None
-) -> pd.DataFrame:
+def as_table(values: FloatArray, unit: str = NO_UNIT, rate_hz: float | None = None) -> pd.DataFrame:
     """Return an array (S, K) as a table with a column for each sensor, NaN if a sample is missing.
 
     The index is the ``time`` in s; without a rate, the ``column``, counted from 1. The attribute
@@ -123,13 +121,12 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         units = {name: reading_unit(headers[name], readings[name]) for name in accepted}
         listed["reading_unit"] = [units.get(name, "") for name in names]
         arrays["readings"] = {
-            name: by_sensor(values, units.get(name, ""), rate_hz)
-            for name, values in readings.items()
+            name: as_table(readings[name], units.get(name, ""), rate_hz) for name in names
         }
     if MATRICES in wanted:
         matrices = rejected | {name: stored.matrix(name) for name in accepted}
         read += [stored.file(MATRICES, name) for name in accepted]
-        arrays["matrix"] = {name: by_sensor(values) for name, values in matrices.items()}
+        arrays["matrix"] = {name: as_table(values) for name, values in matrices.items()}
     if FITS in wanted:
         teaching = {*recordings_with_fits(read[0], settings["evaluation"]["held_out"])}
         fits = stored.fits(name for name in names if name in teaching)
@@ -139,18 +136,14 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         means = files.read_or_explain(templates[0], files.read_json)["templates"]
         tables["templates"] = _with_parameters(means)
         rendered = read_templates(templates[1])
-        arrays["template"] = {size_label(size): by_sensor(each) for size, each in rendered.items()}
+        arrays["template"] = {size_label(size): as_table(each) for size, each in rendered.items()}
     # Several recordings may lie in one file.
     checksums = {
         path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)
         for path in dict.fromkeys(read)
     }
     tables["files"] = pd.DataFrame(checksums.items(), columns=["path", "sha256"])
-    provenance = provenance_of(listed, checksums) | {
-        "results_out_of_date": _listed(_changed(results, config, settings)) or "no",
-        "configuration_file": config.name,
-        "configuration": json.dumps(settings),
-    }
+    provenance = provenance_of(listed, checksums, results, config, settings)
     return Exported(what, rate_hz, tables, arrays, headers, provenance)
 
 
@@ -164,14 +157,6 @@ def as_exported(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def _changed(results: Path, config: Path, settings: Settings) -> list[str]:
-    """Return what has changed since the results were made: the configuration, and recordings."""
-    learned, changed = results / OfArchive.DETECTORS, changed_recordings(results, settings)
-    if learned.exists() and not is_of(read_learned(learned), settings):
-        changed.insert(0, config.as_posix())
-    return changed
-
-
 def _with_parameters(contents: Iterable[Row]) -> pd.DataFrame:
     """Return a table of fits or templates, with a column for each parameter and sensor."""
     rows = []
@@ -182,10 +167,18 @@ def _with_parameters(contents: Iterable[Row]) -> pd.DataFrame:
     return as_exported(pd.DataFrame(rows).drop(columns="parameters"))
 
 
-def provenance_of(listed: pd.DataFrame, read: Mapping[str, str]) -> dict[str, str]:
-    """Return the provenance of recordings, of the files that were read, and of the code."""
+def provenance_of(
+    listed: pd.DataFrame, read: Mapping[str, str], results: Path, config: Path, settings: Settings
+) -> dict[str, str]:
+    """Return the provenance of recordings, of the files that were read, and of the code.
+
+    It also names the configuration, and what has changed since the results were made.
+    """
     accepted, hashed = listed[listed["status"] == "accepted"], listed[listed["sha256"] != ""]
     origin, state = origin_of(accepted["source"]), read_project_state(PROJECT)
+    learned, changed = results / OfArchive.DETECTORS, changed_recordings(results, settings)
+    if learned.exists() and not is_of(read_learned(learned), settings):
+        changed.insert(0, config.as_posix())
     return {
         "project": state.text(),
         "version": state.version or "not known",
@@ -201,6 +194,9 @@ def provenance_of(listed: pd.DataFrame, read: Mapping[str, str]) -> dict[str, st
         "method": "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371",
         "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in ("numpy", "scipy", "pandas")},
+        "results_out_of_date": _listed(changed) or "no",
+        "configuration_file": config.name,
+        "configuration": json.dumps(settings),
     }
 
 
