@@ -23,9 +23,9 @@ from capsule.names import displayed, without_formula
 from capsule.project import SCHEMAS
 
 if TYPE_CHECKING:
-    import pynwb
     from openpyxl import Workbook
     from openpyxl.worksheet._write_only import WriteOnlyWorksheet
+    from pynwb import NWBFile
 
 # What writes each file, by its name.
 Contents = dict[str, Callable[[Any], None]]
@@ -259,15 +259,13 @@ def _nwb_contents(exported: Exported) -> Contents:
     return made | {"tables.nwb": partial(_nwb_tables, exported)}
 
 
-def _nwb(
-    exported: Exported, name: str, arrays: Mapping[str, pd.DataFrame], stream: BinaryIO
-) -> None:
+def _nwb(exported: Exported, name: str, arrays: dict[str, pd.DataFrame], stream: BinaryIO) -> None:
     """Write the arrays of one recording."""
     from pynwb import TimeSeries
 
     header = exported.headers[name]
     about = f"recording {name} of a tactile capsule"
-    with _nwb_file(exported, name, header, about, stream) as file:
+    with _nwb_file(exported, name, about, stream) as file:
         file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
         for array, rows in arrays.items():
             series = TimeSeries(
@@ -290,7 +288,7 @@ def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
     from hdmf.common import DynamicTable, VectorData
 
     tables = flat_tables(exported, exported.arrays.keys() & {"template"})
-    with _nwb_file(exported, exported.what, {}, "tables of an archive", stream) as file:
+    with _nwb_file(exported, exported.what, "tables of an archive", stream) as file:
         module = file.create_processing_module("tables", "tables of the archive")
         for name, table in tables.items():
             columns = []
@@ -314,15 +312,14 @@ def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
 
 
 @contextmanager
-def _nwb_file(
-    exported: Exported, name: str, header: Mapping[str, str], about: str, stream: BinaryIO
-) -> Iterator["pynwb.NWBFile"]:
-    """Yield a file with the provenance, which is written once it is filled."""
+def _nwb_file(exported: Exported, name: str, about: str, stream: BinaryIO) -> Iterator["NWBFile"]:
+    """Yield a file with provenance and date, which is written once it is filled."""
     import h5py
-    import pynwb
+    from pynwb import NWBHDF5IO, NWBFile
 
-    start, remark = session_start(header)
-    file = pynwb.NWBFile(
+    # The tables have no header, so their date is unknown.
+    start, remark = session_start(exported.headers.get(name, {}))
+    file = NWBFile(
         session_description=f"{about}; {remark}" if remark else about,
         identifier=f"{name} {exported.provenance['results_sha256']}",
         session_id=name,
@@ -332,7 +329,7 @@ def _nwb_file(
         notes=json.dumps(exported.provenance),
     )
     yield file
-    with h5py.File(stream, "w") as hdf, pynwb.NWBHDF5IO(file=hdf, mode="w") as written:
+    with h5py.File(stream, "w") as hdf, NWBHDF5IO(file=hdf, mode="w") as written:
         written.write(file, cache_spec=True)
 
 
