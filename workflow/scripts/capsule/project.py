@@ -56,3 +56,11 @@ def how_to_install(extra: str) -> str:
     checkout = (PROJECT / "pyproject.toml").is_file()
     folder = PROJECT if checkout else "the folder of the project"
     return f'in {folder}: pip install -e ".[{extra}]"'
+
+
+def not_installed(needs: str, extra: str) -> CapsuleError:
+    """Return the error that a package is missing, with the line that installs it from an extra.
+
+    `needs` names what needs it, such as ``the report needs Snakemake``.
+    """
+    return CapsuleError(f"{needs}, which is not installed; run {how_to_install(extra)}")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.project import OWN_CONFIG, PROJECT, how_to_install
+from capsule.project import OWN_CONFIG, PROJECT, not_installed
 from capsule.results import OfArchive
 
 INTERRUPTED = 130
@@ -51,9 +51,7 @@ def check_workflow(folder: Path) -> None:
         Snakemake or a part of the project is missing; the message names it and the remedy.
     """
     if importlib.util.find_spec("snakemake") is None:
-        raise CapsuleError(
-            f"the report needs Snakemake, which is not installed; run {how_to_install('workflow')}"
-        )
+        raise not_installed("the report needs Snakemake", "workflow")
     if not (PROJECT / "Snakefile").is_file():
         raise CapsuleError(
             f"{PROJECT} holds no Snakefile, so the project is incomplete; get the complete folder "

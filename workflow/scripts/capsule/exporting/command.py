@@ -8,7 +8,7 @@ from capsule import files
 from capsule.errors import CapsuleError
 from capsule.exporting.formats import FORMATS
 from capsule.exporting.gathering import ALL, CHOICES, Exported, gather
-from capsule.project import config_file, how_to_install
+from capsule.project import config_file, not_installed
 
 EXAMPLES = """
 examples:
@@ -76,10 +76,7 @@ def write(exported: Exported, kind: str, out: Path, *, force: bool) -> list[int]
             try:
                 fill(stream)
             except ModuleNotFoundError as error:
-                raise CapsuleError(
-                    f"--format {kind} needs {error.name}, which is not installed; run "
-                    f"{how_to_install('formats')}"
-                ) from None
+                raise not_installed(f"--format {kind} needs {error.name}", "formats") from None
         written.append((out / name).stat().st_size)
         if sys.stderr.isatty():
             progress = f"\rwritten: {len(written)} of {len(contents)}"

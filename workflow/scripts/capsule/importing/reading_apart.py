@@ -17,7 +17,7 @@ from capsule.errors import CapsuleError
 from capsule.files import in_short
 from capsule.forks import Forks
 from capsule.importing.table import Table
-from capsule.project import how_to_install
+from capsule.project import not_installed
 
 # Seconds of a processor that a file may take, as some packages need one to be imported, and more
 # for each MB. The cells of a workbook are read one by one: one that is packed well takes ten.
@@ -82,10 +82,7 @@ def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> l
     if isinstance(fault, CapsuleError):
         raise fault
     if isinstance(fault, ModuleNotFoundError):
-        raise CapsuleError(
-            f"the {name} is read by the package {fault.name}, which is not installed; run "
-            f"{how_to_install('formats')}"
-        )
+        raise not_installed(f"the {name} is read by the package {fault.name}", "formats")
     if isinstance(fault, BrokenProcessPool):
         raise CapsuleError(
             "the package that reads this format crashed at it, or came to no end; copy or export "

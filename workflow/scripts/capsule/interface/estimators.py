@@ -20,14 +20,13 @@ from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
 from capsule.detectors.described_recording import DescribedRecording, described
 from capsule.detectors.familiar import Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
-from capsule.errors import CapsuleError
 from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Cells, Settings
 from capsule.particle import Particle
-from capsule.project import how_to_install
+from capsule.project import not_installed
 from capsule.templates import build_templates, template_options
 
 try:
@@ -36,9 +35,7 @@ try:
     from sklearn.utils.metaestimators import available_if
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError:
-    raise CapsuleError(
-        f"the estimators need scikit-learn, which is not installed; run {how_to_install('learn')}"
-    ) from None
+    raise not_installed("the estimators need scikit-learn", "learn") from None
 
 _shipped_settings = cache(read_settings)
 

@@ -22,13 +22,13 @@ from capsule.parts.formats import (
 )
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.project import config_file, how_to_install
+from capsule.project import config_file, not_installed
 
 _NOZZLE = "print.nozzle_mm"
 # What needs a package, and the extra that installs it.
 _NEEDS = {
-    "manifold3d": ("the parts need manifold3d", how_to_install("parts")),
-    "OCP": ("--step needs Open CASCADE", how_to_install("cad")),
+    "manifold3d": ("the parts need manifold3d", "parts"),
+    "OCP": ("--step needs Open CASCADE", "cad"),
 }
 
 EPILOG = """
@@ -75,8 +75,7 @@ def main(arguments: argparse.Namespace) -> None:
         package = (error.name or "").partition(".")[0]
         if package not in _NEEDS:
             raise
-        needs, remedy = _NEEDS[package]
-        raise CapsuleError(f"{needs}, which is not installed; run {remedy}") from None
+        raise not_installed(*_NEEDS[package]) from None
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
     parts, out = all_parts(design, sensors), arguments.out
 
