@@ -236,8 +236,7 @@ def _netcdf(exported: Exported, stream: BinaryIO) -> None:
         about = {"long_name": described()["tables"][name]}
         groups[name] = xarray.Dataset(_variables(table, "row"), attrs=about)
     packed = {"/": {array: {"zlib": True, "complevel": 4} for array in exported.arrays}}
-    tree = xarray.DataTree.from_dict(groups)
-    stream.write(tree.to_netcdf(engine="h5netcdf", encoding=packed))
+    stream.write(xarray.DataTree.from_dict(groups).to_netcdf(engine="h5netcdf", encoding=packed))
 
 
 def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]]:

@@ -65,7 +65,7 @@ class Exported:
     provenance: dict[str, str]
 
     def long_table(self, array: str) -> pd.DataFrame:
-        """Return the arrays of one kind as one table; its attribute ``unit`` names each unit."""
+        """Return the arrays of one kind as one table, by `OWNER`; its ``unit`` names all units."""
         parts = self.arrays[array]
         table = pd.concat(parts, names=[OWNER[array]])
         units = {rows.attrs["unit"] for rows in parts.values() if len(rows)}
