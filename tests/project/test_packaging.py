@@ -205,8 +205,8 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
 
 
 def hinted_extras():
-    """Return the extras that an error of the package names, by their call of `how_to_install`."""
-    pattern = r"how_to_install\([\"'](\w+)[\"']\)"
+    """Return the extras that an error of the package names, by the functions that tell them."""
+    pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
     return {
         extra
         for path in (SCRIPTS / "capsule").rglob("*.py")

@@ -190,7 +190,7 @@ def test_existing_files_are_kept_unless_forced(tmp_path):
     kept = tmp_path / "1mm/r01.csv"
     kept.parent.mkdir()
     kept.write_text("mine")
-    with pytest.raises(CapsuleError, match=r"r01\.csv exists.*--force"):
+    with pytest.raises(CapsuleError, match=r"r01\.csv exists; nothing was written.*--force"):
         run_command("simulate", "--out", tmp_path, "--runs", 2, "--sizes", 0, 1)
     assert kept.read_text() == "mine"
     assert not (tmp_path / "0mm").exists()

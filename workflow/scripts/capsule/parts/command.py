@@ -25,10 +25,10 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import config_file, not_installed
 
 _NOZZLE = "print.nozzle_mm"
-# What needs a package, and the extra that installs it.
-_NEEDS = {
-    "manifold3d": ("the parts need manifold3d", "parts"),
-    "OCP": ("--step needs Open CASCADE", "cad"),
+# The error if a package is missing.
+_MISSING = {
+    "manifold3d": not_installed("the parts need manifold3d", "parts"),
+    "OCP": not_installed("--step needs Open CASCADE", "cad"),
 }
 
 EPILOG = """
@@ -73,9 +73,9 @@ def main(arguments: argparse.Namespace) -> None:
     except ModuleNotFoundError as error:
         # Older releases of Open CASCADE lack some of its modules.
         package = (error.name or "").partition(".")[0]
-        if package not in _NEEDS:
+        if package not in _MISSING:
             raise
-        raise not_installed(*_NEEDS[package]) from None
+        raise _MISSING[package] from None
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
     parts, out = all_parts(design, sensors), arguments.out
 

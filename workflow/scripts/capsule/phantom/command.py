@@ -84,9 +84,10 @@ def main(arguments: argparse.Namespace) -> None:
     planned = {arguments.out / f"{run.name}.csv": run for run in runs}
     existing = [path for path in planned if path.exists()]
     if existing and not arguments.force:
+        more = f" (as do {len(existing) - 1} more)" if len(existing) > 1 else ""
         raise CapsuleError(
-            f"{existing[0]} exists (as do {len(existing) - 1} more); nothing was written. "
-            "Choose another --out, or overwrite with --force"
+            f"{existing[0]} exists{more}; nothing was written. Choose another --out, or overwrite "
+            "with --force"
         )
     for done, (path, run) in enumerate(planned.items(), start=1):
         write_run(path, run, phantom, arguments.seed, sensors, arguments.bench)
