@@ -9,6 +9,7 @@ import h5py
 import nptdms
 import numpy as np
 import pandas
+import pynwb
 import pytest
 import scipy.io
 from rosbags.rosbag2 import StoragePlugin
@@ -17,6 +18,7 @@ from support.importing import assert_readings, import_files
 from support.lab_files import (
     COUNTS,
     KILO_OHMS,
+    STARTED,
     TIME_S,
     excel_rows,
     nwb_file,
@@ -147,6 +149,18 @@ def test_nwb_readings_are_multiplied_as_the_file_says(tmp_path):
     nwb_file(tmp_path / "run.nwb", unit="ohm", rate=10.0, conversion=1000.0)
     recording = import_files(tmp_path, tmp_path / "run.nwb").the_recording()
     np.testing.assert_allclose(recording.values, KILO_OHMS * 1000)
+
+
+def test_nwb_series_that_share_their_time_stamps(tmp_path):
+    first = pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, unit="kohm", timestamps=TIME_S + 9)
+    other = pynwb.TimeSeries(name="more", data=KILO_OHMS.T + 1, unit="kohm", timestamps=first)
+    file = pynwb.NWBFile("capsule", "run-1", STARTED)
+    file.add_acquisition(first)
+    file.add_stimulus(other)
+    with pynwb.NWBHDF5IO(str(tmp_path / "run.nwb"), "w") as stream:
+        stream.write(file)
+    imported = import_files(tmp_path, tmp_path / "run.nwb", "--variable", "more")
+    assert_readings(imported.the_recording(), TIME_S, KILO_OHMS + 1)
 
 
 def test_tdms(tmp_path):

@@ -4,17 +4,19 @@ Its first bytes decide which one; for .mat and .nwb, the ending of its name, too
 the file is read. Each package is imported only for a file of its format.
 """
 
+import contextlib
 import dataclasses
 import gzip
 import hashlib
 import io
+import os
 import re
 import struct
 import zipfile
 import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime, time
+from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
@@ -32,6 +34,7 @@ from capsule.importing.text import read_rows, read_text
 _MOST_BYTES = 500_000_000
 # A small file that unpacks to more is no recording.
 _MOST_UNPACKED = 100_000_000
+_TOO_LARGE = "it is larger than {:g} MB, too large for one session; split it into smaller files"
 _MOST_CELLS = 2_000_000
 # A matrix with more columns is probably an image.
 _MOST_COLUMNS = 256
@@ -64,44 +67,30 @@ def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
     CapsuleError
         The file cannot be read, or its format is unknown.
     """
-    if path.is_dir():
-        sha256 = _checksum_of_bag(path)
-        return read_apart("bag of ROS", _read_bag, path, keys), sha256
     try:
-        content = read_limited(path, _MOST_BYTES)
+        content = _listing_of_bag(path) if path.is_dir() else read_limited(path, _MOST_BYTES)
     except OSError as error:
         raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
     if content is None:
-        raise CapsuleError(_too_large(_MOST_BYTES))
+        raise CapsuleError(_TOO_LARGE.format(_MOST_BYTES / 1e6))
     sha256 = hashlib.sha256(content).hexdigest()
-    if content.startswith(_BAGS):
+    if path.is_dir() or content.startswith(_BAGS):
         return read_apart("bag of ROS", _read_bag, path, keys), sha256
     if content.startswith(_GZIP):
         content, path = _unpacked(content), path.with_suffix("")
     for mark, reason in _NO_TABLE.items():
         if content.startswith(mark):
             raise CapsuleError(reason)
-    for mark, (name, read) in _READERS.items():
-        if content.startswith(mark):
-            if read == _read_hdf and path.suffix.lower() == ".nwb":
-                name, read = "NWB file", _read_nwb
+    for mark, ending, name, read in _FORMATS:
+        if content.startswith(mark) and path.suffix.lower().endswith(ending):
             return read_apart(name, read, content, keys), sha256
-    if path.suffix.lower() == ".mat":
-        return read_apart("MATLAB file", _read_matlab, content, keys), sha256
     return [read_text(content, keys)], sha256
-
-
-def _too_large(most_bytes: int) -> str:
-    return (
-        f"it is larger than {most_bytes / 1e6:g} MB, too large for one session; split it into "
-        "smaller files"
-    )
 
 
 def _refuse_unpacked(size: int, most_bytes: int = _MOST_UNPACKED) -> None:
     """Raise an error if a small file unpacks to more bytes than one session needs."""
     if size > most_bytes:
-        raise CapsuleError(f"unpacked, {_too_large(_MOST_UNPACKED)}")
+        raise CapsuleError(f"unpacked, {_TOO_LARGE.format(_MOST_UNPACKED / 1e6)}")
 
 
 def _unpacked(content: bytes) -> bytes:
@@ -117,7 +106,7 @@ def _unpacked(content: bytes) -> bytes:
     return unpacked
 
 
-def table_of(columns: _Columns, label: str, **told: Any) -> Table:
+def table_of(columns: _Columns, label: str, kind: str = "variable", **told: Any) -> Table:
     """Return a table of a format without text cells.
 
     `columns` holds name, numbers (K,) and unit of each column; `told` holds further attributes.
@@ -125,7 +114,7 @@ def table_of(columns: _Columns, label: str, **told: Any) -> Table:
     names, values, units = zip(*columns, strict=True)
     # Columns of different lengths, as in a damaged file, raise an error here.
     arrays = tuple(np.array(values, dtype=float))
-    return Table(names, units, arrays, kind="variable", label=label, **told)
+    return Table(names, units, arrays, kind=kind, label=label, **told)
 
 
 def _array_tables(
@@ -176,8 +165,8 @@ def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
 def _read_numpy(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read the array of numpy's file format; fields of a structured array are columns."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
-    tables = _array_tables({"column": array}, {}, "/")
-    return [dataclasses.replace(table, kind="", label="") for table in tables]
+    columns = _array_columns("column", array, "")
+    return [table_of(columns, label="", kind="")] if columns else []
 
 
 def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
@@ -187,7 +176,8 @@ def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
     _refuse_unpacked(_matlab_size(content))
     variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
-    tables = _array_tables(dict(_matlab_arrays(named, "")), {}, ".")
+    parts = [part for name, value in named.items() for part in _matlab_arrays(name, value)]
+    tables = _array_tables(dict(parts), {}, ".")
     if not tables:
         raise CapsuleError(
             f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
@@ -210,18 +200,49 @@ def _matlab_size(content: bytes) -> int:
     return size
 
 
-def _matlab_arrays(variables: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, np.ndarray]]:
-    for name, value in variables.items():
-        if hasattr(value, "_fieldnames"):
-            fields = {field: getattr(value, field) for field in value._fieldnames}
-            yield from _matlab_arrays(fields, f"{prefix}{name}.")
-            continue
-        array = np.asarray(value)
-        if array.dtype == object and all(hasattr(each, "_fieldnames") for each in array.flat):
-            parts = {f"{name}({n})": each for n, each in enumerate(array.flat, start=1)}
-            yield from _matlab_arrays(parts, prefix)
-        elif array.dtype.kind in "iufb":
-            yield f"{prefix}{name}", array
+def _matlab_arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of numbers in a variable, with names such as ``lab.run(2).time``."""
+    for field in getattr(value, "_fieldnames", ()):
+        yield from _matlab_arrays(f"{name}.{field}", getattr(value, field))
+    array = np.asarray(value)
+    if array.dtype.kind in "iufb":
+        yield name, array
+    elif array.ndim and all(hasattr(each, "_fieldnames") for each in array.flat):
+        for number, each in enumerate(array.flat, start=1):
+            yield from _matlab_arrays(f"{name}({number})", each)
+
+
+@contextlib.contextmanager
+def _hdf_nodes(content: bytes) -> Iterator[dict[str, Any]]:
+    """Open an HDF5 file, and yield its groups and datasets by path.
+
+    Raise an error if the file takes samples from other files, or holds too many.
+    """
+    import h5py
+
+    nodes: dict[str, Any] = {}
+    outside: list[tuple[str, str]] = []
+
+    def check_link(name: str, link: Any) -> None:
+        if isinstance(link, h5py.ExternalLink):
+            outside.append((name, link.filename))
+
+    with h5py.File(io.BytesIO(content), "r") as file:
+        file.visititems_links(check_link)
+        file.visititems(nodes.__setitem__)
+        datasets = {path: node for path, node in nodes.items() if isinstance(node, h5py.Dataset)}
+        # Compressed, or never written, a small file can hold very much.
+        size = sum(dataset.nbytes for dataset in datasets.values())
+        _refuse_unpacked(size, max(_MOST_UNPACKED, 2 * len(content)))
+        for path, dataset in datasets.items():
+            outside += [(path, str(part[0])) for part in dataset.external or ()]
+            outside += [(path, "a virtual dataset")] * dataset.is_virtual
+        for path, place in outside:
+            raise CapsuleError(
+                f"the file names samples outside of it, in {place!r} ({path}), and only the file "
+                "itself is read; export it again with all samples in it"
+            )
+        yield {"": file} | nodes
 
 
 def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
@@ -230,87 +251,52 @@ def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
 
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
-    started: list[str] = []
-
-    def visit(name: str, node: Any) -> None:
-        # MATLAB stores the contents of cells and objects in these groups.
-        if name.split("/")[0] in ("#refs#", "#subsystem#"):
-            return
-        is_dataset = isinstance(node, h5py.Dataset)
-        for key, value in node.attrs.items():
-            if is_dataset and key.lower() in ("unit", "units"):
-                units[name] = _decoded(value)
-            elif key.lower() == "started":
-                started.append(_decoded(value))
-            elif np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf":
-                parent = name.rpartition("/")[0] if is_dataset else name
-                arrays[f"{parent}/{key}".lstrip("/")] = np.asarray(value)
-        is_text = _decoded(node.attrs.get("MATLAB_class", "")) in ("char", "cell")
-        if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
-            arrays[name] = node[()]
-
-    with h5py.File(io.BytesIO(content), "r") as file:
-        _refuse_outside(file)
-        visit("", file)
-        file.visititems(visit)
-    return _array_tables(arrays, units, "/", started[0] if started else "")
+    started = ""
+    with _hdf_nodes(content) as nodes:
+        for path, node in nodes.items():
+            # MATLAB stores the contents of cells and objects in these groups.
+            if path.split("/")[0] in ("#refs#", "#subsystem#"):
+                continue
+            is_dataset = isinstance(node, h5py.Dataset)
+            for key, value in node.attrs.items():
+                if is_dataset and key.lower() in ("unit", "units"):
+                    units[path] = _decoded(value)
+                elif key.lower() == "started":
+                    started = started or _decoded(value)
+                elif np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf":
+                    parent = path.rpartition("/")[0] if is_dataset else path
+                    arrays[f"{parent}/{key}".lstrip("/")] = np.asarray(value)
+            is_text = _decoded(node.attrs.get("MATLAB_class", "")) in ("char", "cell")
+            if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
+                arrays[path] = node[()]
+    return _array_tables(arrays, units, "/", started)
 
 
 def _decoded(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _refuse_outside(file: Any) -> None:
-    """Raise an error if an HDF5 file takes samples from other files, or holds too many."""
-    import h5py
-
-    outside: list[tuple[str, str]] = []
-    sizes: list[int] = []
-
-    def check_link(name: str, link: Any) -> None:
-        if isinstance(link, h5py.ExternalLink):
-            outside.append((name, link.filename))
-
-    def check(name: str, node: Any) -> None:
-        if isinstance(node, h5py.Dataset):
-            outside.extend((name, str(part[0])) for part in node.external or ())
-            if node.is_virtual:
-                outside.append((name, "a virtual dataset"))
-            sizes.append(node.nbytes)
-
-    file.visititems_links(check_link)
-    file.visititems(check)
-    # Compressed, or never written, a small file can hold very much.
-    _refuse_unpacked(sum(sizes), max(_MOST_UNPACKED, 2 * file.id.get_filesize()))
-    for name, place in outside:
-        raise CapsuleError(
-            f"the file names samples outside of it, in {place!r} ({name}), and only the file "
-            "itself is read; export it again with all samples in it"
-        )
-
-
 def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
     import h5py
-    import pynwb
 
-    with h5py.File(io.BytesIO(content), "r") as hdf:
-        _refuse_outside(hdf)
-        with pynwb.NWBHDF5IO(file=hdf, mode="r", load_namespaces=True) as stream:
-            file = stream.read()
-            series = [each for each in file.objects.values() if isinstance(each, pynwb.TimeSeries)]
-            tables = [_nwb_table(each, file.session_start_time.isoformat()) for each in series]
-    return [table for table in tables if table]
-
-
-def _nwb_table(series: Any, started: str) -> Table | None:
-    data = np.asarray(series.data)
-    if data.dtype.kind not in "iuf":
-        return None
-    columns = _array_columns(series.name, data * series.conversion + series.offset, series.unit)
-    if columns and series.timestamps is not None:
-        columns = [("timestamps", np.asarray(series.timestamps), "s"), *columns]
-    return table_of(columns, series.name, started=started, rate_hz=series.rate) if columns else None
+    tables = []
+    with _hdf_nodes(content) as nodes:
+        started = _decoded(nodes["session_start_time"][()])
+        for group in (node for node in nodes.values() if isinstance(node, h5py.Group)):
+            # A time series is its data, and the time of each sample or the sampling rate.
+            data, times, start = map(group.get, ("data", "timestamps", "starting_time"))
+            if not isinstance(data, h5py.Dataset) or data.dtype.kind not in "iuf":
+                continue
+            name, told = group.name.rpartition("/")[2], data.attrs
+            values = data[()] * told.get("conversion", 1.0) + told.get("offset", 0.0)
+            columns = _array_columns(name, values, _decoded(told.get("unit", "")))
+            if columns and times:
+                columns = [("timestamps", times[()], "s"), *columns]
+            rate_hz = float(start.attrs["rate"]) if start else None
+            if columns and (times or start):
+                tables.append(table_of(columns, name, started=started, rate_hz=rate_hz))
+    return tables
 
 
 def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:
@@ -319,27 +305,23 @@ def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:
 
     tables = []
     for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
-        lengths: defaultdict[int, list[Any]] = defaultdict(list)
-        for channel in group.channels():
-            if len(channel) > 1 and channel.dtype.kind in "iufM":
-                lengths[len(channel)].append(channel)
-        for length, channels in lengths.items():
-            step = channels[0].properties.get("wf_increment")
-            start = channels[0].properties.get("wf_start_time")
+        series = [each for each in group.channels() if len(each) > 1 and each.dtype.kind in "iufM"]
+        lengths = dict.fromkeys(map(len, series))
+        for length in lengths:
+            channels = [channel for channel in series if len(channel) == length]
+            step, start = map(channels[0].properties.get, ("wf_increment", "wf_start_time"))
             label = group.name if len(lengths) == 1 else f"{group.name}, {length} samples"
             started = f"{np.datetime64(start, 's')}Z" if start else ""
-            columns = [_tdms_column(channel) for channel in channels]
+            columns = []
+            for channel in channels:
+                data, unit = channel[:], str(channel.properties.get("unit_string", ""))
+                if data.dtype.kind == "M":
+                    # In seconds since 1970, with a resolution of 1 microsecond.
+                    data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
+                columns.append((channel.name, data, unit))
             rate_hz = 1.0 / step if step else None
             tables.append(table_of(columns, label, started=started, rate_hz=rate_hz))
     return tables
-
-
-def _tdms_column(channel: Any) -> tuple[str, np.ndarray, str]:
-    data = np.asarray(channel[:])
-    if data.dtype.kind != "M":
-        return channel.name, data, str(channel.properties.get("unit_string", ""))
-    # Time stamps are converted to seconds since 1970, with a resolution of 1 microsecond.
-    return channel.name, data.astype("datetime64[us]").astype(float) / 1e6, "s"
 
 
 def _read_xdf(content: bytes, _: SimpleNamespace) -> list[Table]:
@@ -348,23 +330,21 @@ def _read_xdf(content: bytes, _: SimpleNamespace) -> list[Table]:
 
     streams, head = pyxdf.load_xdf(io.BytesIO(content))
     started = str(_first(head["info"].get("datetime")))
-    tables = [_xdf_table(stream, started) for stream in streams]
-    return [table for table in tables if table]
-
-
-def _xdf_table(stream: Mapping[str, Any], started: str) -> Table | None:
-    info, data = stream["info"], stream["time_series"]
-    if not isinstance(data, np.ndarray) or data.dtype.kind not in "iuf" or data.shape[0] < 2:
-        return None
-    told = _first((_first(info.get("desc")) or {}).get("channels"))
-    channels = (told or {}).get("channel", []) if isinstance(told, dict) else []
-    columns = [("time_stamps", stream["time_stamps"], "s")]
-    for number, values in enumerate(data.T, start=1):
-        channel = channels[number - 1] if number <= len(channels) else {}
-        name = str(_first(channel.get("label")) or f"channel {number}")
-        columns.append((name, values, str(_first(channel.get("unit")) or "")))
-    remark = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
-    return table_of(columns, str(_first(info["name"])), started=started, remark=remark)
+    tables = []
+    for stream in streams:
+        info, data = stream["info"], stream["time_series"]
+        if not isinstance(data, np.ndarray) or data.dtype.kind not in "iuf" or len(data) < 2:
+            continue
+        told = _first((_first(info.get("desc")) or {}).get("channels"))
+        channels = told.get("channel", []) if isinstance(told, dict) else []
+        columns = [("time_stamps", stream["time_stamps"], "s")]
+        for number, values in enumerate(data.T, start=1):
+            channel = channels[number - 1] if number <= len(channels) else {}
+            name = str(_first(channel.get("label")) or f"channel {number}")
+            columns.append((name, values, str(_first(channel.get("unit")) or "")))
+        end = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
+        tables.append(table_of(columns, str(_first(info["name"])), started=started, remark=end))
+    return tables
 
 
 def _first(values: Any) -> Any:
@@ -386,27 +366,20 @@ def _read_excel(content: bytes, keys: SimpleNamespace) -> list[Table]:
                 f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
                 "columns, too many for one session; delete the cells that hold no readings"
             )
-    return [
-        read_rows(
-            enumerate(([_cell(value) for value in row] for row in sheet.values), start=1),
-            keys,
-            sheet.title,
+    tables = []
+    for sheet in sheets:
+        cells = (
+            ["" if value is None else str(value).strip() for value in row] for row in sheet.values
         )
-        for sheet in sheets
-    ]
+        tables.append(read_rows(enumerate(cells, start=1), keys, sheet.title))
+    return tables
 
 
-def _cell(value: object) -> str:
-    if isinstance(value, datetime | time):
-        text = value.isoformat(sep=" ") if isinstance(value, datetime) else value.isoformat()
-        return text if isinstance(value, time) or "." in text else f"{text}.0"
-    if isinstance(value, float):
-        return repr(value)
-    return "" if value is None else str(value).strip()
+def _listing_of_bag(path: Path) -> bytes | None:
+    """Return names and checksums of the files of a bag of ROS 2; None if they are too large.
 
-
-def _checksum_of_bag(path: Path) -> str:
-    """Return the checksum of the folder of a bag of ROS 2; raise an error if it is none."""
+    Raise an error if the folder is no bag, or names files outside of it.
+    """
     files = sorted(path.iterdir())
     if path / "metadata.yaml" not in files:
         raise CapsuleError("it is a folder, but not a bag of ROS 2; give the files in it")
@@ -416,12 +389,12 @@ def _checksum_of_bag(path: Path) -> str:
                 f"{file.name!r} is a link to a file outside of this folder; copy it into it"
             )
     if sum(file.stat().st_size for file in files) > _MOST_BYTES:
-        raise CapsuleError(_too_large(_MOST_BYTES))
-    digest = hashlib.sha256()
-    for file in filter(Path.is_file, files):
-        digest.update(file.name.encode("utf-8", "surrogateescape"))
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()
+        return None
+    return b"".join(
+        os.fsencode(file.name) + hashlib.sha256(file.read_bytes()).digest()
+        for file in files
+        if file.is_file()
+    )
 
 
 def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
@@ -429,27 +402,27 @@ def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    topics: dict[str, list[dict[str, Any]]] = {}
+    topics: defaultdict[str, list[tuple[int, dict[str, float]]]] = defaultdict(list)
     with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
         for connection, stamp_ns, data in reader.messages():
             message: Any = reader.deserialize(data, connection.msgtype)
             if numbers := dict(_numbers(message, "")):
                 stamp = getattr(getattr(message, "header", None), "stamp", None)
                 own_ns = int(stamp.sec) * 10**9 + int(stamp.nanosec) if stamp else 0
-                row = {"stamp": own_ns or stamp_ns} | numbers
-                topics.setdefault(connection.topic, []).append(row)
-    return [_bag_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
-
-
-def _bag_table(topic: str, rows: list[dict[str, Any]]) -> Table:
-    first = rows[0]["stamp"]
-    # A float cannot hold all digits of the nanoseconds since 1970, so times are relative to the
-    # first.
-    columns = [("stamp", np.array([(row["stamp"] - first) / 1e9 for row in rows]), "s")]
-    for name in list(rows[0])[1:]:
-        columns.append((name, np.array([row.get(name, np.nan) for row in rows]), ""))
-    started = datetime.fromtimestamp(first // 10**9, UTC).isoformat()
-    return table_of(columns, topic, started=started)
+                topics[connection.topic].append((own_ns or stamp_ns, numbers))
+    tables = []
+    for topic, rows in topics.items():
+        if len(rows) == 1:
+            continue
+        first_ns, names = rows[0]
+        # A float cannot hold all digits of the nanoseconds since 1970, so times are relative to the
+        # first.
+        columns = [("stamp", np.array([(stamp_ns - first_ns) / 1e9 for stamp_ns, _ in rows]), "s")]
+        for name in names:
+            columns.append((name, np.array([row.get(name, np.nan) for _, row in rows]), ""))
+        started = datetime.fromtimestamp(first_ns // 10**9, UTC).isoformat()
+        tables.append(table_of(columns, topic, started=started))
+    return tables
 
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
@@ -466,12 +439,14 @@ def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
         yield name, float(value)
 
 
-# Name and reader of each binary format, by the first bytes of a file.
-_READERS: dict[bytes, tuple[str, Reader]] = {
-    b"\x89HDF": ("HDF5 file", _read_hdf),
-    b"MATLAB 7.3 MAT-file": ("HDF5 file", _read_hdf),
-    b"\x93NUMPY": ("numpy file", _read_numpy),
-    b"TDSm": ("TDMS file", _read_tdms),
-    b"XDF:": ("XDF file", _read_xdf),
-    b"PK\x03\x04": ("workbook", _read_excel),
-}
+# First bytes and ending of the files of each binary format, its name, and its reader.
+_FORMATS: tuple[tuple[bytes, str, str, Reader], ...] = (
+    (b"\x89HDF", ".nwb", "NWB file", _read_nwb),
+    (b"\x89HDF", "", "HDF5 file", _read_hdf),
+    (b"MATLAB 7.3 MAT-file", "", "HDF5 file", _read_hdf),
+    (b"\x93NUMPY", "", "numpy file", _read_numpy),
+    (b"TDSm", "", "TDMS file", _read_tdms),
+    (b"XDF:", "", "XDF file", _read_xdf),
+    (b"PK\x03\x04", "", "workbook", _read_excel),
+    (b"", ".mat", "MATLAB file", _read_matlab),
+)
