@@ -13,7 +13,7 @@ continued with their own slope.
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from scipy.signal import firwin, kaiser_beta, kaiserord, oaconvolve
+from scipy.signal import firwin, kaiserord, oaconvolve
 
 from capsule.errors import CapsuleError
 
@@ -177,7 +177,6 @@ def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
         Taps; their number is odd, and their sum is 1.
     """
     width = (_STOP - _PASS) * rate_hz / (fine_hz / 2)
-    number, _ = kaiserord(STOP_DB, width)
+    number, beta = kaiserord(STOP_DB, width)
     cutoff = (_STOP + _PASS) / 2 * rate_hz
-    window = "kaiser", kaiser_beta(STOP_DB)
-    return np.asarray(firwin(number | 1, cutoff, window=window, fs=fine_hz))
+    return np.asarray(firwin(number | 1, cutoff, window=("kaiser", beta), fs=fine_hz))
