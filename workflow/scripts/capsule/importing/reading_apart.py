@@ -67,17 +67,15 @@ def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> l
 
     def read_quietly(_: None) -> list[Table]:
         limit_process(name, source)
+        # Some packages log their repairs, with the damaged bytes.
+        logging.disable(logging.CRITICAL)
         with warnings.catch_warnings():
             # Packages warn about charts, checks and other versions of their format.
             warnings.simplefilter("ignore")
             return read(source, keys)
 
-    level = logging.root.manager.disable
-    # Some packages log their repairs, with the damaged bytes.
-    logging.disable(logging.CRITICAL)
     with ThreadPoolExecutor(1) as pool:
         reading = pool.submit(lambda: list(Forks(2)(read_quietly, [None])))
-    logging.disable(level)
     fault = reading.exception()
     if isinstance(fault, CapsuleError):
         raise fault
