@@ -5,8 +5,6 @@ import hashlib
 import os
 import re
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TextIO
@@ -21,11 +19,12 @@ from capsule.errors import CapsuleError, RecordingError
 from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema
-from capsule.importing.runs import LONGEST_ENTRY, Reading, as_map, joined, read_columns, runs_of
+from capsule.importing.runs import Reading, as_map, joined, read_columns, runs_of
 from capsule.importing.table import QuestionError, choose_tables, naming
 from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.project import config_file
 from capsule.recording import Recording, column_names, format_recording
+from capsule.words import plural
 
 # Bars and samples that are shown.
 _WIDTH = 64
@@ -117,32 +116,30 @@ class Importer:
         self._names: dict[str, str] = {}
         most_bytes = int(self._settings["recording"]["max_megabytes"] * 1e6)
         for name in sorted(list_archive(self._raw).recordings) if self._raw.is_dir() else ():
-            content = read_limited(self._raw / f"{name}.csv", most_bytes)
+            content = read_limited(self._path(name), most_bytes)
             if content is not None:
                 self._names[_checksum(content)] = name
         self.written = self.known = self.refused = 0
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
-        asked: dict[str, list[str]] = {}
+        alike: dict[object, list[str]] = {}
         for files in self._groups():
             names = ", ".join(displayed(str(file)) for file in files)
             try:
                 self._import(files, names)
-                continue
-            except QuestionError as question:
-                alike = asked.setdefault(question.subject, [])
-                alike.append(names)
-                reason = "" if len(alike) > 1 else str(question)
-            except CapsuleError as fault:
+            except (CapsuleError, OSError) as fault:
+                self.refused += 1
                 reason = str(fault)
-            except OSError as fault:
-                remedy = "free some space or choose another --raw, and run again"
-                reason = f"{fault.strerror or fault}; {remedy}"
-            self.refused += 1
-            if reason:
-                _tell(f"refused: {names}: {reason}", sys.stderr)
-        for first, *more in asked.values():
+                if isinstance(fault, OSError):
+                    remedy = "free some space or choose another --raw, and run again"
+                    reason = f"{fault.strerror or fault}; {remedy}"
+                # A question that several files have in common is asked once.
+                subject = fault.subject if isinstance(fault, QuestionError) else fault
+                alike.setdefault(subject, []).append(names)
+                if len(alike[subject]) == 1:
+                    _tell(f"refused: {names}: {reason}", sys.stderr)
+        for first, *more in alike.values():
             if more:
                 _tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
 
@@ -170,27 +167,31 @@ class Importer:
         for reading in readings:
             _tell("\n".join(_reading_lines(reading, self._keys)))
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
-        names = displayed(", ".join(file.name for file in files))
-        origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
-        origin = {key: text[:LONGEST_ENTRY] for key, text in origin.items()}
+        named = ", ".join(file.name for file in files)
+        origin = {"source": f"imported from {named}", "import_file": named, "import_sha256": sums}
         stem = self._options.name or (files[0].name if files[0].is_dir() else files[0].stem)
         folder = UNLABELLED if self._options.unlabelled else self._options.size
-        planned = []
+        planned: dict[str, tuple[bytes, str, Recording, list[str]]] = {}
         for part in parts:
             with naming(part.table.place):
-                runs = runs_of(part, self._keys)
+                runs = runs_of(part, origin, self._keys)
             for label, recording, remarks in runs:
                 # Of several tables, the names of their runs begin with the table's.
                 label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
                 name = f"{folder}/{_run_name(stem, label)}"
-                recording = replace(recording, header=origin | dict(recording.header))
                 content = format_recording(recording)
-                planned.append((name, content, _checksum(content), recording, remarks))
+                checksum = _checksum(content)
+                if name in planned:
+                    raise CapsuleError(
+                        f"two of its runs would be written to {self._path(name)}; give them "
+                        "different names"
+                    )
+                self._check(name, checksum)
+                planned[name] = content, checksum, recording, remarks
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        self._check([(name, checksum) for name, _, checksum, *_ in planned])
-        for each in planned:
-            self._archive(*each)
+        for name, each in planned.items():
+            self._archive(name, *each)
         if not (self._options.map or self._options.dry_run):
             alone = not self._keys.per_sensor
             described = as_map(readings[0], self._keys) if alone else self._keys.given
@@ -210,32 +211,23 @@ class Importer:
                         readings.append(read_columns(table, keys))
         return readings, ", ".join(sums)
 
-    def _check(self, planned: Sequence[tuple[str, str]]) -> None:
-        """Raise an error if recordings, by names such as ``3mm/r07``, cannot be written.
+    def _path(self, name: str) -> Path:
+        return Path(self._raw, f"{name}.csv")
 
-        `planned` holds the name of each, and the checksum of its samples.
-        """
-        new: set[Path] = set()
-        for name, checksum in planned:
-            path = self._raw / f"{name}.csv"
-            if known := self._names.get(checksum):
-                reason = reason_of_copy(known, name)
-                if "mislabelled" in reason:
-                    raise CapsuleError(
-                        f"{reason}; move {self._raw / known}.csv, or give the right size"
-                    )
-                continue
-            for taken in (path, path.with_name(path.name + PART)):
-                if taken.exists():
-                    raise CapsuleError(
-                        f"{taken} exists and holds other samples, so it is not overwritten; give "
-                        "another --name"
-                    )
-            if path in new:
+    def _check(self, name: str, checksum: str) -> None:
+        """Raise an error if samples with this checksum cannot be written under this name."""
+        path = self._path(name)
+        if known := self._names.get(checksum):
+            reason = reason_of_copy(known, name)
+            if "mislabelled" in reason:
+                raise CapsuleError(f"{reason}; move {self._path(known)}, or give the right size")
+            return
+        for taken in (path, path.with_name(path.name + PART)):
+            if taken.exists():
                 raise CapsuleError(
-                    f"two of its runs would be written to {path}; give them different names"
+                    f"{taken} exists and holds other samples, so it is not overwritten; give "
+                    "another --name"
                 )
-            new.add(path)
 
     def _archive(
         self, name: str, content: bytes, checksum: str, recording: Recording, remarks: list[str]
@@ -247,13 +239,13 @@ class Importer:
             self.known += 1
             _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
-        path, verb = self._raw / f"{name}.csv", "would write"
+        path, verb = self._path(name), "would write"
         if not self._options.dry_run:
             try:
                 write_new(path, content)
             except FileExistsError:
                 # Another import was quicker.
-                self._check([(name, checksum)])
+                self._check(name, checksum)
                 raise
             self._names[checksum], verb = name, "wrote"
         self.written += 1
@@ -275,8 +267,7 @@ class Importer:
         """Return a line with the numbers of recordings imported and known, and files refused."""
         verb = "would be imported" if self._options.dry_run else "imported"
         there = f", {self.known} already there" if self.known else ""
-        came = "1 recording" if self.written == 1 else f"{self.written} recordings"
-        kept_out = "1 file" if self.refused == 1 else f"{self.refused} files"
+        came, kept_out = plural(self.written, "recording"), plural(self.refused, "file")
         return f"{came} {verb}{there}, {kept_out} refused"
 
 
@@ -328,19 +319,19 @@ def _checksum(content: bytes) -> str:
 
 def _reading_lines(reading: Reading, keys: SimpleNamespace) -> list[str]:
     """Return lines on how a table was read: the keys of lab.yaml, and the reasons."""
-    table, reason = reading.table, reading.clock.reason
+    table = reading.table
     used = {reading.time, reading.run, *reading.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
     place = {table.kind: table.label}
     shown = place | as_map(reading, keys) | place
     shown |= {"not used": table.listed(idle), "passed over": table.losses}
-    reasons = {"time" if reading.time is None else "time_unit": reason, "unit": reading.unit_reason}
-    shown = {key: value for key, value in shown.items() if value != ""}
-    left, lines = max(map(len, shown)), []
+    timing = "time" if reading.time is None else "time_unit"
+    reasons = {timing: f"  ({reading.clock.reason})", "unit": f"  ({reading.unit_reason})"}
+    left, lines = max(len(key) for key, value in shown.items() if value != ""), []
     for key, value in shown.items():
         text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-        why = f"  ({reasons[key]})" if key in reasons else ""
-        lines.append(f"  {key:<{left}}  {displayed(text)}{why}")
+        if text:
+            lines.append(f"  {key:<{left}}  {displayed(text)}{reasons.get(key, '')}")
     return lines
 
 

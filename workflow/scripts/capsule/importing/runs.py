@@ -1,5 +1,6 @@
 """Make recordings from a laboratory's tables, and record how each column was read."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ _LONG_GAP_S = 60.0
 # Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
 # Characters of a header line that the import adds.
-LONGEST_ENTRY = 300
+_LONGEST_ENTRY = 300
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,8 @@ def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
     CapsuleError
         If the files have different units, or do not overlap in time.
     """
-    first, units = readings[0], {reading.unit for reading in readings}
+    columns = tuple(reading.columns[0] for reading in readings)
+    first, units = replace(readings[0], columns=columns), {reading.unit for reading in readings}
     if len(units) > 1:
         raise CapsuleError(
             f"the sensors' files have different units, {' and '.join(sorted(units))}; "
@@ -103,34 +105,33 @@ def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
             f"the sensors' files have no time in common: the last one begins at {start:g} s, the "
             f"first one ends at {end:g} s of their clocks; give files of one run"
         )
-    rows, time_s, resampled = [reading.values[0] for reading in readings], first.clock.time_s, ""
-    if not all(
+    rows = [reading.values[0] for reading in readings]
+    if all(
         each.size == times[0].size and np.abs(each - times[0]).max() <= _SAME_INSTANT / rates[0]
         for each in times
     ):
-        for at, (each, row) in enumerate(zip(times, rows, strict=True)):
-            inside = each <= end + 0.5 / keys.rate_hz
-            _, new = resample(each[inside], row[None, inside], keys.rate_hz, float(start))
-            rows[at] = new[0]
-        rows = [row[: min(map(len, rows))] for row in rows]
-        time_s = start - times[0][0] + np.arange(len(rows[0])) / keys.rate_hz
-        resampled = (
-            f"from {', '.join(f'{rate:.4g}' for rate in rates)} Hz to {keys.rate_hz:g} Hz and to "
-            "the same instants"
-        )
+        return replace(first, values=np.array(rows))
+    end += 0.5 / keys.rate_hz
+    parts = [
+        resample(each[each <= end], row[None, each <= end], keys.rate_hz, float(start))
+        for each, row in zip(times, rows, strict=True)
+    ]
+    time_s = min((time_s for time_s, _ in parts), key=len)
+    old_hz = ", ".join(f"{rate:.4g}" for rate in rates)
     return replace(
         first,
-        columns=tuple(reading.columns[0] for reading in readings),
-        clock=replace(first.clock, time_s=time_s),
-        values=np.array(rows),
-        resampled=resampled,
+        clock=replace(first.clock, time_s=start - times[0][0] + time_s),
+        values=np.array([new[0, : time_s.size] for _, new in parts]),
+        resampled=f"from {old_hz} Hz to {keys.rate_hz:g} Hz and to the same instants",
     )
 
 
-def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recording, list[str]]]:
+def runs_of(
+    reading: Reading, origin: dict[str, str], keys: SimpleNamespace
+) -> list[tuple[str, Recording, list[str]]]:
     """Return the runs of a table: name within the file, recording, and notes for the user.
 
-    The name is empty if there is one run. The header tells all but the file.
+    The name is empty if there is one run. `origin` holds the header lines on the file.
 
     Raises
     ------
@@ -143,7 +144,7 @@ def runs_of(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, Recordin
         lacking = np.isnan(values)
         partly = lacking.any(axis=0) & ~lacking.all(axis=0)
         values = np.where(partly, np.nan, values)
-        header = _header(reading, keys, label, float(time_s[0]))
+        header = _header(reading, origin, keys, label, float(time_s[0]))
         remarks = list(_remarks(reading, Recording(time_s, values, header), keys))
         if partly.any():
             remarks.append(f"{np.count_nonzero(partly)} samples lack a sensor and count as missing")
@@ -171,16 +172,16 @@ def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterato
             f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "
             "2026-03-04T12:00:00, so the header names none"
         )
-    if values.shape[1] > 2 and is_far(values).all():
-        shown = ", ".join(f"{value:g}" for value in values[:, 0])
-        yield (
-            f"the first sample, {shown}, is far from all others; if it is none, leave it out with "
-            "--skip-lines"
-        )
-    for number, row in enumerate(values if values.shape[1] > 2 else (), start=1):
-        if np.all(np.diff(row) > 0):
-            yield f"sensor_{number} rises from each sample to the next, as a time does"
     steps = np.diff(run.time_s)
+    if steps.size > 1:
+        if is_far(values).all():
+            shown = ", ".join(f"{value:g}" for value in values[:, 0])
+            yield (
+                f"the first sample, {shown}, is far from all others; if it is none, leave it out "
+                "with --skip-lines"
+            )
+        for sensor in np.flatnonzero(np.all(np.diff(values) > 0, axis=1)):
+            yield f"sensor_{sensor + 1} rises from each sample to the next, as a time does"
     if steps.max(initial=0) >= _LONG_GAP_S and not keys.run_gap_s:
         yield (
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
@@ -218,34 +219,32 @@ def _split(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, slice]]:
         )
     if len(starts) == 1:
         return [("", slice(None))]
-    labels, number = list[str](), 0
-    for start in starts:
-        number = number + 1 if start and not renamed[start - 1] else 1
-        labels.append(f"{names[start]} {number}".strip() if keys.run_gap_s else names[start])
-    rows = map(slice, starts, [*starts[1:], names.size])
-    return [
-        (f"{label} {labels[:at].count(label) + 1}" if labels.count(label) > 1 else label, each)
-        for at, (label, each) in enumerate(zip(labels, rows, strict=True))
-    ]
+    labels, seen = names[starts].tolist(), Counter[str]()
+    runs = []
+    for label, rows in zip(labels, map(slice, starts, [*starts[1:], names.size]), strict=True):
+        seen[label] += 1
+        is_numbered = keys.run_gap_s or labels.count(label) > 1
+        runs.append((f"{label} {seen[label]}".strip() if is_numbered else label, rows))
+    return runs
 
 
-def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float) -> dict[str, str]:
+def _header(
+    reading: Reading, origin: dict[str, str], keys: SimpleNamespace, label: str, first_s: float
+) -> dict[str, str]:
     """Return the header of a run: how it was read; the file's header lines, or else lab.yaml's."""
     table, clock, notes = reading.table, reading.clock, reading.table.notes
-    named = ["none" if reading.time is None else table.column_label(reading.time), *reading.columns]
-    said = {
+    columns = {"time": "none" if reading.time is None else table.column_label(reading.time)}
+    columns |= {f"sensor_{number}": name for number, name in enumerate(reading.columns, start=1)}
+    said = origin | {
         f"import_{table.kind}": table.label if table.kind else "",
         "import_run": label,
-        "import_columns": "; ".join(
-            f"{f'sensor_{number}' if number else 'time'} = {column}"
-            for number, column in enumerate(named)
-        ),
+        "import_columns": "; ".join(f"{key} = {name}" for key, name in columns.items()),
         "import_time": f"{clock.unit}, {clock.reason}",
         "import_unit": f"{reading.unit}, {reading.unit_reason}",
         "import_passed_over": table.losses,
         "import_resampled": reading.resampled,
     }
-    header = {key: displayed(text)[:LONGEST_ENTRY] for key, text in said.items() if text}
+    header = {key: displayed(text)[:_LONGEST_ENTRY] for key, text in said.items() if text}
     own = "format_version" in notes
     for key, text in notes.items():
         if (own and key not in ("format_version", "rate_hz", "started")) or key in _KEPT:
@@ -262,14 +261,14 @@ def _header(reading: Reading, keys: SimpleNamespace, label: str, first_s: float)
 def as_map(reading: Reading, keys: SimpleNamespace) -> dict[str, object]:
     """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
     table, clock = reading.table, reading.clock
-    content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
-    content["time"] = NO_TIME if reading.time is None else _column_key(table, reading.time)
-    if reading.time is not None:
-        content["time_unit"] = clock.unit
-    if clock.date_order:
-        content["date_order"] = clock.date_order
-    content["sensors"] = [_column_key(table, index) for index in reading.sensors]
-    return dict(keys.given) | content | {"unit": reading.unit}
+    content = dict(table.reading) | {
+        "time": NO_TIME if reading.time is None else _column_key(table, reading.time),
+        "time_unit": "" if reading.time is None else clock.unit,
+        "date_order": clock.date_order,
+        "sensors": [_column_key(table, index) for index in reading.sensors],
+        "unit": reading.unit,
+    }
+    return dict(keys.given) | {key: value for key, value in content.items() if value}
 
 
 def _column_key(table: Table, index: int) -> str | int:
