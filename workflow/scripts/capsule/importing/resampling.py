@@ -49,11 +49,9 @@ def usual_rate(time_s: np.ndarray) -> float:
         If time does not run forward, or there are fewer than two samples.
     """
     steps = np.diff(time_s)
-    wrong = np.flatnonzero(steps <= 0)
     if steps.size == 0:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
-    if wrong.size:
-        at = int(wrong[0])
+    for at in np.flatnonzero(steps <= 0)[:1]:
         what, remedy = "runs backwards", "if another run begins there, give --run-gap-s"
         if steps[at] == 0:
             what, remedy = "repeats", "if its clock is too coarse, give --time none and --rate"
@@ -113,14 +111,11 @@ def resample(
     new = np.full((values.shape[0], count), np.nan)
     interval = max(1.0 / rate_hz, 1.0 / old_hz)
     reach = max(_NEAR_NEW / rate_hz, _NEAR_OLD / old_hz)
+    nearest = np.searchsorted((at[:-1] + at[1:]) / 2, instants)
+    is_near = np.abs(instants - at[nearest]) <= reach if at.size else np.zeros(count, dtype=bool)
     breaks = np.flatnonzero(np.diff(at) > _GAP * interval) + 1
     for part in np.split(np.arange(at.size), breaks):
-        if part.size == 0:
-            continue
-        right = np.searchsorted(at[part], instants)
-        before, behind = at[part][np.maximum(right - 1, 0)], at[part].take(right, mode="clip")
-        near = np.minimum(np.abs(instants - before), np.abs(instants - behind))
-        wanted = np.flatnonzero(near <= reach)
+        wanted = np.flatnonzero(is_near & np.isin(nearest, part))
         if wanted.size:
             new[:, wanted] = _within(at[part], kept[:, part], instants[wanted], old_hz, rate_hz)
     # Precise far below the noise, and short to write.
