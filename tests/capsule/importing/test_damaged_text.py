@@ -28,7 +28,7 @@ def test_a_damaged_file_is_read_or_refused_in_a_line(content, damages, said):
         content = content[:at] + piece + content[at + length :]
     keys = checked_keys(said, SETTINGS)
     try:
-        runs = runs_of(read_columns(read_text(content, keys), keys), {}, keys)
+        runs = list(runs_of(read_columns(read_text(content, keys), keys), {}, keys))
     except CapsuleError as refusal:
         assert "\n" not in str(refusal)
         return

@@ -5,6 +5,7 @@ import hashlib
 import os
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TextIO
@@ -63,19 +64,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--config", type=Path, default=config_file(), help=here)
     keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
-        option, kind = f"--{key.replace('_', '-')}", part.get("type", "")
-        told: dict[str, Any] = {"help": part["description"].replace("%", "%%")}
-        if kind == "boolean":
-            told |= {"action": "store_true", "default": None}
-        elif "enum" in part:
-            told |= {"choices": part["enum"]}
-        elif kind == "array":
-            told |= {"nargs": "+", "metavar": "TEXT" if key == "missing" else "COLUMN"}
-        else:
-            word = part.get("unit", "COLUMN" if "oneOf" in part else "X")
-            told |= {"metavar": word.upper()}
-            told["type"] = {"number": float, "integer": int}.get(kind, str)
-        keys.add_argument(option, **told)
+        kind, word = part.get("type", ""), part.get("metavar", part.get("unit", "x"))
+        told: dict[str, Any] = {"action": "store_true", "default": None}
+        if "enum" in part:
+            told = {"choices": part["enum"]}
+        elif kind != "boolean":
+            told = {"type": {"number": float, "integer": int}.get(kind, str)}
+            told |= {"nargs": "+" if kind == "array" else None, "metavar": word.upper()}
+        description = part["description"].replace("%", "%%")
+        keys.add_argument(f"--{key.replace('_', '-')}", help=description, **told)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -174,7 +171,7 @@ class Importer:
         planned: dict[str, tuple[bytes, str, Recording, list[str]]] = {}
         for part in parts:
             with naming(part.table.place):
-                runs = runs_of(part, origin, self._keys)
+                runs = list(runs_of(part, origin, self._keys))
             for label, recording, remarks in runs:
                 # Of several tables, the names of their runs begin with the table's.
                 label = f"{part.table.label if len(parts) > 1 else ''} {label}".strip()
@@ -293,9 +290,7 @@ def _tell(text: str, stream: TextIO | None = None) -> None:
 
 def _expanded(given: Path) -> list[Path]:
     """Return the files of a pattern such as *.csv, which a shell of Windows does not expand."""
-    if given.exists() or not re.search(r"[*?\[]", given.name):
-        return [given]
-    return sorted(given.parent.glob(given.name)) or [given]
+    return [given] if given.exists() else sorted(given.parent.glob(given.name)) or [given]
 
 
 def _run_name(stem: str, label: str) -> str:
@@ -317,8 +312,8 @@ def _checksum(content: bytes) -> str:
     return hashlib.sha256(b"\n".join(lines)).hexdigest()
 
 
-def _reading_lines(reading: Reading, keys: SimpleNamespace) -> list[str]:
-    """Return lines on how a table was read: the keys of lab.yaml, and the reasons."""
+def _reading_lines(reading: Reading, keys: SimpleNamespace) -> Iterator[str]:
+    """Yield lines on how a table was read: the keys of lab.yaml, and the reasons."""
     table = reading.table
     used = {reading.time, reading.run, *reading.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
@@ -327,25 +322,23 @@ def _reading_lines(reading: Reading, keys: SimpleNamespace) -> list[str]:
     shown |= {"not used": table.listed(idle), "passed over": table.losses}
     timing = "time" if reading.time is None else "time_unit"
     reasons = {timing: f"  ({reading.clock.reason})", "unit": f"  ({reading.unit_reason})"}
-    left, lines = max(len(key) for key, value in shown.items() if value != ""), []
+    left = max(len(key) for key, value in shown.items() if value != "")
     for key, value in shown.items():
         text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
         if text:
-            lines.append(f"  {key:<{left}}  {displayed(text)}{reasons.get(key, '')}")
-    return lines
+            yield f"  {key:<{left}}  {displayed(text)}{reasons.get(key, '')}"
 
 
-def _sample_lines(recording: Recording) -> list[str]:
-    """Return lines with the first samples of a recording, and a line of bars for each sensor."""
+def _sample_lines(recording: Recording) -> Iterator[str]:
+    """Yield lines with the first samples of a recording, and a line of bars for each sensor."""
     plain = not (sys.stdout.encoding or "").lower().startswith("utf")
     names = column_names(recording.values.shape[0])
     samples = np.vstack([recording.time_s, recording.values]).T[:_FIRST_SAMPLES]
     rows = [["-" if np.isnan(cell) else f"{cell:.6g}" for cell in row] for row in samples]
-    lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *rows]]
+    yield from ("  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *rows])
     for name, values in zip(names[1:], recording.values, strict=True):
         parts = [part[~np.isnan(part)] for part in np.array_split(values, min(values.size, _WIDTH))]
         means = [float(part.mean()) if part.size else None for part in parts]
         known = np.concatenate(parts)
         span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
-        lines.append(f"  {name}  {trace(means, PLAIN_BARS if plain else BARS)}  {span}")
-    return lines
+        yield f"  {name}  {trace(means, PLAIN_BARS if plain else BARS)}  {span}"

@@ -119,8 +119,8 @@ def table_of(columns: _Columns, label: str, kind: str = "variable", **told: Any)
 
 def _array_tables(
     arrays: Mapping[str, np.ndarray], units: Mapping[str, str], separator: str, started: str = ""
-) -> list[Table]:
-    """Return tables that join arrays, given by path, with the same length and the same parent.
+) -> Iterator[Table]:
+    """Yield tables that join arrays, given by path, with the same length and the same parent.
 
     They are named by their parent, or by their first array if a parent has several tables. The
     longer side of a matrix counts samples. A single number called rate or fs is the sampling rate
@@ -135,15 +135,13 @@ def _array_tables(
         elif columns := _array_columns(name, array, units.get(path, "")):
             groups[parent, len(columns[0][1])][path] = columns
     parents = [parent for parent, _ in groups]
-    tables = []
     for (parent, _), members in groups.items():
         label = parent if parents.count(parent) == 1 and parent else next(iter(members))
         above = parent
         while above and above not in rates:
             above = above.rpartition(separator)[0]
         joined = [column for each in members.values() for column in each]
-        tables.append(table_of(joined, label, started=started, rate_hz=rates.get(above)))
-    return tables
+        yield table_of(joined, label, started=started, rate_hz=rates.get(above))
 
 
 def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
@@ -162,11 +160,11 @@ def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
     return [(f"{name}({n})", column, unit) for n, column in enumerate(tall.T, start=1)]
 
 
-def _read_numpy(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_numpy(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read the array of numpy's file format; fields of a structured array are columns."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
-    columns = _array_columns("column", array, "")
-    return [table_of(columns, label="", kind="")] if columns else []
+    if columns := _array_columns("column", array, ""):
+        yield table_of(columns, label="", kind="")
 
 
 def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
@@ -177,7 +175,7 @@ def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
     variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
     parts = [part for name, value in named.items() for part in _matlab_arrays(name, value)]
-    tables = _array_tables(dict(parts), {}, ".")
+    tables = list(_array_tables(dict(parts), {}, "."))
     if not tables:
         raise CapsuleError(
             f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
@@ -220,20 +218,19 @@ def _hdf_nodes(content: bytes) -> Iterator[dict[str, Any]]:
     """
     import h5py
 
-    nodes: dict[str, Any] = {}
-    outside: list[tuple[str, str]] = []
-
-    def check_link(name: str, link: Any) -> None:
-        if isinstance(link, h5py.ExternalLink):
-            outside.append((name, link.filename))
-
+    links: dict[str, Any] = {}
     with h5py.File(io.BytesIO(content), "r") as file:
-        file.visititems_links(check_link)
+        nodes = {"": file}
+        file.visititems_links(links.__setitem__)
         file.visititems(nodes.__setitem__)
         datasets = {path: node for path, node in nodes.items() if isinstance(node, h5py.Dataset)}
         # Compressed, or never written, a small file can hold very much.
         size = sum(dataset.nbytes for dataset in datasets.values())
         _refuse_unpacked(size, max(_MOST_UNPACKED, 2 * len(content)))
+        external = {
+            path: each for path, each in links.items() if isinstance(each, h5py.ExternalLink)
+        }
+        outside = [(path, link.filename) for path, link in external.items()]
         for path, dataset in datasets.items():
             outside += [(path, str(part[0])) for part in dataset.external or ()]
             outside += [(path, "a virtual dataset")] * dataset.is_virtual
@@ -242,10 +239,10 @@ def _hdf_nodes(content: bytes) -> Iterator[dict[str, Any]]:
                 f"the file names samples outside of it, in {place!r} ({path}), and only the file "
                 "itself is read; export it again with all samples in it"
             )
-        yield {"": file} | nodes
+        yield nodes
 
 
-def _read_hdf(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_hdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read HDF5, with the attributes ``unit``, ``rate`` and ``started``; and MATLAB from 7.3 on."""
     import h5py
 
@@ -276,11 +273,10 @@ def _decoded(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_nwb(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
     import h5py
 
-    tables = []
     with _hdf_nodes(content) as nodes:
         started = _decoded(nodes["session_start_time"][()])
         for group in (node for node in nodes.values() if isinstance(node, h5py.Group)):
@@ -295,15 +291,13 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> list[Table]:
                 columns = [("timestamps", times[()], "s"), *columns]
             rate_hz = float(start.attrs["rate"]) if start else None
             if columns and (times or start):
-                tables.append(table_of(columns, name, started=started, rate_hz=rate_hz))
-    return tables
+                yield table_of(columns, name, started=started, rate_hz=rate_hz)
 
 
-def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_tdms(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read the groups of LabVIEW's TDMS; the channels of one length in a group are a table."""
     import nptdms
 
-    tables = []
     for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
         series = [each for each in group.channels() if len(each) > 1 and each.dtype.kind in "iufM"]
         lengths = dict.fromkeys(map(len, series))
@@ -320,17 +314,15 @@ def _read_tdms(content: bytes, _: SimpleNamespace) -> list[Table]:
                     data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
                 columns.append((channel.name, data, unit))
             rate_hz = 1.0 / step if step else None
-            tables.append(table_of(columns, label, started=started, rate_hz=rate_hz))
-    return tables
+            yield table_of(columns, label, started=started, rate_hz=rate_hz)
 
 
-def _read_xdf(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_xdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read the streams of XDF; pyxdf brings the time stamps to one clock, without jitter."""
     import pyxdf
 
     streams, head = pyxdf.load_xdf(io.BytesIO(content))
     started = str(_first(head["info"].get("datetime")))
-    tables = []
     for stream in streams:
         info, data = stream["info"], stream["time_series"]
         if not isinstance(data, np.ndarray) or data.dtype.kind not in "iuf" or len(data) < 2:
@@ -343,8 +335,7 @@ def _read_xdf(content: bytes, _: SimpleNamespace) -> list[Table]:
             name = str(_first(channel.get("label")) or f"channel {number}")
             columns.append((name, values, str(_first(channel.get("unit")) or "")))
         end = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
-        tables.append(table_of(columns, str(_first(info["name"])), started=started, remark=end))
-    return tables
+        yield table_of(columns, str(_first(info["name"])), started=started, remark=end)
 
 
 def _first(values: Any) -> Any:
@@ -352,27 +343,23 @@ def _first(values: Any) -> Any:
     return (values[0] if values else "") if isinstance(values, list) else values or ""
 
 
-def _read_excel(content: bytes, keys: SimpleNamespace) -> list[Table]:
+def _read_excel(content: bytes, keys: SimpleNamespace) -> Iterator[Table]:
     """Read the sheets of a workbook, with the values that formulas had when it was saved."""
     import openpyxl
 
     with zipfile.ZipFile(io.BytesIO(content)) as file:
         _refuse_unpacked(sum(part.file_size for part in file.infolist()))
     # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
-    sheets = openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets
-    for sheet in sheets:
+    for sheet in openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets:
         if sheet.max_row * sheet.max_column > _MOST_CELLS:
             raise CapsuleError(
                 f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
                 "columns, too many for one session; delete the cells that hold no readings"
             )
-    tables = []
-    for sheet in sheets:
         cells = (
             ["" if value is None else str(value).strip() for value in row] for row in sheet.values
         )
-        tables.append(read_rows(enumerate(cells, start=1), keys, sheet.title))
-    return tables
+        yield read_rows(enumerate(cells, start=1), keys, sheet.title)
 
 
 def _listing_of_bag(path: Path) -> bytes | None:
@@ -397,7 +384,7 @@ def _listing_of_bag(path: Path) -> bytes | None:
     )
 
 
-def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
+def _read_bag(path: Path, _: SimpleNamespace) -> Iterator[Table]:
     """Read the topics of a bag of ROS 1 or ROS 2; each number in a message becomes a column."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -410,7 +397,6 @@ def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
                 stamp = getattr(getattr(message, "header", None), "stamp", None)
                 own_ns = int(stamp.sec) * 10**9 + int(stamp.nanosec) if stamp else 0
                 topics[connection.topic].append((own_ns or stamp_ns, numbers))
-    tables = []
     for topic, rows in topics.items():
         if len(rows) == 1:
             continue
@@ -421,8 +407,7 @@ def _read_bag(path: Path, _: SimpleNamespace) -> list[Table]:
         for name in names:
             columns.append((name, np.array([row.get(name, np.nan) for _, row in rows]), ""))
         started = datetime.fromtimestamp(first_ns // 10**9, UTC).isoformat()
-        tables.append(table_of(columns, topic, started=started))
-    return tables
+        yield table_of(columns, topic, started=started)
 
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:

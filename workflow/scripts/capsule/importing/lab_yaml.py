@@ -1,7 +1,6 @@
 """Read, check and write lab.yaml, with which a laboratory describes its files."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -72,19 +71,17 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     return keys
 
 
-def keep_map(path: Path, content: Mapping[str, Any]) -> str:
+def keep_map(path: Path, content: dict[str, Any]) -> str:
     """Write lab.yaml, or leave an existing file unchanged; return a message for the user.
 
     The message is empty if the existing file holds the same keys.
     """
-    text = yaml.safe_dump(
-        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
-    )
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, default_flow_style=None)
     try:
         write_new(path, (_HEAD + text).encode("utf-8"))
     except FileExistsError:
         try:
-            there: Mapping[str, Any] = read_config_file(path)
+            there = read_config_file(path)
         except CapsuleError:
             there = {}
         other = [key for key in {**there, **content} if there.get(key) != content.get(key)]

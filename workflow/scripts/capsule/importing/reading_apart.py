@@ -6,7 +6,7 @@ The packages that read binary formats trust the bytes of a file.
 import logging
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -25,7 +25,7 @@ _SECONDS, _SECONDS_A_MB, _SECONDS_A_MB_OF_CELLS = 4, 5, 30
 # Memory that a file may take, and more for the copies of its content.
 _BYTES, _COPIES = 800_000_000, 4
 _LONGEST_REASON = 100
-Reader: TypeAlias = Callable[[Any, SimpleNamespace], list[Table]]
+Reader: TypeAlias = Callable[[Any, SimpleNamespace], Iterable[Table]]
 
 
 def limit_process(name: str, source: bytes | Path) -> None:
@@ -72,10 +72,10 @@ def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> l
         with warnings.catch_warnings():
             # Packages warn about charts, checks and other versions of their format.
             warnings.simplefilter("ignore")
-            return read(source, keys)
+            return list(read(source, keys))
 
     with ThreadPoolExecutor(1) as pool:
-        reading = pool.submit(lambda: list(Forks(2)(read_quietly, [None])))
+        reading = pool.submit(list, Forks(2)(read_quietly, [None]))
     fault = reading.exception()
     if isinstance(fault, CapsuleError):
         raise fault

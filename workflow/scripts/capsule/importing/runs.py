@@ -128,8 +128,8 @@ def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
 
 def runs_of(
     reading: Reading, origin: dict[str, str], keys: SimpleNamespace
-) -> list[tuple[str, Recording, list[str]]]:
-    """Return the runs of a table: name within the file, recording, and notes for the user.
+) -> Iterator[tuple[str, Recording, list[str]]]:
+    """Yield the runs of a table: name within the file, recording, and notes for the user.
 
     The name is empty if there is one run. `origin` holds the header lines on the file.
 
@@ -138,7 +138,6 @@ def runs_of(
     CapsuleError
         If time does not run forward, or the sampling rate is too low.
     """
-    runs = []
     for label, rows in _split(reading, keys):
         time_s, values = reading.clock.time_s[rows], reading.values[:, rows]
         lacking = np.isnan(values)
@@ -157,9 +156,7 @@ def runs_of(
                     how = "finite impulse response low-pass, "
                     how += f"-{STOP_DB:g} dB from {keys.rate_hz / 2:g} Hz on"
                 header["import_resampled"] = f"from {rate_hz:.4g} Hz to {keys.rate_hz:g} Hz, {how}"
-        recording = Recording(np.round(time_s - time_s[0], 9), values, header)
-        runs.append((label, recording, remarks))
-    return runs
+        yield label, Recording(np.round(time_s - time_s[0], 9), values, header), remarks
 
 
 def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterator[str]:
@@ -202,8 +199,8 @@ def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterato
         )
 
 
-def _split(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, slice]]:
-    """Return name and rows of each run, split by the run column, then by gaps."""
+def _split(reading: Reading, keys: SimpleNamespace) -> Iterator[tuple[str, slice]]:
+    """Yield name and rows of each run, split by the run column, then by gaps."""
     steps = np.diff(reading.clock.time_s)
     names = np.full(steps.size + 1, "", dtype=object)
     if reading.run is not None:
@@ -217,15 +214,11 @@ def _split(reading: Reading, keys: SimpleNamespace) -> list[tuple[str, slice]]:
             f"{'run_gap_s' if keys.run_gap_s else 'run_column'} splits the table into "
             f"{len(starts)} runs, more than {_MOST_RUNS}; choose another value"
         )
-    if len(starts) == 1:
-        return [("", slice(None))]
-    labels, seen = names[starts].tolist(), Counter[str]()
-    runs = []
+    labels, seen = names[starts].tolist() if len(starts) > 1 else [""], Counter[str]()
     for label, rows in zip(labels, map(slice, starts, [*starts[1:], names.size]), strict=True):
         seen[label] += 1
-        is_numbered = keys.run_gap_s or labels.count(label) > 1
-        runs.append((f"{label} {seen[label]}".strip() if is_numbered else label, rows))
-    return runs
+        is_numbered = labels.count(label) > 1 or (keys.run_gap_s and len(labels) > 1)
+        yield f"{label} {seen[label]}".strip() if is_numbered else label, rows
 
 
 def _header(
@@ -245,10 +238,10 @@ def _header(
         "import_resampled": reading.resampled,
     }
     header = {key: displayed(text)[:_LONGEST_ENTRY] for key, text in said.items() if text}
-    own = "format_version" in notes
-    for key, text in notes.items():
-        if (own and key not in ("format_version", "rate_hz", "started")) or key in _KEPT:
-            header[key] = text
+    # A recording of this project keeps all of its lines.
+    own = notes.keys() - {"format_version", "rate_hz", "started"}
+    kept = own if "format_version" in notes else set(_KEPT)
+    header |= {key: text for key, text in notes.items() if key in kept}
     for key in ("source", *_KEPT):
         if (value := getattr(keys, key)) is not None:
             header[key] = value if isinstance(value, str) else f"{value:.12g}"
