@@ -4,7 +4,6 @@ Its first bytes decide which one; for .mat and .nwb, the ending of its name, too
 the file is read. Each package is imported only for a file of its format.
 """
 
-import contextlib
 import dataclasses
 import gzip
 import hashlib
@@ -210,36 +209,36 @@ def _matlab_arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield from _matlab_arrays(f"{name}({number})", each)
 
 
-@contextlib.contextmanager
-def _hdf_nodes(content: bytes) -> Iterator[dict[str, Any]]:
-    """Open an HDF5 file, and yield its groups and datasets by path.
+def _hdf_nodes(content: bytes) -> Iterator[tuple[str, Any]]:
+    """Yield the paths of an HDF5 file, and the group or dataset at each.
 
     Raise an error if the file takes samples from other files, or holds too many.
     """
     import h5py
 
     links: dict[str, Any] = {}
+    paths, size = ["/"], 0
     with h5py.File(io.BytesIO(content), "r") as file:
-        nodes = {"": file}
         file.visititems_links(links.__setitem__)
-        file.visititems(nodes.__setitem__)
-        datasets = {path: node for path, node in nodes.items() if isinstance(node, h5py.Dataset)}
-        # Compressed, or never written, a small file can hold very much.
-        size = sum(dataset.nbytes for dataset in datasets.values())
-        _refuse_unpacked(size, max(_MOST_UNPACKED, 2 * len(content)))
+        file.visit(paths.append)
         external = {
             path: each for path, each in links.items() if isinstance(each, h5py.ExternalLink)
         }
         outside = [(path, link.filename) for path, link in external.items()]
-        for path, dataset in datasets.items():
-            outside += [(path, str(part[0])) for part in dataset.external or ()]
-            outside += [(path, "a virtual dataset")] * dataset.is_virtual
+        for path in paths:
+            if isinstance(node := file[path], h5py.Dataset):
+                size += node.nbytes
+                outside += [(path, str(part[0])) for part in node.external or ()]
+                outside += [(path, "a virtual dataset")] * node.is_virtual
+        # Compressed, or never written, a small file can hold very much.
+        _refuse_unpacked(size, max(_MOST_UNPACKED, 2 * len(content)))
         for path, place in outside:
             raise CapsuleError(
                 f"the file names samples outside of it, in {place!r} ({path}), and only the file "
                 "itself is read; export it again with all samples in it"
             )
-        yield nodes
+        for path in paths:
+            yield path, file[path]
 
 
 def _read_hdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
@@ -249,23 +248,22 @@ def _read_hdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     started = ""
-    with _hdf_nodes(content) as nodes:
-        for path, node in nodes.items():
-            # MATLAB stores the contents of cells and objects in these groups.
-            if path.split("/")[0] in ("#refs#", "#subsystem#"):
-                continue
-            is_dataset = isinstance(node, h5py.Dataset)
-            for key, value in node.attrs.items():
-                if is_dataset and key.lower() in ("unit", "units"):
-                    units[path] = _decoded(value)
-                elif key.lower() == "started":
-                    started = started or _decoded(value)
-                elif np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf":
-                    parent = path.rpartition("/")[0] if is_dataset else path
-                    arrays[f"{parent}/{key}".lstrip("/")] = np.asarray(value)
-            is_text = _decoded(node.attrs.get("MATLAB_class", "")) in ("char", "cell")
-            if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
-                arrays[path] = node[()]
+    for path, node in _hdf_nodes(content):
+        # MATLAB stores the contents of cells and objects in these groups.
+        if path.split("/")[0] in ("#refs#", "#subsystem#"):
+            continue
+        is_dataset = isinstance(node, h5py.Dataset)
+        for key, value in node.attrs.items():
+            if is_dataset and key.lower() in ("unit", "units"):
+                units[path] = _decoded(value)
+            elif key.lower() == "started":
+                started = started or _decoded(value)
+            elif np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf":
+                parent = path.rpartition("/")[0] if is_dataset else path
+                arrays[f"{parent}/{key}".lstrip("/")] = np.asarray(value)
+        is_text = _decoded(node.attrs.get("MATLAB_class", "")) in ("char", "cell")
+        if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
+            arrays[path] = node[()]
     return _array_tables(arrays, units, "/", started)
 
 
@@ -277,21 +275,21 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
     import h5py
 
-    with _hdf_nodes(content) as nodes:
-        started = _decoded(nodes["session_start_time"][()])
-        for group in (node for node in nodes.values() if isinstance(node, h5py.Group)):
-            # A time series is its data, and the time of each sample or the sampling rate.
-            data, times, start = map(group.get, ("data", "timestamps", "starting_time"))
-            if not isinstance(data, h5py.Dataset) or data.dtype.kind not in "iuf":
-                continue
-            name, told = group.name.rpartition("/")[2], data.attrs
-            values = data[()] * told.get("conversion", 1.0) + told.get("offset", 0.0)
-            columns = _array_columns(name, values, _decoded(told.get("unit", "")))
-            if columns and times:
-                columns = [("timestamps", times[()], "s"), *columns]
-            rate_hz = float(start.attrs["rate"]) if start else None
-            if columns and (times or start):
-                yield table_of(columns, name, started=started, rate_hz=rate_hz)
+    for _path, group in _hdf_nodes(content):
+        data = group.get("data") if isinstance(group, h5py.Group) else None
+        if not isinstance(data, h5py.Dataset) or data.dtype.kind not in "iuf":
+            continue
+        # A time series is its data, and the time of each sample or the sampling rate.
+        times, start = group.get("timestamps"), group.get("starting_time")
+        name, told = group.name.rpartition("/")[2], data.attrs
+        values = data[()] * told.get("conversion", 1.0) + told.get("offset", 0.0)
+        columns = _array_columns(name, values, _decoded(told.get("unit", "")))
+        if columns and times:
+            columns = [("timestamps", times[()], "s"), *columns]
+        rate_hz = float(start.attrs["rate"]) if start else None
+        if columns and (times or start):
+            started = _decoded(group.file["session_start_time"][()])
+            yield table_of(columns, name, started=started, rate_hz=rate_hz)
 
 
 def _read_tdms(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
