@@ -51,7 +51,9 @@ def usual_rate(time_s: np.ndarray) -> float:
     steps = np.diff(time_s)
     if steps.size == 0:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
-    for at in np.flatnonzero(steps <= 0)[:1]:
+    wrong = np.flatnonzero(steps <= 0)
+    if wrong.size:
+        at = int(wrong[0])
         what, remedy = "runs backwards", "if another run begins there, give --run-gap-s"
         if steps[at] == 0:
             what, remedy = "repeats", "if its clock is too coarse, give --time none and --rate"
