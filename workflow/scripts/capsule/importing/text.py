@@ -10,9 +10,8 @@ import io
 import re
 from array import array
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
-from itertools import dropwhile, islice
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -23,7 +22,7 @@ from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import is_unit
 from capsule.recording import DECISIVE, LARGEST_NUMBER
 
-_MISSING = frozenset[str | float](("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
+_MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
@@ -48,7 +47,6 @@ _LEAST_SHARE = 0.5
 _LEAST_NAMES = 3
 # Number and text of each line; number and cells of each row.
 _Line: TypeAlias = tuple[int, str]
-_Lines: TypeAlias = Sequence[_Line]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 # Names and units of the columns.
 _Head: TypeAlias = tuple[Sequence[str], Sequence[str]]
@@ -70,32 +68,32 @@ _NUMBERS = {
 class _Dialect(NamedTuple):
     """A way to read a table.
 
-    After the delimiter, the style of the numbers and the marks of a missing sample come the number
-    of cells in a row, the index of the first sample, the share of the cells from there on that are
-    numbers, and these numbers (K, C).
+    After the delimiter, the style of the numbers, the marks of a missing sample and the labels in
+    each line of a serial log come the number of cells in a row, the index of the first sample, the
+    share of the cells from there on that are numbers, and these numbers (K, C).
     """
 
     delimiter: str
     style: tuple[str, str]
-    missing: frozenset[str | float]
+    missing: Collection[str | float]
+    labels: tuple[str, ...] = ()
     cells: int = 0
     first: int = 0
     share: float = 0.0
     numbers: np.ndarray = np.empty((0, 0))
 
     def split(self, line: str) -> list[str]:
-        """Return the cells of a line, without the blanks around them.
+        """Return the cells of a line, without the blanks around them; none if its labels differ.
 
         The delimiter may stand behind the last cell, too.
         """
+        if self.labels:
+            return _LABELLED.split(line)[2::3] if _labels(line) == self.labels else []
         sign = _DELIMITERS[self.delimiter]
-        if not sign:
-            return [line.strip().strip('"')]
-        if '"' in line:
-            cells = next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
-            cells = [cell.strip() for cell in cells if cell.strip() or sign != " "]
-        else:
-            cells = line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
+        row = " ".join(line.split()) if sign == " " else line
+        # No text holds a null character, so without a delimiter a row is one cell.
+        (cells,) = csv.reader([row], delimiter=sign or "\0", skipinitialspace=True)
+        cells = [cell.strip() for cell in cells]
         return cells[:-1] if len(cells) == self.cells + 1 > 1 and not cells[-1] else cells
 
     def number(self, cell: str) -> float:
@@ -113,14 +111,14 @@ class _Dialect(NamedTuple):
         return value if abs(value) <= LARGEST_NUMBER else np.inf
 
 
-def _plain(delimiter: str, keys: SimpleNamespace) -> _Dialect:
+def _plain(delimiter: str, keys: SimpleNamespace, labels: tuple[str, ...] = ()) -> _Dialect:
     """Return a dialect with points in its numbers, and the marks of a missing sample.
 
     A number among the marks matches all its spellings: -999 is also written -999.0.
     """
-    words = {str(word).strip().lower() for word in keys.missing or ()}
-    way = _Dialect(delimiter, ("point", "none"), _MISSING)
-    return way._replace(missing=_MISSING | words | set(filter(np.isfinite, map(way.number, words))))
+    words = [str(word).strip().lower() for word in keys.missing or ()]
+    way = _Dialect(delimiter, ("point", "none"), (), labels)
+    return way._replace(missing={*_MISSING, *words, *filter(np.isfinite, map(way.number, words))})
 
 
 def read_text(content: bytes, keys: SimpleNamespace) -> Table:
@@ -131,60 +129,49 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     CapsuleError
         The file is not text, no table can be recognised in it, or several can.
     """
-    encoding, comments = _encoding(content, keys.encoding), list[_Line]()
-    lines = _lines(content, encoding, keys.skip_lines or 0, comments)
+    encoding = _encoding(content, keys.encoding)
+    comments, stamps = dict[int, str](), dict[int, str]()
+    lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=_TRIED // 2)]
-    lines = _lines(content, encoding, keys.skip_lines or 0, [])
-    logged = [bool(_STAMP.fullmatch(line) or _labels(line)) for _, line in known[:_TRIED]]
-    is_log, labels = sum(logged) > _LEAST_SHARE * len(logged), tuple[str, ...]()
-    stamps, passed_over = dict[int, str](), list[int]()
+    bare = [*_bare(known, stamps)]
+    stamped = sum(number in stamps for number, _ in known[:_TRIED])
+    labelled = Counter(_labels(line) for _, line in bare[:_TRIED])
+    most = max(stamped, labelled.total() - labelled[()])
+    is_log, labels = most > _LEAST_SHARE * len(known[:_TRIED]), tuple[str, ...]()
     if is_log:
-        # Those that most lines have.
-        counted = Counter(_labels(line) for _, line in _bare(known, (), {}))
-        ((usual, count),) = counted.most_common(1) or [((), 0)]
-        labels = usual if count >= _LEAST_SHARE * counted.total() else ()
-        known, lines = list(_bare(known, labels, {})), _bare(lines, labels, stamps)
-    dialect = _guess_dialect(known, keys)
+        known, again = bare, _bare(again, stamps)
+        ((usual, count),) = labelled.most_common(1) or [((), 0)]
+        labels = usual if count >= _LEAST_SHARE * labelled.total() else ()
+    dialect = _guess_dialect(known, keys, labels)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
+    head: _Head = labels, [""] * len(labels)
+    first = 0  # What stands above the samples of a log with labels is no head of a table.
     if not labels:
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-    names, units = _head(known, comments, dialect)
-    if labels:  # What stands above the samples is no head of a table.
-        names = labels
-        passed_over += [number for number, _ in known[: dialect.first]]
-    rows = _rows(lines, known, dialect, keys.sensor_count, passed_over if is_log else None)
-    told = {"notes": _notes(comments), "passed_over": passed_over, "reading": reading}
-    table = _table((names, units), rows, dialect, keys, **told)
-    at = [stamps.get(int(number), "") for number in (() if table.lines is None else table.lines)]
-    if not stamps or "" in at:
-        return table
-    return replace(
-        table,
-        names=(STAMP_NAME, *table.names),
-        units=("clock", *table.units),
-        columns=(np.full(len(at), np.nan), *table.columns),
-        words={0: at} | {index + 1: texts for index, texts in table.words.items()},
-    )
+        head, first = _head(known, comments, dialect), known[dialect.first][0]
+    rows = ((number, dialect.split(line)) for number, line in again if number >= first)
+    told = {"notes": _notes(comments), "reading": reading}
+    return _table(head, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
 
 
-def read_rows(lines: _Rows, keys: SimpleNamespace, title: str) -> Table:
+def read_rows(rows: _Rows, keys: SimpleNamespace, title: str) -> Table:
     """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
 
-    `lines` holds the number of each row, and its cells; all rows have the same number of cells.
+    `rows` holds the number of each row, and its cells; all rows have the same number of cells.
     """
-    lines = [line for line in lines if line[0] > (keys.skip_lines or 0) and any(line[1])]
-    way = _plain("none", keys)
-    found = _found([row for _, row in lines], way, keys.sensor_count)
-    first = found[0].first if found else len(lines)
+    rows = [row for row in rows if row[0] > (keys.skip_lines or 0) and any(row[1])]
+    way = _found([cells for _, cells in rows], _plain("none", keys), keys.sensor_count)
+    if way is None:
+        return Table((), (), (), kind="sheet", label=title)
+    above, below = rows[: way.first], rows[way.first :]
     # Empty cells that have a format make rows wider.
-    width = max(
-        (at for _, row in lines[first:] for at, cell in enumerate(row, 1) if cell), default=0
-    )
-    rows = [(number, row[:width]) for number, row in lines]
-    above = [row for _, row in rows[:first] if sum(map(bool, row)) > width / 2]
-    head = _names_and_units(above, way._replace(cells=width))
-    return _table(head, rows[first:], way, keys, kind="sheet", label=title)
+    width = max(at for _, cells in below for at, cell in enumerate(cells, 1) if cell)
+    named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
+    way = way._replace(cells=width)
+    samples = ((number, cells[:width]) for number, cells in below)
+    head = _names_and_units(named, way)
+    return _table(head, samples, way, keys, {}, kind="sheet", label=title)
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -203,19 +190,19 @@ def _encoding(content: bytes, given: str | None) -> str:
         codecs = codecs[:1] if codecs[0].startswith(given) else [given.replace("16", "16-le")]
     for codec in codecs:
         try:
-            text = content.decode(codec)
+            if "\x00" not in content.decode(codec):
+                return codec
+            fault = "it holds null characters"
         except UnicodeDecodeError as error:
             fault = f"byte {error.start + 1} is not {codec.removesuffix('-sig')}"
-            continue
-        if "\x00" not in text:
-            return codec
-        fault = "it holds null characters"
     raise CapsuleError(
         f"the file is not readable text: {fault}; use --encoding, or export the file as text"
     )
 
 
-def _lines(content: bytes, encoding: str, skipped: int, comments: list[_Line]) -> Iterator[_Line]:
+def _lines(
+    content: bytes, encoding: str, skipped: int, comments: dict[int, str]
+) -> Iterator[_Line]:
     """Yield the lines of a text that are not empty, but for those to skip; collect comments."""
     stream = io.TextIOWrapper(io.BytesIO(content), encoding)
     for number, line in enumerate(stream, start=1):
@@ -228,55 +215,51 @@ def _lines(content: bytes, encoding: str, skipped: int, comments: list[_Line]) -
                 f"{_LONGEST_LINE}; choose another file"
             )
         if stripped.startswith(_COMMENT):
-            comments.append((number, stripped.lstrip("".join(_COMMENT)).strip()))
+            comments[number] = stripped.lstrip("".join(_COMMENT)).strip()
         else:
             yield number, line.removesuffix("\n")
 
 
-def _notes(comments: _Lines) -> dict[str, str]:
-    """Return the comments of the form ``key: value``, by key."""
-    notes: dict[str, str] = {}
-    lines: dict[str, int] = {}
-    for number, text in comments:
-        if not (match := _NOTE.fullmatch(text)):
-            continue
-        key, value = match[1], match[2].strip()
-        if key in _DECISIVE and notes.get(key, value) != value:
-            raise CapsuleError(
-                f"lines {lines[key]} and {number} name two values of {key}, "
-                f"{notes[key][:60]!r} and {value[:60]!r}; delete the line that is wrong"
-            )
-        notes[key], lines[key] = value, number
-    return notes
-
-
-def _bare(
-    lines: Iterable[_Line], labels: tuple[str, ...], stamps: dict[int, str]
-) -> Iterator[_Line]:
-    """Yield the lines without the stamps of a serial monitor, which are collected, and labels."""
+def _bare(lines: Iterable[_Line], stamps: dict[int, str]) -> Iterator[_Line]:
+    """Yield the lines without the stamps of a serial monitor, which are collected."""
     for number, line in lines:
         if match := _STAMP.fullmatch(line):
             stamps[number], line = match.groups()
-        if labels and _labels(line) == labels:
-            line = "\t".join(match[2] for match in _LABELLED.finditer(line))
         if line.strip():
             yield number, line.strip()
 
 
+def _notes(comments: Mapping[int, str]) -> dict[str, str]:
+    """Return the comments of the form ``key: value``, by key."""
+    notes: dict[str, tuple[str, int]] = {}
+    for number, text in comments.items():
+        if match := _NOTE.fullmatch(text):
+            key, value = match.groups()
+            other, line = notes.get(key, (value, number))
+            if key in _DECISIVE and other != value:
+                raise CapsuleError(
+                    f"lines {line} and {number} name two values of {key}, {other[:60]!r} and "
+                    f"{value[:60]!r}; delete the line that is wrong"
+                )
+            notes[key] = value, number
+    return {key: value for key, (value, _) in notes.items()}
+
+
 def _labels(line: str) -> tuple[str, ...]:
     """Return the labels of a line; empty if it holds anything but labelled numbers."""
-    if len(line) > _LONGEST_LABELLED:
+    if len(line) > _LONGEST_LABELLED or _LABELLED.sub("", line).strip(" \t,;|"):
         return ()
-    rest = re.sub(r"[\s,;|]+", "", _LABELLED.sub("", line))
-    return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
+    return tuple(label for label, _ in _LABELLED.findall(line))
 
 
-def _guess_dialect(lines: _Lines, keys: SimpleNamespace) -> _Dialect:
+def _guess_dialect(
+    lines: Sequence[_Line], keys: SimpleNamespace, labels: tuple[str, ...]
+) -> _Dialect:
     """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
-    ways = _distinct(few, keys)
+    ways = _distinct(few, keys, labels)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
-        ways = _distinct(lines, keys)
+        ways = _distinct(lines, keys, labels)
     if not ways:
         number, text = lines[len(lines) // 2] if lines else (1, "")
         raise CapsuleError(
@@ -290,31 +273,34 @@ def _guess_dialect(lines: _Lines, keys: SimpleNamespace) -> _Dialect:
     return ways[0]
 
 
-def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
+def _distinct(
+    lines: Sequence[_Line], keys: SimpleNamespace, labels: tuple[str, ...]
+) -> list[_Dialect]:
     """Try each dialect; return those that read different numbers, one of each."""
     # A point is a decimal sign, unless commas appear, too.
     both = any("," in text and "." in text for _, text in lines)
     quotes = any('"' in text for _, text in lines)
     ways: list[_Dialect] = []
-    for delimiter in [keys.delimiter] if keys.delimiter else _DELIMITERS:
+    for delimiter in ["none"] if labels else [keys.delimiter] if keys.delimiter else _DELIMITERS:
         if not any(_DELIMITERS[delimiter] in text for _, text in lines):
             continue
-        plain, same = _plain(delimiter, keys), list[_Dialect]()
+        plain = _plain(delimiter, keys, labels)
         rows = [plain.split(text) for _, text in lines]
-        for style in _NUMBERS:
-            if (
-                keys.decimal in (None, style[0])
-                and keys.thousands in (None, style[1])
-                and (keys.thousands or both or style[1] != "point")
-                # A comma has one role, unless quotes separate the two roles.
-                and (delimiter != "comma" or "comma" not in style or quotes)
-            ):
-                same += _found(rows, plain._replace(style=style), keys.sensor_count)
+        same = [
+            way
+            for style in _NUMBERS
+            if keys.decimal in (None, style[0])
+            and keys.thousands in (None, style[1])
+            and (keys.thousands or both or style[1] != "point")
+            # A comma has one role, unless quotes separate the two roles.
+            and (delimiter != "comma" or "comma" not in style or quotes)
+            and (way := _found(rows, plain._replace(style=style), keys.sensor_count))
+        ]
         # With the same delimiter, the style that reads more cells as numbers is the right one.
         ways += [way for way in same if way.share == max(other.share for other in same)]
     # The line above the first sample may name several columns.
     if any(way.first and len(way.split(lines[way.first - 1][1])) == way.cells > 1 for way in ways):
-        ways = [way for way in ways if way.delimiter != "none"]
+        ways = [way for way in ways if way.cells > 1]
     distinct: list[_Dialect] = []
     for way in ways:
         # In a table with tabs, spaces are part of a name or of an empty cell.
@@ -326,31 +312,28 @@ def _distinct(lines: _Lines, keys: SimpleNamespace) -> list[_Dialect]:
     return distinct
 
 
-def _found(rows: Sequence[list[str]], way: _Dialect, sensors: int) -> list[_Dialect]:
-    """Return a dialect with the table that it finds in the rows; empty if there is none."""
+def _found(rows: Sequence[list[str]], way: _Dialect, sensors: int) -> _Dialect | None:
+    """Return a dialect with the table that it finds in the rows, if there is one."""
     if not rows:
-        return []
+        return None
     ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
     is_wide = np.array([len(row) == width for row in rows])
-    numbers = np.array([list(map(way.number, row)) for row in rows if len(row) == width])
+    numbers = np.full((len(rows), width), np.inf)
+    numbers[is_wide] = [list(map(way.number, row)) for row in rows if len(row) == width]
     there = np.isfinite(numbers).sum(axis=1)
-    samples, whole = np.zeros((2, len(rows)), dtype=bool)
-    samples[is_wide] = there >= sensors
     # A line with a missing sample may hold only the time.
-    whole[is_wide] = (there > 0) & ~np.isinf(numbers).any(axis=1)
-    if not samples.any():
-        return []
-    first = int(np.argmax(samples))
+    whole = (there >= sensors) | ((there > 0) & ~np.isinf(numbers).any(axis=1))
+    first = int(np.argmax(there >= sensors))
     while first > 0 and whole[first - 1]:
         first -= 1
-    if np.count_nonzero((samples | whole)[first:]) < max(2, _LEAST_ROWS * (len(rows) - first)):
-        return []
-    below = numbers[np.flatnonzero(is_wide) >= first]
+    if there.max() < sensors or whole[first:].sum() < max(2, _LEAST_ROWS * (len(rows) - first)):
+        return None
+    below = numbers[first:][is_wide[first:]]
     share = float(np.mean(~np.isinf(below)))
-    return [way._replace(cells=width, first=first, share=share, numbers=below)]
+    return way._replace(cells=width, first=first, share=share, numbers=below)
 
 
-def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
+def _ambiguity(lines: Sequence[_Line], ways: Sequence[_Dialect]) -> str:
     """Return a message that names an ambiguous cell or line, and the options that decide."""
     widest, readings = min(ways, key=lambda way: way.cells), list[str]()
     is_same = len({way.cells for way in ways}) == 1
@@ -374,8 +357,8 @@ def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
     return f"line {number}: {text!r} can be {' or '.join(readings)}; choose one"
 
 
-def _head(lines: _Lines, comments: _Lines, dialect: _Dialect) -> _Head:
-    """Return the names above the first sample, and the units in the line below the names."""
+def _head(lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect) -> _Head:
+    """Return the names above the first sample of a text, and the units below the names."""
     above = [dialect.split(line) for _, line in lines[: dialect.first]]
     first = lines[dialect.first][0]
     # Commas are delimiters and decimal signs if there are half as many names as cells.
@@ -385,103 +368,86 @@ def _head(lines: _Lines, comments: _Lines, dialect: _Dialect) -> _Head:
             f"{len(above[-1])} columns: a comma seems to be delimiter and decimal sign; export it "
             "with another delimiter"
         )
-    if not above or not _are_names(above[-1], dialect):
-        # np.savetxt writes the names as a comment.
-        above = [dialect.split(line) for number, line in comments if number < first][-1:]
-    return _names_and_units(above, dialect)
+    # np.savetxt writes the names as a comment.
+    comment = [dialect.split(text) for number, text in comments.items() if number < first][-1:]
+    return _names_and_units([*comment, *above], dialect)
 
 
-def _names_and_units(above: Sequence[list[str]], dialect: _Dialect) -> _Head:
-    heads = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, dialect)]
-    unnamed = [""] * dialect.cells
+def _names_and_units(above: Iterable[list[str]], dialect: _Dialect) -> _Head:
+    """Return the last row that holds names, and the row of units below it."""
+    heads, unnamed = list[list[str]](), [""] * dialect.cells
+    for row in above:
+        numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
+        if len(row) == dialect.cells and numbers <= dialect.cells / 2:
+            heads.append([cell.strip('" ') for cell in row])
     if len(heads) > 1 and all(map(is_unit, heads[-1])):
         return heads[-2], heads[-1]
     return (heads[-1] if heads else unnamed), unnamed
 
 
-def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
-    numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
-    return len(row) == dialect.cells and numbers <= dialect.cells / 2
-
-
-def _rows(
-    lines: Iterable[_Line],
-    known: _Lines,
-    dialect: _Dialect,
-    needed: int,
-    passed_over: list[int] | None,
-) -> _Rows:
-    """Yield the cells of each line from the first sample on.
-
-    The number of a line without a whole sample is put into `passed_over`. If this is None, a line
-    without all cells is an error.
-    """
-    for number, line in dropwhile(lambda each: each[0] < known[dialect.first][0], lines):
-        cells = dialect.split(line)
-        is_whole = len(cells) == dialect.cells
-        if passed_over is not None:
-            is_whole &= sum(dialect.number(cell) != np.inf for cell in cells) >= needed
-        if is_whole:
-            yield number, cells
-        elif passed_over is not None:
-            passed_over.append(number)
-        else:
-            where = ", the last one," if number == known[-1][0] else ""
-            raise CapsuleError(
-                f"line {number}{where} has {len(cells)} cells, but there are {dialect.cells} "
-                "columns; complete the line, copy the file again, or delete the line"
-            )
-
-
 def _table(
-    head: _Head, rows: _Rows, dialect: _Dialect, keys: SimpleNamespace, **told: Any
+    head: _Head,
+    rows: Iterator[tuple[int, list[str]]],
+    dialect: _Dialect,
+    keys: SimpleNamespace,
+    stamps: Mapping[int, str],
+    *,
+    is_log: bool = False,
+    **told: Any,
 ) -> Table:
-    """Return a table of cells of text.
+    """Return a table of cells of text; in a log, without lines that hold no whole sample.
 
     A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
     far from all samples below.
     """
-    (names, units), lines, first = head, array("q"), list[str]()
+    (names, units), lines, first, passed_over = head, array("q"), list[str](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
     for line, cells in rows:
+        numbers = [dialect.number(cell) for cell in cells]
+        is_whole = len(cells) == dialect.cells
+        if is_log and not (is_whole and len(cells) - numbers.count(np.inf) >= keys.sensor_count):
+            passed_over.append(line)
+            continue
+        if not is_whole:
+            where = ", the last one," if next(rows, None) is None else ""
+            raise CapsuleError(
+                f"line {line}{where} has {len(cells)} cells, but there are {dialect.cells} "
+                "columns; complete the line, copy the file again, or delete the line"
+            )
         first = first or cells
         lines.append(line)
-        for column, texts, cell in zip(columns, words, cells, strict=True):
-            number = dialect.number(cell)
-            is_word = number == np.inf
-            column.append(np.nan if is_word else number)
-            texts.append(cell if is_word else "")
-    table = Table(
+        for column, texts, cell, number in zip(columns, words, cells, numbers, strict=True):
+            column.append(np.nan if number == np.inf else number)
+            texts.append(cell if number == np.inf else "")
+    if len(lines) > 2 and not any(names) and _counts_columns(first):
+        shown = f"{'row' if 'kind' in told else 'line'} {lines[0]}: {','.join(first)!r}"
+        if len(first) >= _LEAST_NAMES and np.mean(is_far(np.array(columns[1:]))) >= 0.5:
+            told["remark"] = f"{shown} is taken for the names of the columns, not for a sample"
+            del lines[0]
+            for column, texts in zip(columns, words, strict=True):
+                del column[0], texts[0]
+        elif keys.skip_lines is None:
+            raise QuestionError(
+                f"{shown} can be the names of the columns (--skip-lines {lines[0]}) or the first "
+                f"sample (--skip-lines {lines[0] - 1}); choose one"
+            )
+    stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
+    if all(stamped):
+        names, units = (STAMP_NAME, *names), ("clock", *units)
+        columns, words = [array("d", [np.nan]) * len(lines), *columns], [stamped, *words]
+    return Table(
         tuple(names),
         tuple(units),
         tuple(map(np.asarray, columns)),
         {index: texts for index, texts in enumerate(words) if any(texts)},
         lines=np.asarray(lines),
+        passed_over=passed_over,
         **told,
     )
-    if len(lines) <= 2 or any(names) or not _counts_columns(first):
-        return table
-    shown = f"{table.line(0)}: {','.join(first)!r}"
-    if len(first) >= _LEAST_NAMES and np.mean(is_far(np.array(table.columns[1:]))) >= 0.5:
-        return replace(
-            table,
-            columns=tuple(column[1:] for column in table.columns),
-            words={index: texts[1:] for index, texts in table.words.items()},
-            lines=np.array(lines[1:]),
-            remark=f"{shown} is taken for the names of the columns, not for a sample",
-        )
-    if keys.skip_lines is None:
-        raise QuestionError(
-            f"{shown} can be the names of the columns (--skip-lines {lines[0]}) or the first "
-            f"sample (--skip-lines {lines[0] - 1}); choose one"
-        )
-    return table
 
 
 def _counts_columns(cells: Sequence[str]) -> bool:
     """Return whether cells count from 0 or 1; the first may be empty, above the index of pandas."""
-    numbers = cells[1:] if not cells[0] else cells
-    return len(numbers) > 1 and any(
-        list(numbers) == [str(number) for number in range(first, first + len(numbers))]
-        for first in (0, 1)
-    )
+    numbers = list(cells if cells[0] else cells[1:])
+    counts = ([str(at + first) for at in range(len(numbers))] for first in (0, 1))
+    return len(numbers) > 1 and numbers in counts
