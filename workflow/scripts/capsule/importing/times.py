@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.table import QuestionError, Table
+from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.units import TIME_UNITS, plain_unit, split_unit
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
@@ -26,14 +26,19 @@ _POSSIBLE_HZ = (0.2, 100_000.0)
 _SAME_RATE = 0.05
 # Seconds since 1970 of the years 2000 and 2100.
 _EPOCH_S = (946_684_800.0, 4_102_444_800.0)
-# A date or none, a time of day, a half of the day (12:00:00 PM is noon), and a zone or none.
-_MOMENT = re.compile(
-    r"(?:(?:(?P<year>[0-9]{4})[-/.](?P<month>[0-9]{1,2})[-/.](?P<day>[0-9]{1,2})"
-    r"|(?P<first>[0-9]{1,2})(?P<sign>[./-])(?P<second>[0-9]{1,2})(?P=sign)(?P<last>[0-9]{4}))"
-    r"[ T,]+)?(?P<hour>[0-9]{1,2}):(?P<minute>[0-9]{2}):(?P<s>[0-9]{2})"
-    r"(?:[.,:](?P<fraction>[0-9]{1,9}))?\s*(?:(?P<half>[AaPp])\.?[Mm]\.?)?"
-    r"\s*(?P<zone>Z|UTC|[+-][0-9]{2}:?[0-9]{2})?"
+_DAY, _MONTH, _YEAR = "(?P<day>[0-9]{1,2})", "(?P<month>[0-9]{1,2})", "(?P<year>[0-9]{4})"
+# A time of day, a half of the day (12:00:00 PM is noon), and a zone or none.
+_CLOCK = (
+    r"(?P<hour>[0-9]{1,2}):(?P<minute>[0-9]{2}):(?P<s>[0-9]{2})(?:[.,:](?P<fraction>[0-9]{1,9}))?"
+    r"\s*(?:(?P<half>[AaPp])\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|[+-][0-9]{2}:?[0-9]{2})?"
 )
+# By kind of the column, and order of day and month where it matters.
+_MOMENTS = {
+    ("date", ""): re.compile(rf"{_YEAR}[-/.]{_MONTH}[-/.]{_DAY}[ T,]+{_CLOCK}"),
+    ("date", "day_first"): re.compile(rf"{_DAY}([./-]){_MONTH}\2{_YEAR}[ T,]+{_CLOCK}"),
+    ("date", "month_first"): re.compile(rf"{_MONTH}([./-]){_DAY}\2{_YEAR}[ T,]+{_CLOCK}"),
+    ("clock", ""): re.compile(_CLOCK),
+}
 _SUCH = {
     "date": "date such as 2026-03-04 12:34:56.789",
     "clock": "time of day such as 12:34:56.789",
@@ -78,189 +83,164 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
     CapsuleError
         If the time is not known, or several units fit.
     """
-    rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
     if index is None:
-        if rate is None:
-            raise QuestionError(
-                "no column gives the time; name one with --time, or give the sampling rate in Hz "
-                "with --rate"
-            )
+        no_rate = "no column gives the time; name one with --time, or give the sampling rate in Hz "
+        rate, told = _rate(table, keys, f"{no_rate}with --rate")
         for number in table.passed_over:
             if table.lines is not None and table.lines[0] < number < table.lines[-1]:
                 raise CapsuleError(
                     f"line {number} does not hold a whole sample, and no column gives the time, so "
                     "a missing sample would shift all later ones; delete the line, or complete it"
                 )
-        time_s = np.arange(table.columns[0].size) / _possible(rate, told)
+        time_s = np.arange(table.columns[0].size) / rate
         return Clock(time_s, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
-    label = table.column_label(index)
     if not table.holds_numbers(index) or keys.time_unit in ("date", "clock"):
         return _from_texts(table, index, keys)
-    numbers = table.checked_numbers(index)
+    numbers, column = table.checked_numbers(index), f"column {table.column_label(index)}"
     for row in np.flatnonzero(np.isnan(numbers))[:1]:
         raise CapsuleError(
-            f"{table.line(row)}: the time is missing in column {label}; complete it, or use --time "
-            "none and --rate"
+            f"{table.line(row)}: the time is missing in {column}; complete it, or use --time none "
+            "and --rate"
         )
     if numbers.size < 2:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
-    unit, reason = _unit(table, index, keys)
-    if unit == "sample" and rate is None:
-        raise QuestionError(
-            f"column {label} counts samples; give the sampling rate in Hz with --rate"
-        )
-    seconds = 1 / _possible(rate, told) if unit == "sample" and rate else _SECONDS[unit]
-    first_s = float(numbers[0] * seconds)
-    started = table.started
+    with naming(column):
+        unit, reason = _unit(table, index, keys)
+    if unit == "sample":
+        no_rate = f"{column} counts samples; give the sampling rate in Hz with --rate"
+        seconds = 1 / _rate(table, keys, no_rate)[0]
+    else:
+        seconds = _SECONDS[unit]
+    first_s, started = float(numbers[0] * seconds), table.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
-        started = f"{datetime.fromtimestamp(int(first_s), UTC):%Y-%m-%dT%H:%M:%SZ}"
+        started = _iso(datetime.fromtimestamp(int(first_s), UTC))
     return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
 
 
-def _possible(rate: float, told: str) -> float:
-    """Return a sampling rate in Hz, or refuse it; `told` says where it comes from."""
+def _rate(table: Table, keys: SimpleNamespace, question: str) -> tuple[float, str]:
+    """Return the sampling rate in Hz and where it comes from; ask for it if it is unknown."""
+    rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
     low, high = _POSSIBLE_HZ
+    if rate is None:
+        raise QuestionError(question)
     if not low <= rate <= high:
         raise CapsuleError(
             f"a sampling rate of {rate:g} Hz by {told} is not between {low:g} and {high:g} Hz; "
             "give the right one with --rate"
         )
-    return rate
+    return rate, told
 
 
 def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
     """Return the unit of a column of numbers, and the reason."""
-    label, name = table.column_label(index), table.names[index]
     steps = np.diff(table.columns[index])
     step = float(np.median(steps))
     if step <= 0:
-        raise CapsuleError(
-            f"column {label}: the time does not run forward; name another column with --time"
-        )
-    bare, in_name = split_unit(name)
-    words = (plain_unit(table.units[index]), plain_unit(in_name), bare.strip().lower())
+        raise CapsuleError("the time does not run forward; name another column with --time")
+    bare, in_name = split_unit(table.names[index])
+    words = map(plain_unit, (table.units[index], in_name, bare))
     named = next((TIME_UNITS[word] for word in words if word in TIME_UNITS), None)
+    rates = {unit: 1.0 / (step * seconds) for unit, seconds in _SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
-        rate = 1.0 / (step * _SECONDS.get(told, 1.0))
-        if told != "sample" and not _POSSIBLE_HZ[0] <= rate <= _POSSIBLE_HZ[1]:
+        if told != "sample" and not _POSSIBLE_HZ[0] <= rates[told] <= _POSSIBLE_HZ[1]:
             raise CapsuleError(
-                f"column {label}: with the unit {told} ({reason}), its usual step of {step:.6g} is "
-                f"a sampling rate of {rate:.4g} Hz; use another --time-unit"
+                f"with the unit {told} ({reason}), its usual step of {step:.6g} is a sampling rate "
+                f"of {rates[told]:.4g} Hz; use another --time-unit"
             )
         return told, reason
     known = keys.rate or table.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
-    rates = {unit: 1.0 / (step * _SECONDS[unit]) for unit in _TRIED}
-    fitting = {unit: hz for unit, hz in rates.items() if low <= hz <= high}
-    configured = [unit for unit, hz in fitting.items() if abs(hz / keys.rate_hz - 1) <= _SAME_RATE]
-    if len(configured) == 1:
-        fitting = {configured[0]: fitting[configured[0]]}
+    fitting = [unit for unit in _TRIED if low <= rates[unit] <= high]
+    configured = [unit for unit in fitting if abs(rates[unit] / keys.rate_hz - 1) <= _SAME_RATE]
+    fitting = configured if len(configured) == 1 else fitting
+    options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
-        fitting["sample"] = known or 0.0
-    if len(fitting) == 1:
-        ((unit, hz),) = fitting.items()
-        return unit, "counts" if unit == "sample" else f"a step of {step:.6g} {unit} is {hz:.4g} Hz"
-    if not fitting:
+        options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
+    if not options:
         raise QuestionError(
-            f"column {label}: its usual step of {step:.6g} is a rate between {low:g} and "
-            f"{high:g} Hz in no unit; use --time-unit, or name another column with --time"
+            f"its usual step of {step:.6g} is a rate between {low:g} and {high:g} Hz in no unit; "
+            "use --time-unit, or name another column with --time"
         )
-    options = [
-        "numbers of samples (--time-unit sample --rate HZ)"
-        if unit == "sample"
-        else f"{unit}, {hz:.4g} Hz (--time-unit {unit})"
-        for unit, hz in fitting.items()
-    ]
-    raise QuestionError(
-        f"column {label}: its usual step of {step:.6g} can be {' or '.join(options)}; choose one"
-    )
+    if len(options) > 1:
+        can_be = " or ".join(options.values())
+        raise QuestionError(f"its usual step of {step:.6g} can be {can_be}; choose one")
+    (unit,) = options
+    if unit == "sample":
+        return unit, "counts"
+    return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
 
 
 def text_kind(table: Table, index: int) -> str:
     """Return whether a column begins with a ``date`` and time, a ``clock``, or neither (empty)."""
-    texts = table.texts(index, _CELLS_TRIED)
-    matches = [_MOMENT.fullmatch(text.strip()) for text in texts if text.strip()]
-    kinds = {"" if match is None else "date" if _has_date(match) else "clock" for match in matches}
-    return kinds.pop() if len(kinds) == 1 else ""
-
-
-def _has_date(match: re.Match[str]) -> bool:
-    return bool(match["year"] or match["last"])
+    texts = [text.strip() for text in table.texts(index, _CELLS_TRIED) if text.strip()]
+    fitting = (kind for (kind, _), way in _MOMENTS.items() if all(map(way.fullmatch, texts)))
+    return next(fitting, "") if texts else ""
 
 
 def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
-    texts = table.texts(index)
+    """Return the time from dates or times of day; of the orders of a date, one must fit."""
+    texts = [text.strip() for text in table.texts(index)]
     kind = keys.time_unit or text_kind(table, index) or "date"
-
-    def refusal(row: int, what: str) -> CapsuleError:
-        place = f"{table.line(row)}, column {table.column_label(index)}"
-        return CapsuleError(f"{place}: {texts[row][:60]!r} {what}")
-
-    matches = [_MOMENT.fullmatch(text.strip()) if kind in _SUCH else None for text in texts]
-    orders = [keys.date_order] if keys.date_order or kind != "date" else _date_orders(matches)
-    if len(orders) > 1:
-        options = "the day first (--date-order day_first) or the month (--date-order month_first)"
-        raise QuestionError(str(refusal(0, f"can name {options}; choose one")))
-    moments = []
-    for row, match in enumerate(matches):
-        try:
-            moments.append(_moment(match, kind, orders[0]))
-        except (ValueError, OverflowError):
-            raise refusal(
-                row,
-                f"is not a {_SUCH.get(kind, kind)}; correct the line, use another --time-unit or "
-                "--date-order, or name another column with --time",
-            ) from None
-    seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    first_s = (moments[0] - datetime(1970, 1, 1)).total_seconds()
+    read = {
+        order: _moments(texts, way)
+        for (each, order), way in _MOMENTS.items()
+        if each == kind and (not order or keys.date_order in (None, order))
+    }
+    whole = {order: moments for order, moments in read.items() if len(moments) == len(texts)}
+    row = 0 if whole else max(map(len, read.values()), default=0)
+    shown = f"{table.line(row)}, column {table.column_label(index)}: {texts[row][:60]!r}"
+    if not whole:
+        raise CapsuleError(
+            f"{shown} is not a {_SUCH.get(kind, kind)}; correct the line, use another --time-unit "
+            "or --date-order, or name another column with --time"
+        )
+    (order, moments), *others = whole.items()
+    if others and others[0][1] == moments:
+        order = ""
+    # Countries that write points between day and month write the day first.
+    elif others and not all(re.match(r"[0-9]+\.", text) for text in texts):
+        raise QuestionError(
+            f"{shown} can name the day first (--date-order day_first) or the month (--date-order "
+            "month_first); choose one"
+        )
+    instants = np.array([moment.replace(tzinfo=None) for moment in moments], "datetime64[us]")
+    seconds = (instants - instants[0]) / np.timedelta64(1, "s")
+    first_s = float(instants[0].astype(float)) / 1e6
     if kind == "clock":
         # After midnight the times continue to rise.
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_SECONDS["day"] / 2)])
-        seconds += _SECONDS["day"] * days
-        return Clock(seconds, kind, "times of day", first_s, table.started)
-    has_zone = matches[0] and matches[0]["zone"]
-    started = moments[0].isoformat(timespec="seconds") + ("Z" if has_zone else "")
-    return Clock(seconds, kind, "dates", first_s, started, orders[0])
+        return Clock(seconds + _SECONDS["day"] * days, kind, "times of day", first_s, table.started)
+    return Clock(seconds, kind, "dates", first_s, _iso(moments[0]), order)
 
 
-def _date_orders(matches: Sequence[re.Match[str] | None]) -> list[str]:
-    """Return the possible orders of day and month in dates; an empty one if none is needed."""
-    ordered = [match for match in matches if match and match["first"]]
-    pairs = {(int(match["first"]), int(match["second"])) for match in ordered}
-    if not pairs or (len(pairs) == 1 and len(set(*pairs)) == 1):
-        return [""]
-    if any(first > 12 for first, _ in pairs):
-        return ["day_first"]
-    if any(second > 12 for _, second in pairs):
-        return ["month_first"]
-    # Countries that write points between day and month write the day first.
-    has_points = all(match["sign"] == "." for match in ordered)
-    return ["day_first"] if has_points else ["day_first", "month_first"]
+def _moments(texts: Sequence[str], way: re.Pattern[str]) -> list[datetime]:
+    """Return dates and times up to the first text that is none, in UTC if they name a zone.
 
-
-def _moment(match: re.Match[str] | None, kind: str, order: str) -> datetime:
-    """Return a date and time, in UTC if it names a zone; without a date, on 1 January 1970.
-
-    Raises a ValueError or an OverflowError if there is no such date or time.
+    Without a date, they are on 1 January 1970.
     """
-    # Some clocks count a leap second as second 60.
-    if not match or _has_date(match) != (kind == "date") or int(match["s"]) > 60:
-        raise ValueError
-    year, month, day = match["year"] or match["last"], match["month"], match["day"]
-    if match["first"]:
-        day, month = match.group("first", "second")
-        if order == "month_first":
-            day, month = month, day
-    hour, zone = int(match["hour"]), match["zone"]
-    if match["half"]:
-        hour = hour % 12 + 12 * (match["half"] in "pP")
-    moment = datetime(int(year or 1970), int(month or 1), int(day or 1), hour, int(match["minute"]))
-    moment += timedelta(seconds=float(f"{match['s']}.{match['fraction'] or 0}"))
-    if zone and zone not in ("Z", "UTC"):
-        east = timedelta(hours=int(zone[1:3]), minutes=int(zone[-2:]))
-        moment += east if zone[0] == "-" else -east
-    return moment
+    moments: list[datetime] = []
+    for text in texts:
+        match = way.fullmatch(text)
+        # Some clocks count a leap second as second 60.
+        if not match or int(match["s"]) > 60:
+            break
+        said = {"year": "1970", "month": "1", "day": "1"} | match.groupdict("")
+        hour, zone = int(said["hour"]), said["zone"].replace("UTC", "Z")
+        if half := said["half"].lower():
+            hour = hour % 12 + 12 * (half == "p")
+        date = "{year}-{month:0>2}-{day:0>2}".format_map(said)
+        try:
+            moment = datetime.fromisoformat(f"{date}T{hour:02}:{said['minute']}{zone}")
+            moment += timedelta(seconds=float(f"{said['s']}.{said['fraction'] or 0}"))
+            moments.append(moment.astimezone(UTC) if zone else moment)
+        except (ValueError, OverflowError):
+            break
+    return moments
+
+
+def _iso(moment: datetime) -> str:
+    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def later(started: str, seconds: float) -> str:
@@ -275,4 +255,4 @@ def later(started: str, seconds: float) -> str:
             moment = moment.astimezone(UTC)
     except (ValueError, OverflowError):
         return ""
-    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
+    return _iso(moment)
