@@ -73,12 +73,11 @@ def choose_columns(
 
 def _named_column(table: Table, wanted: str | int, key: str) -> int:
     """Return the index of a column, by its name (with or without its unit) or number from 1."""
-    names, count = [name.strip().lower() for name in table.names], len(table.names)
     plain = wanted.strip().lower() if isinstance(wanted, str) else None
-    matching = [at for at, name in enumerate(names) if name == plain]
-    matching = matching or [
-        at for at, name in enumerate(names) if split_unit(name)[0].strip() == plain
-    ]
+    names, count = [name.strip().lower() for name in table.names], len(table.names)
+    bare = [split_unit(name)[0].strip() for name in names]
+    matching = [at for at in range(count) if names[at] == plain]
+    matching = matching or [at for at in range(count) if bare[at] == plain]
     if len(matching) == 1:
         return matching[0]
     if not matching and str(wanted).isdecimal() and 1 <= int(wanted) <= count:
@@ -90,20 +89,18 @@ def _named_column(table: Table, wanted: str | int, key: str) -> int:
 
 def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | None:
     """Return the column of the time; `sensors` other columns of numbers must remain."""
-    free = [index for index in range(len(table.names)) if index not in taken]
-    numbers = [index for index in free if table.holds_numbers(index)]
-    texts = [index for index in free if text_kind(table, index)]
-    candidates = [at for at in sorted({*numbers, *texts}) if _is_time_name(table.names[at])]
-    if not candidates and len(numbers) > sensors:
-        # If no column is left over, a rising column is a sensor.
-        rising = [index for index in numbers if _rises(table.columns[index])]
-        candidates = [index for index in rising if not _is_counter(table, index)] or rising
-        if len(candidates) > 1 and candidates[0] == 0 and not table.names[0]:
-            # Without names, the first column is the time, unless another one also steps evenly.
-            candidates = [index for index in candidates if _steps_evenly(table.columns[index])]
-    if not candidates and texts and table.names[texts[0]] == STAMP_NAME:
-        candidates = texts[:1]
-    candidates = candidates or texts
+    free = [at for at in range(len(table.names)) if at not in taken]
+    numbers = [at for at in free if table.holds_numbers(at)]
+    texts = [at for at in free if text_kind(table, at)]
+    named = [at for at in free if at in numbers + texts and _is_time_name(table.names[at])]
+    # If no column is left over, a rising column is a sensor.
+    rising = [at for at in numbers if _rises(table.columns[at])] if len(numbers) > sensors else []
+    clocks = [at for at in rising if not _is_counter(table, at)] or rising
+    if len(clocks) > 1 and clocks[0] == 0 and not table.names[0]:
+        # Without names, the first column is the time, unless another one also steps evenly.
+        clocks = [at for at in clocks if _steps_evenly(table.columns[at])]
+    stamps = [at for at in texts if table.names[at] == STAMP_NAME]
+    candidates = named or clocks or stamps or texts
     if len(candidates) > 1:
         raise QuestionError(
             f"the columns {table.listed(candidates)} can all be the time; name one with --time"

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.table import QuestionError, Table
+from capsule.importing.table import QuestionError, Table, naming
 from capsule.names import displayed
 
 _READING = {
@@ -37,7 +37,13 @@ _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 # Least reading, and range of the largest one, that fit a unit.
-_FITS = {"V": (0, 0, 5.5), "mV": (0, 100, 5500), "ohm": (100, 100, 1e7), "kohm": (0.1, 0.1, 1e4)}
+_FITS = {
+    "counts": (0, 0, np.inf),
+    "V": (0, 0, 5.5),
+    "mV": (0, 100, 5500),
+    "ohm": (100, 100, 1e7),
+    "kohm": (0.1, 0.1, 1e4),
+}
 _HIGHEST_COUNT = 65_535.0
 # If the largest reading is below this, the readings are probably not counts.
 _LEAST_COUNT = 64.0
@@ -86,7 +92,9 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) ->
     texts = [_named(table, index) for index in sensors]
     units = {READING_UNITS.get(plain_unit(text), "") for text in texts}
     if not any(texts):
-        return _by_values(table, sensors, keys.full_scale)
+        values = np.array([table.checked_numbers(index) for index in sensors])
+        with naming(f"column {table.column_label(sensors[0])}"):
+            return _by_values(values[~np.isnan(values)], keys.full_scale)
     if "" in units or len(units) > 1:
         named = ", ".join(
             f"{displayed(text) or 'no unit'} of {table.column_label(index)}"
@@ -112,36 +120,34 @@ def _named(table: Table, index: int) -> str:
     return noted if plain_unit(noted) in READING_UNITS else ""
 
 
-def _by_values(table: Table, sensors: Sequence[int], full_scale: float) -> tuple[str, str]:
-    label = f"column {table.column_label(sensors[0])}"
-    values = np.array([table.checked_numbers(index) for index in sensors])
-    known = values[~np.isnan(values)]
+def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
+    """Return the unit that fits all readings, of which none is missing, and the reason."""
     if known.size == 0:
-        raise CapsuleError(f"{label}: it has no reading; name other columns with --sensors")
+        raise CapsuleError("it has no reading; name other columns with --sensors")
     low, high = float(known.min()), float(known.max())
-    whole = bool(np.all(known % 1.0 == 0))
+    whole, below_scale = bool(np.all(known % 1.0 == 0)), _LEAST_COUNT <= high < full_scale
     span = f"readings from {low:.6g} to {high:.6g}"
-    if low >= 0 and whole and _LEAST_COUNT <= high < full_scale:
+    if low >= 0 and whole and below_scale:
         reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
         return "counts", reason
     if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
         return "V", f"{span}, within diagonal.full_scale {full_scale:g}"
-    averaged = not whole and _LEAST_COUNT <= high < full_scale
-    fitting = ["counts"] * (low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged))
-    fitting += [
+    likely = {
+        # Averaged counts are not whole, and kilo-ohms hardly ever are.
+        "counts": high <= _HIGHEST_COUNT if whole else below_scale,
+        "kohm": not whole or high < _LEAST_COUNT,
+    }
+    fitting = [
         unit
         for unit, (least, lowest, highest) in _FITS.items()
-        if least <= low
-        and lowest <= high <= highest
-        # Kilo-ohms are hardly ever whole.
-        and (unit != "kohm" or not whole or high < _LEAST_COUNT)
+        if least <= low and lowest <= high <= highest and likely.get(unit, True)
     ]
     if len(fitting) == 1:
         return fitting[0], f"{span} fit no other unit"
     if not fitting:
         raise QuestionError(
-            f"{label}: {span} fit no unit; if one of them marks a missing sample, name it with "
-            "--missing, else give the unit with --unit"
+            f"{span} fit no unit; if one of them marks a missing sample, name it with --missing, "
+            "else give the unit with --unit"
         )
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
-    raise QuestionError(f"{label}: {span} can be {options}; choose one")
+    raise QuestionError(f"{span} can be {options}; choose one")
