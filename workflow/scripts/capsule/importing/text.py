@@ -19,7 +19,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, is_far
-from capsule.importing.units import is_unit
+from capsule.importing.units import unit_of
 from capsule.recording import DECISIVE, LARGEST_NUMBER
 
 _MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
@@ -48,8 +48,6 @@ _LEAST_NAMES = 3
 # Number and text of each line; number and cells of each row.
 _Line: TypeAlias = tuple[int, str]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
-# Names and units of the columns.
-_Head: TypeAlias = tuple[Sequence[str], Sequence[str]]
 
 
 # By decimal sign and separator of thousands. A number with thousands never begins with 0: the comma
@@ -89,10 +87,12 @@ class _Dialect(NamedTuple):
         """
         if self.labels:
             return _LABELLED.split(line)[2::3] if _labels(line) == self.labels else []
-        sign = _DELIMITERS[self.delimiter]
-        row = " ".join(line.split()) if sign == " " else line
         # No text holds a null character, so without a delimiter a row is one cell.
-        (cells,) = csv.reader([row], delimiter=sign or "\0", skipinitialspace=True)
+        sign = _DELIMITERS[self.delimiter] or "\0"
+        row = " ".join(line.split()) if sign == " " else line
+        cells = row.split(sign)
+        if '"' in row:
+            (cells,) = csv.reader([row], delimiter=sign, skipinitialspace=True)
         cells = [cell.strip() for cell in cells]
         return cells[:-1] if len(cells) == self.cells + 1 > 1 and not cells[-1] else cells
 
@@ -111,13 +111,13 @@ class _Dialect(NamedTuple):
         return value if abs(value) <= LARGEST_NUMBER else np.inf
 
 
-def _plain(delimiter: str, keys: SimpleNamespace, labels: tuple[str, ...] = ()) -> _Dialect:
-    """Return a dialect with points in its numbers, and the marks of a missing sample.
+def _plain(keys: SimpleNamespace) -> _Dialect:
+    """Return the dialect without a delimiter, with points in its numbers, and the marks.
 
-    A number among the marks matches all its spellings: -999 is also written -999.0.
+    A number among the marks of a missing sample matches all its spellings: -999 is also -999.0.
     """
     words = [str(word).strip().lower() for word in keys.missing or ()]
-    way = _Dialect(delimiter, ("point", "none"), (), labels)
+    way = _Dialect("none", ("point", "none"), ())
     return way._replace(missing={*_MISSING, *words, *filter(np.isfinite, map(way.number, words))})
 
 
@@ -133,26 +133,25 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     comments, stamps = dict[int, str](), dict[int, str]()
     lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=_TRIED // 2)]
-    bare = [*_bare(known, stamps)]
+    bare = _bare(known[:_TRIED], stamps)
+    labelled = Counter(_labels(line) for _, line in bare)
     stamped = sum(number in stamps for number, _ in known[:_TRIED])
-    labelled = Counter(_labels(line) for _, line in bare[:_TRIED])
     most = max(stamped, labelled.total() - labelled[()])
     is_log, labels = most > _LEAST_SHARE * len(known[:_TRIED]), tuple[str, ...]()
     if is_log:
-        known, again = bare, _bare(again, stamps)
+        known, again = [*_bare(known, stamps)], _bare(again, stamps)
         ((usual, count),) = labelled.most_common(1) or [((), 0)]
         labels = usual if count >= _LEAST_SHARE * labelled.total() else ()
-    dialect = _guess_dialect(known, keys, labels)
+    dialect = _guess_dialect(known, _plain(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
-    head: _Head = labels, [""] * len(labels)
-    first = 0  # What stands above the samples of a log with labels is no head of a table.
-    if not labels:
+    above, first = [list(labels)], 0
+    if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-        head, first = _head(known, comments, dialect), known[dialect.first][0]
+        above, first = _above(known, comments, dialect), known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
     told = {"notes": _notes(comments), "reading": reading}
-    return _table(head, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
+    return _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
 
 
 def read_rows(rows: _Rows, keys: SimpleNamespace, title: str) -> Table:
@@ -161,17 +160,16 @@ def read_rows(rows: _Rows, keys: SimpleNamespace, title: str) -> Table:
     `rows` holds the number of each row, and its cells; all rows have the same number of cells.
     """
     rows = [row for row in rows if row[0] > (keys.skip_lines or 0) and any(row[1])]
-    way = _found([cells for _, cells in rows], _plain("none", keys), keys.sensor_count)
+    way = _found([cells for _, cells in rows], _plain(keys), keys.sensor_count)
     if way is None:
         return Table((), (), (), kind="sheet", label=title)
     above, below = rows[: way.first], rows[way.first :]
     # Empty cells that have a format make rows wider.
     width = max(at for _, cells in below for at, cell in enumerate(cells, 1) if cell)
     named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
-    way = way._replace(cells=width)
     samples = ((number, cells[:width]) for number, cells in below)
-    head = _names_and_units(named, way)
-    return _table(head, samples, way, keys, {}, kind="sheet", label=title)
+    way = way._replace(cells=width)
+    return _table(named, samples, way, keys, {}, kind="sheet", label=title)
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -252,14 +250,12 @@ def _labels(line: str) -> tuple[str, ...]:
     return tuple(label for label, _ in _LABELLED.findall(line))
 
 
-def _guess_dialect(
-    lines: Sequence[_Line], keys: SimpleNamespace, labels: tuple[str, ...]
-) -> _Dialect:
+def _guess_dialect(lines: Sequence[_Line], plain: _Dialect, keys: SimpleNamespace) -> _Dialect:
     """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
-    ways = _distinct(few, keys, labels)
+    ways = _distinct(few, plain, keys)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
-        ways = _distinct(lines, keys, labels)
+        ways = _distinct(lines, plain, keys)
     if not ways:
         number, text = lines[len(lines) // 2] if lines else (1, "")
         raise CapsuleError(
@@ -273,18 +269,17 @@ def _guess_dialect(
     return ways[0]
 
 
-def _distinct(
-    lines: Sequence[_Line], keys: SimpleNamespace, labels: tuple[str, ...]
-) -> list[_Dialect]:
+def _distinct(lines: Sequence[_Line], plain: _Dialect, keys: SimpleNamespace) -> list[_Dialect]:
     """Try each dialect; return those that read different numbers, one of each."""
     # A point is a decimal sign, unless commas appear, too.
     both = any("," in text and "." in text for _, text in lines)
     quotes = any('"' in text for _, text in lines)
     ways: list[_Dialect] = []
-    for delimiter in ["none"] if labels else [keys.delimiter] if keys.delimiter else _DELIMITERS:
+    told = "none" if plain.labels else keys.delimiter
+    for delimiter in [told] if told else _DELIMITERS:
         if not any(_DELIMITERS[delimiter] in text for _, text in lines):
             continue
-        plain = _plain(delimiter, keys, labels)
+        plain = plain._replace(delimiter=delimiter)
         rows = [plain.split(text) for _, text in lines]
         same = [
             way
@@ -316,7 +311,8 @@ def _found(rows: Sequence[list[str]], way: _Dialect, sensors: int) -> _Dialect |
     """Return a dialect with the table that it finds in the rows, if there is one."""
     if not rows:
         return None
-    ((width, _),) = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
+    widths = Counter(map(len, rows[len(rows) // 4 :]))
+    width = len(way.labels) or widths.most_common(1)[0][0]
     is_wide = np.array([len(row) == width for row in rows])
     numbers = np.full((len(rows), width), np.inf)
     numbers[is_wide] = [list(map(way.number, row)) for row in rows if len(row) == width]
@@ -357,8 +353,10 @@ def _ambiguity(lines: Sequence[_Line], ways: Sequence[_Dialect]) -> str:
     return f"line {number}: {text!r} can be {' or '.join(readings)}; choose one"
 
 
-def _head(lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect) -> _Head:
-    """Return the names above the first sample of a text, and the units below the names."""
+def _above(
+    lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect
+) -> list[list[str]]:
+    """Return the rows above the first sample of a text; one of them may hold the names."""
     above = [dialect.split(line) for _, line in lines[: dialect.first]]
     first = lines[dialect.first][0]
     # Commas are delimiters and decimal signs if there are half as many names as cells.
@@ -368,25 +366,19 @@ def _head(lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect
             f"{len(above[-1])} columns: a comma seems to be delimiter and decimal sign; export it "
             "with another delimiter"
         )
+    if above and _are_names(above[-1], dialect):
+        return above
     # np.savetxt writes the names as a comment.
-    comment = [dialect.split(text) for number, text in comments.items() if number < first][-1:]
-    return _names_and_units([*comment, *above], dialect)
+    return [dialect.split(text) for number, text in comments.items() if number < first][-1:]
 
 
-def _names_and_units(above: Iterable[list[str]], dialect: _Dialect) -> _Head:
-    """Return the last row that holds names, and the row of units below it."""
-    heads, unnamed = list[list[str]](), [""] * dialect.cells
-    for row in above:
-        numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
-        if len(row) == dialect.cells and numbers <= dialect.cells / 2:
-            heads.append([cell.strip('" ') for cell in row])
-    if len(heads) > 1 and all(map(is_unit, heads[-1])):
-        return heads[-2], heads[-1]
-    return (heads[-1] if heads else unnamed), unnamed
+def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
+    numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
+    return len(row) == dialect.cells and numbers <= dialect.cells / 2
 
 
 def _table(
-    head: _Head,
+    above: Iterable[list[str]],
     rows: Iterator[tuple[int, list[str]]],
     dialect: _Dialect,
     keys: SimpleNamespace,
@@ -397,10 +389,15 @@ def _table(
 ) -> Table:
     """Return a table of cells of text; in a log, without lines that hold no whole sample.
 
+    Of the rows above, the last one whose cells are words holds the names, or the units below them.
     A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
     far from all samples below.
     """
-    (names, units), lines, first, passed_over = head, array("q"), list[str](), list[int]()
+    named = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, dialect)]
+    heads = [[""] * dialect.cells, *named]
+    has_units = len(heads) > 2 and None not in map(unit_of, heads[-1])
+    names, units = heads[-2:] if has_units else (heads[-1], heads[0])
+    lines, first, passed_over = array("q"), list[str](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
     for line, cells in rows:
         numbers = [dialect.number(cell) for cell in cells]
@@ -433,7 +430,7 @@ def _table(
             )
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
-        names, units = (STAMP_NAME, *names), ("clock", *units)
+        names, units = [STAMP_NAME, *names], ["clock", *units]
         columns, words = [array("d", [np.nan]) * len(lines), *columns], [stamped, *words]
     return Table(
         tuple(names),

@@ -10,7 +10,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, naming
-from capsule.importing.units import TIME_UNITS, plain_unit, split_unit
+from capsule.importing.units import split_unit, unit_of
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
@@ -138,8 +138,8 @@ def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
     if step <= 0:
         raise CapsuleError("the time does not run forward; name another column with --time")
     bare, in_name = split_unit(table.names[index])
-    words = map(plain_unit, (table.units[index], in_name, bare))
-    named = next((TIME_UNITS[word] for word in words if word in TIME_UNITS), None)
+    units = map(unit_of, (table.units[index], in_name, bare))
+    named = next((unit for unit in units if unit in (*_SECONDS, "sample")), None)
     rates = {unit: 1.0 / (step * seconds) for unit, seconds in _SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
@@ -251,8 +251,6 @@ def later(started: str, seconds: float) -> str:
     """
     try:
         moment = datetime.fromisoformat(started.strip()) + timedelta(seconds=seconds)
-        if moment.tzinfo is not None:
-            moment = moment.astimezone(UTC)
+        return _iso(moment.astimezone(UTC) if moment.tzinfo else moment)
     except (ValueError, OverflowError):
         return ""
-    return _iso(moment)

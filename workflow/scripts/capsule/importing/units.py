@@ -10,14 +10,13 @@ from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.names import displayed
 
-_READING = {
+# The words for each unit of readings, and of the time.
+_WORDS = {
     "counts": "counts count adc raw lsb digits digit a.u. au adu",
     "V": "v volt volts",
     "mV": "mv millivolt millivolts",
     "ohm": "ohm ohms ω r",
     "kohm": "kohm kohms kω k kiloohm kiloohms kilo-ohm kilo-ohms",
-}
-_TIME = {
     "s": "s sec secs second seconds sekunden sek",
     "ms": "ms msec msecs millis millisecond milliseconds",
     "us": "us µs μs usec micros microsecond microseconds",
@@ -27,11 +26,9 @@ _TIME = {
     "day": "d day days",
     "sample": "sample samples index frame frames",
 }
-READING_UNITS = {word: unit for unit, words in _READING.items() for word in words.split()}
-TIME_UNITS = {word: unit for unit, words in _TIME.items() for word in words.split()}
+_UNITS = {"": ""} | {word: unit for unit, words in _WORDS.items() for word in words.split()}
 # Units of the readings of other sensors.
 _OTHER_SENSORS = "pa hpa kpa mpa bar mbar psi n mn kn g kg mm a ma c °c % pf nf ff hz khz db"
-_UNITS = READING_UNITS.keys() | TIME_UNITS.keys()
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
@@ -48,7 +45,7 @@ _HIGHEST_COUNT = 65_535.0
 # If the largest reading is below this, the readings are probably not counts.
 _LEAST_COUNT = 64.0
 # The unit's name in a recording, and the factor on the readings.
-WRITTEN = {unit: (unit, 1.0) for unit in _READING} | {"mV": ("V", 1e-3)}
+WRITTEN = {unit: (unit, 1.0) for unit in ("counts", "V", "ohm", "kohm")} | {"mV": ("V", 1e-3)}
 
 
 def split_unit(name: str) -> tuple[str, str]:
@@ -67,14 +64,12 @@ def split_unit(name: str) -> tuple[str, str]:
     return name, ""
 
 
-def is_unit(text: str) -> bool:
-    """Return whether a cell is empty or a unit, with or without brackets."""
-    return plain_unit(text) in _UNITS | {""}
+def unit_of(text: str) -> str | None:
+    """Return the unit that a text with or without brackets names; None if it is not known.
 
-
-def plain_unit(text: str) -> str:
-    """Return a unit's text in lower case, without brackets."""
-    return text.strip().strip("[]()<>").strip().lower().replace("\u2126", "ω")
+    It is empty for an empty text.
+    """
+    return _UNITS.get(text.strip().strip("[]()<>").strip().lower())
 
 
 def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) -> tuple[str, str]:
@@ -90,12 +85,12 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) ->
     if keys.unit:
         return keys.unit, "given"
     texts = [_named(table, index) for index in sensors]
-    units = {READING_UNITS.get(plain_unit(text), "") for text in texts}
+    units = [unit_of(text) or "" for text in texts]
     if not any(texts):
         values = np.array([table.checked_numbers(index) for index in sensors])
         with naming(f"column {table.column_label(sensors[0])}"):
             return _by_values(values[~np.isnan(values)], keys.full_scale)
-    if "" in units or len(units) > 1:
+    if units[0] not in WRITTEN or len({*units}) > 1:
         named = ", ".join(
             f"{displayed(text) or 'no unit'} of {table.column_label(index)}"
             for index, text in zip(sensors, texts, strict=True)
@@ -104,7 +99,7 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) ->
             f"the file names {named}; allowed are counts, V, mV, ohm and kohm, the same for all "
             "sensors; use --unit if the readings have one of these units"
         )
-    return units.pop(), "named in the file"
+    return units[0], "named in the file"
 
 
 def _named(table: Table, index: int) -> str:
@@ -112,12 +107,12 @@ def _named(table: Table, index: int) -> str:
     if unit := table.units[index].strip():
         return unit
     bare, unit = split_unit(table.names[index])
-    if plain_unit(unit) in {*READING_UNITS, *_OTHER_SENSORS.split()}:
+    if unit_of(unit) in WRITTEN or unit.lower() in _OTHER_SENSORS.split():
         return unit
     noted = table.notes.get("unit", "")
     if bare.lower().startswith("adc"):
         return "counts"
-    return noted if plain_unit(noted) in READING_UNITS else ""
+    return noted if unit_of(noted) in WRITTEN else ""
 
 
 def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
