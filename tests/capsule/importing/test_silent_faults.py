@@ -315,6 +315,15 @@ def test_numbers_that_can_be_names_or_a_sample_are_asked_for(tmp_path):
         np.testing.assert_array_equal(other.the_recording().values, values[:, skipped:])
 
 
+def test_an_empty_cell_in_quotes_between_blanks_is_a_missing_sample(tmp_path):
+    rows = [" ".join(f'"{value:g}"' for value in row) for row in np.vstack([TIME_S, COUNTS]).T]
+    rows[40] = '"4" "500" "" "500" "500"'
+    path = tmp_path / "run.txt"
+    path.write_text("\n".join(["t a b c d", *rows]))
+    values = import_files(tmp_path, path).the_recording().values
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(values).any(axis=0)), [40])
+
+
 def test_a_first_sample_far_from_all_others_and_a_long_gap_are_named(tmp_path, good):
     shown = import_files(tmp_path, good).shown
     assert "is far from all others" not in shown

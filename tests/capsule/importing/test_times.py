@@ -6,6 +6,7 @@ import pytest
 from capsule.errors import CapsuleError
 from capsule.importing.formats import table_of
 from capsule.importing.lab_yaml import checked_keys
+from capsule.importing.table import Table
 from capsule.importing.times import read_time
 from support.importing import SETTINGS
 
@@ -103,4 +104,36 @@ def test_seconds_since_1970_tell_when_a_run_began():
 def test_what_cannot_be_the_time_is_refused_with_what_decides(values, said, words):
     with pytest.raises(CapsuleError) as refusal:
         clock(np.asarray(values, dtype=float), **said)
+    assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "order"),
+    [
+        ("03/03/2026 23:59:59", "03/03/2026 23:59:59.1", ""),
+        ("05.04.2026 12:00:00", "05.04.2026 12:00:00,1", "day_first"),
+        ("04/30/2026 23:59:60", "05/01/2026 00:00:00.1", "month_first"),
+        ("2026-03-04T12:00:00+02:00", "2026-03-04T10:00:00.1Z", ""),
+    ],
+)
+def test_the_order_of_day_and_month_is_the_one_that_fits_all_dates(first, last, order):
+    words = {0: [first, last]}
+    table = Table(("date",), ("",), (np.full(2, np.nan),), words)
+    read = read_time(table, 0, checked_keys({}, SETTINGS))
+    assert read.date_order == order
+    np.testing.assert_allclose(read.time_s, [0, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        (["04/05/2026 12:00:00", "05/05/2026 12:00:00"], "can name the day first"),
+        (["30/04/2026 12:00:00", "04/30/2026 12:00:01"], "sample 2, column 'date': '04/30/2026"),
+        (["2026-03-04 12:00:00+99:00"] * 2, "sample 1, column 'date': '2026-03-04 12:00:00+99:00'"),
+    ],
+)
+def test_dates_that_no_order_or_two_orders_fit_are_not_guessed(texts, words):
+    table = Table(("date",), ("",), (np.full(2, np.nan),), {0: texts})
+    with pytest.raises(CapsuleError) as refusal:
+        read_time(table, 0, checked_keys({}, SETTINGS))
     assert words in str(refusal.value)

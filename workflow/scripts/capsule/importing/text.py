@@ -133,15 +133,13 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     comments, stamps = dict[int, str](), dict[int, str]()
     lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=_TRIED // 2)]
-    bare = _bare(known[:_TRIED], stamps)
-    labelled = Counter(_labels(line) for _, line in bare)
-    stamped = sum(number in stamps for number, _ in known[:_TRIED])
-    most = max(stamped, labelled.total() - labelled[()])
-    is_log, labels = most > _LEAST_SHARE * len(known[:_TRIED]), tuple[str, ...]()
+    tried = {number: _labels(line) for number, line in _bare(known[:_TRIED], stamps)}
+    logged = stamps.keys() | {number for number, labels in tried.items() if labels}
+    is_log, labels = len(logged) > _LEAST_SHARE * len(known[:_TRIED]), tuple[str, ...]()
     if is_log:
         known, again = [*_bare(known, stamps)], _bare(again, stamps)
-        ((usual, count),) = labelled.most_common(1) or [((), 0)]
-        labels = usual if count >= _LEAST_SHARE * labelled.total() else ()
+        ((usual, count),) = Counter(tried.values()).most_common(1) or [((), 0)]
+        labels = usual if count >= _LEAST_SHARE * len(tried) else ()
     dialect = _guess_dialect(known, _plain(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
     above, first = [list(labels)], 0
