@@ -137,6 +137,10 @@ REFUSED = {
         "sampling rate of 0.01 Hz; use another --time-unit",
     ),
     "cut_off": ("", "line 9, the last one, has 4 cells, but there are 5 columns; complete the"),
+    "short_first_line": (
+        "",
+        "line 2 has 3 cells, but there are 5 columns; complete the line, copy",
+    ),
     "short_line": ("", "line 6 has 4 cells, but there are 5 columns; complete the line, copy"),
     "word_in_a_cell": ("", "line 4, column 'S2': 'overload' is not a number; if it marks a"),
     "end_line": ("", "line 10, column 'time': 'end' is not a number; if it marks a missing"),

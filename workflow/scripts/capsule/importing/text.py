@@ -146,7 +146,8 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-        above, first = _above(known, comments, dialect), known[dialect.first][0]
+        above = _above(known, comments, dialect, is_log=is_log)
+        first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
     told = {"notes": _notes(comments), "reading": reading}
     return _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
@@ -352,9 +353,12 @@ def _ambiguity(lines: Sequence[_Line], ways: Sequence[_Dialect]) -> str:
 
 
 def _above(
-    lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect
+    lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect, *, is_log: bool
 ) -> list[list[str]]:
-    """Return the rows above the first sample of a text; one of them may hold the names."""
+    """Return the rows above the first sample of a text; one of them may hold the names.
+
+    A broken sample between the names and the first whole one is an error, except in a log.
+    """
     above = [dialect.split(line) for _, line in lines[: dialect.first]]
     first = lines[dialect.first][0]
     # Commas are delimiters and decimal signs if there are half as many names as cells.
@@ -366,13 +370,28 @@ def _above(
         )
     if above and _are_names(above[-1], dialect):
         return above
+    is_below_names = False
+    for (number, _), row in zip(lines, above, strict=False):
+        if is_below_names and not is_log and 2 * _numbers_in(row, dialect) > len(row):
+            raise _incomplete(f"line {number}", row, dialect)
+        is_below_names |= _are_names(row, dialect)
     # np.savetxt writes the names as a comment.
     return [dialect.split(text) for number, text in comments.items() if number < first][-1:]
 
 
+def _numbers_in(row: Sequence[str], dialect: _Dialect) -> int:
+    return sum(dialect.number(cell) != np.inf for cell in row if cell)
+
+
 def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
-    numbers = sum(dialect.number(cell) != np.inf for cell in row if cell)
-    return len(row) == dialect.cells and numbers <= dialect.cells / 2
+    return len(row) == dialect.cells and _numbers_in(row, dialect) <= dialect.cells / 2
+
+
+def _incomplete(line: str, row: Sequence[str], dialect: _Dialect) -> CapsuleError:
+    return CapsuleError(
+        f"{line} has {len(row)} cells, but there are {dialect.cells} columns; complete the line, "
+        "copy the file again, or delete the line"
+    )
 
 
 def _table(
@@ -405,10 +424,7 @@ def _table(
             continue
         if not is_whole:
             where = ", the last one," if next(rows, None) is None else ""
-            raise CapsuleError(
-                f"line {line}{where} has {len(cells)} cells, but there are {dialect.cells} "
-                "columns; complete the line, copy the file again, or delete the line"
-            )
+            raise _incomplete(f"line {line}{where}", cells, dialect)
         first = first or cells
         lines.append(line)
         for column, texts, cell, number in zip(columns, words, cells, numbers, strict=True):
