@@ -37,6 +37,8 @@ def main() -> None:
     other, kept = options.other.resolve() / "results", options.keep.resolve()
     os.chdir(options.project)
     called = readers(Path.cwd())
+    if unknown := sorted(set(options.only or ()) - called.keys()):
+        parser.error(f"there is no reader {unknown[0]}; the readers are {', '.join(called)}")
     if options.only:
         called = {name: called[name] for name in options.only}
     faults: Counter[str] = Counter()
