@@ -1,6 +1,7 @@
 """Write recordings and results for other programs."""
 
 import argparse
+import io
 import sys
 from pathlib import Path
 
@@ -77,7 +78,7 @@ def write(exported: Exported, kind: str, out: Path, *, force: bool) -> list[int]
                 fill(stream)
             except ModuleNotFoundError as error:
                 raise not_installed(f"--format {kind} needs {error.name}", "formats") from None
-        written.append((out / name).stat().st_size)
+            written.append(stream.seek(0, io.SEEK_END))
         if sys.stderr.isatty():
             progress = f"\rwritten: {len(written)} of {len(contents)}"
             end = "\n" if len(written) == len(contents) else ""
