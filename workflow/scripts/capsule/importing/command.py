@@ -120,23 +120,25 @@ class Importer:
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
-        alike: dict[object, list[str]] = {}
+        asked: dict[str, list[str]] = {}
         for files in self._groups():
             names = ", ".join(displayed(str(file)) for file in files)
             try:
                 self._import(files, names)
             except (CapsuleError, OSError) as fault:
                 self.refused += 1
+                if isinstance(fault, QuestionError):
+                    alike = asked.setdefault(fault.subject, [])
+                    alike.append(names)
+                    # A question that several files have in common is asked once.
+                    if len(alike) > 1:
+                        continue
                 reason = str(fault)
                 if isinstance(fault, OSError):
                     remedy = "free some space or choose another --raw, and run again"
                     reason = f"{fault.strerror or fault}; {remedy}"
-                # A question that several files have in common is asked once.
-                subject = fault.subject if isinstance(fault, QuestionError) else fault
-                alike.setdefault(subject, []).append(names)
-                if len(alike[subject]) == 1:
-                    _tell(f"refused: {names}: {reason}", sys.stderr)
-        for first, *more in alike.values():
+                _tell(f"refused: {names}: {reason}", sys.stderr)
+        for first, *more in asked.values():
             if more:
                 _tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
 
