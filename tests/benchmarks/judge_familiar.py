@@ -65,7 +65,7 @@ def taught_by(traits: Iterable[WaveTraits]) -> FamiliarKind:
 
 def unfamiliar(kind: FamiliarKind, traits: Iterable[WaveTraits]) -> float:
     """Return the share of recordings that are called unfamiliar."""
-    return float(np.mean([kind.judge(each).familiar is False for each in traits]))
+    return float(np.mean([each.familiar is False for each in kind.judge_all(list(traits))]))
 
 
 def bench_row(bench: str, archives: Iterable[Readings]) -> dict[str, str]:
@@ -95,7 +95,7 @@ def foreign_row(
     """Judge readings that come from no capsule."""
     every = list(readings)
     described = traits_of({str(number): values for number, values in enumerate(every)})
-    passed = [kind.judge(each).familiar is not False for each in described.values()]
+    passed = [each.familiar is not False for each in kind.judge_all([*described.values()])]
     return {
         "readings": what,
         "part": part,

@@ -204,11 +204,12 @@ class DetectorEstimator(_OfReadings):
 
         Nobody can tell of a recording without a verdict.
         """
+        judged = self._judged(X)
+        told = iter(
+            self.familiar_.judge_all([each.traits for each in judged if not each.no_verdict])
+        )
         return [
-            Familiarity(None, each.no_verdict)
-            if each.no_verdict
-            else self.familiar_.judge(each.traits)
-            for each in self._judged(X)
+            Familiarity(None, each.no_verdict) if each.no_verdict else next(told) for each in judged
         ]
 
 
@@ -293,27 +294,27 @@ class EstimatorAsDetector(Detectors):
 
     def _said(self, names: Sequence[str], left_out: frozenset[str]) -> dict[str, Verdict]:
         """Return the verdicts on recordings; none if nothing is left to teach the estimator."""
-        teach = self._loaded.teaching_rows(set(left_out))
-        if not names or not teach.size:
+        if not names or (fitted := self._fitted(left_out)) is None:
             return {}
-        verdicts = self._verdicts(self._fitted(left_out), teach, self._loaded.rows(names))
-        return dict(zip(names, verdicts, strict=True))
+        return dict(zip(names, self._verdicts(*fitted, self._loaded.rows(names)), strict=True))
 
-    def _fit(self, left_out: frozenset[str]) -> BaseEstimator:
-        teach = self._loaded.teaching_rows(set(left_out))
-        wanted = self._numbers if is_classifier(self._estimator) else self._loaded.y
-        return clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+    def _fit(self, left_out: frozenset[str]) -> tuple[BaseEstimator, float] | None:
+        """Return the fitted estimator and the share of nodules that taught it, if any teaches."""
+        teach = self._loaded.teaching_rows(left_out)
+        if not teach.size:
+            return None
+        sizes_mm = self._loaded.y
+        wanted = self._numbers if is_classifier(self._estimator) else sizes_mm
+        fitted = clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+        return fitted, float((sizes_mm[teach] > 0).mean())
 
-    def _verdicts(
-        self, fitted: BaseEstimator, teach: np.ndarray, rows: FloatArray
-    ) -> list[Verdict]:
+    def _verdicts(self, fitted: BaseEstimator, share: float, rows: FloatArray) -> list[Verdict]:
         if hasattr(fitted, "verdicts"):
             judged: list[Verdict] = fitted.verdicts(rows)
             return judged
         said = np.asarray(fitted.predict(rows))
         classifies = is_classifier(fitted)
         estimates = self._sizes_mm[said.astype(np.int64)] if classifies else said.astype(np.float64)
-        share = (self._loaded.y[teach] > 0).mean()
         scores, threshold, chances = self._scores(fitted, rows, estimates, share)
         nearest = np.abs(self._sizes_mm - estimates[:, np.newaxis]).argmin(axis=1)
         cells = [self._sizes_mm[nearest], scores, chances, estimates]
