@@ -169,25 +169,25 @@ def archive_evidence(
     def rendered(vector: bytes) -> RepeatedParticle:
         return RepeatedParticle(render(particle_of(vector), first_peak, length))
 
-    def shown(some: Sequence[Row]) -> list[tuple[str, str]]:
-        found = []
-        for row in some:
-            name = row["recording"]
-            said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
-            # The schemes share most templates.
-            gain_of = cache(SlidingComparison(stored.matrix(name)).gain_of)
-            nearest = {}
-            for scheme, averaged in stored.templates[name].items():
-                if averaged:
-                    templates = {size_mm: rendered(vector) for size_mm, vector in averaged.items()}
-                    size_mm, lag = nearest_template(gain_of, templates)
-                    nearest[scheme] = NearestTemplate(size_mm, particle_of(averaged[size_mm]), lag)
-            content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
-            found.append((name, to_json({"drawn": stored.drawn[name], **content})))
-        return found
+    def shown(row: Row) -> tuple[str, str]:
+        name = row["recording"]
+        said = [in_words(each, largest_mm) for each in verdicts.get(name, [])]
+        # The schemes share most templates.
+        gain_of = cache(SlidingComparison(stored.matrix(name)).gain_of)
+        nearest = {}
+        for scheme, averaged in stored.templates[name].items():
+            if averaged:
+                templates = {size_mm: rendered(vector) for size_mm, vector in averaged.items()}
+                size_mm, lag = nearest_template(gain_of, templates)
+                nearest[scheme] = NearestTemplate(size_mm, particle_of(averaged[size_mm]), lag)
+        content = evidence_among_others(row, said, nearest, stored.fit(name), settings)
+        return name, to_json({"drawn": stored.drawn[name], **content})
+
+    def in_turn(some: Sequence[Row]) -> list[tuple[str, str]]:
+        return [shown(row) for row in some]
 
     parts = [rows[start : start + _IN_TURN] for start in range(0, len(rows), _IN_TURN)]
-    for part in spread(shown, parts):
+    for part in spread(in_turn, parts):
         yield from part
 
 
