@@ -42,7 +42,8 @@ def main() -> None:
                 stream.write(render_figure(figure, kind, f"{name}{suffix}"))
         # The page shows the wide picture.
         content.setdefault("frame", frame_of(figure))
-    files.write_csv(output / "picture.csv", list(table), table.to_dict("records"))
+    cells = table.itertuples(index=False, name=None)
+    files.write_cells(output / "picture.csv", list(table), cells)
     files.write_json(output / SURVEY_VALUES, content)
 
 
