@@ -15,6 +15,7 @@ import pytest
 from capsule.importing import reading_apart
 from support.damaged_files import damaged, given_path, write_each_format
 from support.importing import import_files
+from support.marks import needs_forks
 
 pytestmark = pytest.mark.takes(1)
 
@@ -75,7 +76,7 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
     assert most_memory() <= max(most_before, 1_000_000_000)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+@needs_forks  # elsewhere, files are read in this process
 def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whole, monkeypatch):
     def crash(*_, **__):
         # Otherwise pytest shows where, and that looks like a crash of the tests.
@@ -91,7 +92,7 @@ def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whol
     assert imported.counted == "1 recording would be imported, 1 file refused"
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+@needs_forks  # elsewhere, files are read in this process
 def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
     def turn(*_, **__):
         while True:
@@ -103,7 +104,7 @@ def test_a_package_that_comes_to_no_end_is_ended(tmp_path, whole, monkeypatch):
     assert "run.npy: the package that reads this format crashed at it, or" in imported.refused
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+@needs_forks  # elsewhere, files are read in this process
 def test_a_package_that_believes_a_length_of_some_gigabytes_gets_no_memory(
     tmp_path, whole, monkeypatch
 ):
@@ -112,7 +113,7 @@ def test_a_package_that_believes_a_length_of_some_gigabytes_gets_no_memory(
     assert "run.npy: the numpy file cannot be read (MemoryError); copy or" in imported.refused
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+@needs_forks  # elsewhere, files are read in this process
 def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
     import resource
 
@@ -124,7 +125,7 @@ def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
     assert 2 <= seconds == most <= 5
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+@needs_forks  # elsewhere, files are read in this process
 def test_a_limit_that_a_cluster_has_set_is_not_raised(monkeypatch):
     import resource
 
