@@ -5,13 +5,10 @@ import math
 import re
 import struct
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from capsule.bench.board import Board
-from capsule.bench.fold import FoldBoard
 from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
@@ -129,7 +126,7 @@ def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
         "fold",
         {
             "protocol": "1",
-            "firmware": "1.1",
+            "firmware": "1.2",
             "lease_ms": "5000",
             "longest_ms": "10000",
             "state": "unfolded",
@@ -343,12 +340,15 @@ def test_a_motor_that_stalls_while_it_unfolds(folded):
     assert states(heard)[-1] == "fault"
     assert is_at_rest(folded)
     assert folded.world.folded > 0.5
-    # Still stalled, another try ends by itself after ten seconds.
+    # Still stalled, another try ends by itself after ten seconds, once the motor has rested.
+    assert re.fullmatch(r"the motor has to rest for \d+ s", reason(folded, "unfold"))
+    folded.wait(60)
     assert answer(folded, "unfold") == Acknowledgement("unfold", "")
     heard = folded.wait(10.2)
     assert faults(heard) == ["the switch unfolded did not close within 10 s"]
     assert is_at_rest(folded)
     folded.world.stalled = False
+    folded.wait(60)
     folded.say("unfold")
     folded.wait(5)
     assert is_unfolded(folded)
@@ -435,6 +435,24 @@ def test_restarts_with_a_dead_switch_let_out_no_more_than_two_moves():
     assert "too much thread let out" in reason(talk, "unfold")
 
 
+def test_a_dead_switch_lets_out_no_more_than_two_moves_without_a_restart_either(folded):
+    folded.world.stuck["unfolded"] = False
+    for _ in range(180):
+        folded.say("unfold", seconds=1)
+    assert -LET_OUT - DEBOUNCED <= folded.world.wound < -LET_OUT + RELEASE
+    assert "too much thread let out" in reason(folded, "unfold")
+    assert is_at_rest(folded)
+
+
+def test_a_memory_that_cannot_be_written_is_told_and_what_is_folded_unfolds(folded):
+    folded.board.damage_eeprom()
+    heard = folded.say("unfold") + folded.wait(6)
+    assert states(heard) == ["unfolding", "unfolded"]
+    assert faults(heard) == ["the memory cannot be written"]
+    assert is_unfolded(folded)
+    assert reason(folded, "fold") == "the memory cannot be written"
+
+
 def test_a_power_cut_in_a_move_finds_the_whole_move_in_the_memory(fold):
     fold.say("fold")
     fold.wait(2)
@@ -497,22 +515,6 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     fold.wait(0.1)
     assert state(fold) == ("unfolded", "unfolded")
     assert answer(fold, "fold") == Acknowledgement("fold", "")
-
-
-def test_a_survey_tells_the_user_to_set_the_board_up(fold):
-    fold.board.write_eeprom(0, b"\xff" * 32)
-    fold.board.reset()
-    heard = [SimpleNamespace(event=event) for event in fold.wait(0.1)]
-    line = SimpleNamespace(
-        port="/dev/fold", baud=0, receive=lambda timeout_s: heard, send=lambda text: None
-    )
-    log = SimpleNamespace(note=lambda text: None)
-    board = Board(line, Identity("fold", {}), lambda text: None, insists=True)
-    survey = FoldBoard(board, log, lambda text: None)
-    survey.serve()
-    error = survey.trouble(patience_s=60)
-    assert "/dev/fold is not set up" in str(error)
-    assert "--fold-set-up" in str(error)
 
 
 def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):

@@ -62,6 +62,7 @@ def test_an_end_switch_that_never_says_unfolded_ends_the_survey(emulated_rig):
     surveyor.run(lambda: bench.fold.folded == 1.0)
     bench.fold.origami.stuck["unfolded"] = False
     surveyor.expect(14, "the switch unfolded did not close", "look before you pull the capsule out")
-    # Unfolded it is: only nobody can say so.
+    # Unfolded it is: only nobody can say so. Of three spare turns, two were let out at most.
     assert bench.at_rest()
+    assert -2 * 4076 < bench.fold.origami.wound < 0
     assert bench.events()[-1]["after"] == "ended"

@@ -48,7 +48,7 @@ typedef struct {
     int closed[SWITCHES];
     double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
     void (*reset_processor)(avr_t *avr);
-    int restarted;
+    int restarted, unwritable; /* the EEPROM keeps what it holds */
     unsigned long watchdog_resets;
     unsigned long long cycles_asleep;
     stamps_t samples, steps;
@@ -302,6 +302,8 @@ void board_write_eeprom(board_t *board, int offset, const char *bytes, int size)
     avr_ioctl(board->avr, AVR_IOCTL_EEPROM_SET, &at);
 }
 
+void board_damage_eeprom(board_t *board) { board->unwritable = 1; }
+
 /* Let Timer1 no longer interrupt, as a flipped bit would. */
 void board_stop_timer(board_t *board) {
     board->avr->data[0x6F] = 0; /* TIMSK1 */
@@ -312,8 +314,13 @@ int board_run(board_t *board, unsigned long long until_us) {
     avr_t *avr = board->avr;
     board->stretch_start = avr->cycle;
     board->stretch_end = until_us * MHZ;
+    unsigned char kept[32];
+    board_read_eeprom(board, kept, sizeof kept);
     while (avr->cycle < board->stretch_end) {
         int state = avr_run(avr);
+        if (board->unwritable) {
+            board_write_eeprom(board, 0, (const char *)kept, sizeof kept);
+        }
         if (board->restarted) {
             board->watchdog_resets++;
             settle(board);

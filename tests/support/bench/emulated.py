@@ -91,6 +91,7 @@ def _library() -> ctypes.CDLL:
         ("stop_timer", None, (board,)),
         ("read_eeprom", None, (board, board, number)),
         ("write_eeprom", None, (board, number, text, number)),
+        ("damage_eeprom", None, (board,)),
         ("take_sent", number, (board, board, number)),
         ("deliver", number, (board, text, number)),
         ("baud", ctypes.c_long, (board,)),
@@ -221,6 +222,10 @@ class EmulatedBoard:
     def write_eeprom(self, address: int, content: bytes) -> None:
         """Write into the EEPROM, whatever the firmware does."""
         self._library.board_write_eeprom(self._board, address, content, len(content))
+
+    def damage_eeprom(self) -> None:
+        """Let the EEPROM keep what it holds, whatever is written."""
+        self._library.board_damage_eeprom(self._board)
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.

@@ -10,7 +10,8 @@ enum { FREE, STUCK_OPEN, STUCK_CLOSED };
 
 typedef struct {
     origami_t origami;
-    int wound, stuck[2], stalled;
+    record_t memory;
+    int wound, lowest, stuck[2], stalled, unwritable, attempts;
     int both_ticks, move_ticks, unheard_ticks, longest_move;
     int moves_with_both, moves_without_lease, coils_at_rest;
     origami_state_t last_state;
@@ -19,8 +20,7 @@ typedef struct {
 bench_t *bench_new(int wound) {
     bench_t *bench = calloc(1, sizeof *bench);
     bench->wound = wound;
-    record_t empty = {0};
-    origami_begin(&bench->origami, &empty);
+    origami_begin(&bench->origami, &bench->memory);
     return bench;
 }
 
@@ -35,13 +35,22 @@ static void tick(bench_t *bench) {
     int unfolded = is_closed(bench->stuck[0], bench->wound < SWITCH_TRAVEL);
     int folded = is_closed(bench->stuck[1], bench->wound > TRAVEL - SWITCH_TRAVEL);
     unsigned char rotor = origami->rotor;
-    origami->stored = origami->record.sequence; /* the memory is quick here */
+    if (origami_has_to_store(origami)) { /* the memory is quick here */
+        bench->attempts++;
+        if (bench->unwritable) {
+            origami_not_stored(origami);
+        } else {
+            bench->memory = origami->record;
+            origami_stored(origami, bench->memory.sequence);
+        }
+    }
     origami_tick(origami, (unfolded ? UNFOLDED_CLOSED : NONE_CLOSED) |
                               (folded ? FOLDED_CLOSED : NONE_CLOSED));
     int turned = (signed char)(origami->rotor - rotor);
     if (!bench->stalled) {
         bench->wound += turned;
         bench->wound = bench->wound > TRAVEL ? TRAVEL : bench->wound;
+        bench->lowest = bench->wound < bench->lowest ? bench->wound : bench->lowest;
     }
     bench->unheard_ticks++;
     bench->both_ticks = unfolded && folded ? bench->both_ticks + 1 : 0;
@@ -79,15 +88,19 @@ int bench_say(bench_t *bench, char command) {
 
 /* Restart the board; the memory holds the last record, or none. */
 void bench_reset(bench_t *bench, int emptied) {
-    record_t record = bench->origami.record;
     unsigned char rotor = bench->origami.rotor;
-    origami_begin(&bench->origami, emptied ? NULL : &record);
+    origami_begin(&bench->origami, emptied ? NULL : &bench->memory);
     bench->origami.rotor = rotor;
 }
 
-int bench_writes(const bench_t *bench) { return (int)bench->origami.record.sequence; }
+/* A person unfolds the origami, and leaves no slack. */
+void bench_unfold_by_hand(bench_t *bench) { bench->wound = 0; }
+
+int bench_writes(const bench_t *bench) { return bench->attempts; }
+void bench_damage_memory(bench_t *bench) { bench->unwritable = 1; }
 void bench_stick(bench_t *bench, int number, int how) { bench->stuck[number] = how; }
 void bench_stall(bench_t *bench, int stalled) { bench->stalled = stalled; }
+int bench_lowest(const bench_t *bench) { return bench->lowest; }
 int bench_wound(const bench_t *bench) { return bench->wound; }
 int bench_state(const bench_t *bench) { return bench->origami.state; }
 int bench_coils(const bench_t *bench) { return bench->origami.coils; }

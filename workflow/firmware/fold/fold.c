@@ -22,7 +22,7 @@
 #include "memory.h"
 #include "origami.h"
 
-#define FIRMWARE_VERSION "1.1"
+#define FIRMWARE_VERSION "1.2"
 
 #define UNFOLDED_PIN PD2 /* digital pins 2 and 3 */
 #define FOLDED_PIN PD3
@@ -223,12 +223,21 @@ static void obey(char *command) {
 static void store(void) {
     cli();
     record_t record = origami.record;
-    bool stored = record.sequence == origami.stored || !origami.set_up;
+    bool has_to = origami_has_to_store(&origami);
     sei();
-    if (!stored && memory_write(&record)) {
-        cli();
-        origami.stored = record.sequence;
-        sei();
+    if (!has_to) {
+        return;
+    }
+    bool stored = memory_write(&record);
+    cli();
+    if (stored) {
+        origami_stored(&origami, record.sequence);
+    } else {
+        origami_not_stored(&origami);
+    }
+    sei();
+    if (!stored) {
+        refuse("fold", MEMORY_FAILS);
     }
 }
 

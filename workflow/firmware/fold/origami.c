@@ -9,6 +9,7 @@
 #define SECOND TICKS(1000)
 
 const char MOTOR_HAS_TO_REST[] = "the motor has to rest";
+const char MEMORY_FAILS[] = "the memory cannot be written";
 static const char NOT_SET_UP[] = "not set up";
 static const char LET_OUT[] = "too much thread let out; look at the switch unfolded";
 static const char BOTH[] = "both end switches are closed";
@@ -31,10 +32,7 @@ static void keep(origami_t *origami, int32_t half_steps, uint16_t on) {
 }
 
 static int32_t lowest(const origami_t *origami) {
-    if (!origami->recovering) {
-        return -SLACK_HALF_STEPS;
-    }
-    return origami->in_doubt ? -LET_OUT_HALF_STEPS : INT32_MIN;
+    return origami->recovering ? -LET_OUT_HALF_STEPS : -SLACK_HALF_STEPS;
 }
 
 /* Before the first step of a move, keep all that it may use; turn_motor() waits until it is stored.
@@ -75,21 +73,33 @@ static void recover(origami_t *origami) {
     keep_account(origami);
 }
 
-static bool may_recover(const origami_t *origami) {
-    return !origami->in_doubt || origami->half_steps > -LET_OUT_HALF_STEPS;
+/* The switch "unfolded" can be stuck closed, so the thread must be unwound as well. */
+static bool is_unfolded(const origami_t *origami) {
+    return origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0;
+}
+
+/* Return why the board may not unfold after a fault or a restart, or NULL. A recovery that begins
+ * has a usual move left of the motor's time, and ends when that time is used up. */
+static const char *objection(const origami_t *origami) {
+    if (!origami->set_up) {
+        return NOT_SET_UP;
+    }
+    if (origami->forgets && !origami->stored_once) {
+        return MEMORY_FAILS; /* nothing would bound the moves of many restarts */
+    }
+    if (origami->half_steps <= -LET_OUT_HALF_STEPS) {
+        return LET_OUT;
+    }
+    return on_ticks(origami) > TICKS(DUTY_ON_MS) - TICKS(MOVE_MS) ? MOTOR_HAS_TO_REST : NULL;
 }
 
 /* After a restart: unfold, but not beyond what the motor and the thread may have left. */
 static void restart(origami_t *origami) {
-    if (!origami->set_up) {
-        fail(origami, NOT_SET_UP, false);
-    } else if (origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0) {
+    const char *reason = objection(origami);
+    if (origami->set_up && is_unfolded(origami)) {
         enter(origami, UNFOLDED);
-    } else if (!may_recover(origami)) {
-        fail(origami, LET_OUT, false);
-    } else if (on_ticks(origami) > TICKS(DUTY_ON_MS) - TICKS(MOVE_MS)) {
-        origami->rests = true;
-        fail(origami, MOTOR_HAS_TO_REST, true);
+    } else if (reason) {
+        fail(origami, reason, reason == MOTOR_HAS_TO_REST);
     } else {
         recover(origami);
     }
@@ -108,7 +118,6 @@ static void settle_switches(origami_t *origami, switches_t read) {
     bool closes = (read & UNFOLDED_CLOSED) && !(origami->switches & UNFOLDED_CLOSED);
     if (closes && (origami->known || origami->half_steps < 0)) {
         origami->half_steps = 0;
-        origami->in_doubt = false;
     }
     origami->switches = read;
     if (!origami->known) {
@@ -128,11 +137,6 @@ static void count_duty(origami_t *origami) {
         }
     }
     origami->on[origami->second] += origami->coils;
-}
-
-/* The switch "unfolded" can be stuck closed, so the thread must be unwound as well. */
-static bool is_unfolded(const origami_t *origami) {
-    return origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0;
 }
 
 static bool leaves(const origami_t *origami, switches_t closed) {
@@ -180,12 +184,14 @@ static void while_unfolding(origami_t *origami) {
     } else if (origami->ticks >= TICKS(LONGEST_MS)) {
         fail(origami, "the switch unfolded did not close within 10 s", false);
     } else if (origami->recovering) {
-        if (!may_recover(origami)) {
+        if (origami->half_steps <= lowest(origami)) {
             fail(origami, LET_OUT, false);
+        } else if (on_ticks(origami) >= TICKS(DUTY_ON_MS)) {
+            fail(origami, MOTOR_HAS_TO_REST, true);
         }
     } else if (!leaves(origami, FOLDED_CLOSED)) {
         fail(origami, "the switch folded did not open or closed again", true);
-    } else if (origami->half_steps <= -SLACK_HALF_STEPS) {
+    } else if (origami->half_steps <= lowest(origami)) {
         fail(origami, "the switch unfolded did not close where it should", false);
     }
 }
@@ -194,17 +200,16 @@ static void while_fault(origami_t *origami) {
     if (origami->ticks < FAULT_PAUSE || origami->switches == BOTH_CLOSED || !origami->set_up) {
         return;
     }
-    origami->rests = origami->rests && on_ticks(origami) > TICKS(DUTY_ON_MS) - TICKS(MOVE_MS);
     if (is_unfolded(origami)) {
         enter(origami, UNFOLDED);
-    } else if (origami->attempt && !origami->rests && may_recover(origami)) {
+    } else if (origami->attempt && !objection(origami)) {
         recover(origami);
     }
 }
 
 static void turn_motor(origami_t *origami) {
     bool moves = origami->state == FOLDING || origami->state == UNFOLDING;
-    origami->coils = moves && origami->stored == origami->record.sequence;
+    origami->coils = moves && (origami->forgets || origami->stored == origami->record.sequence);
     if (!origami->coils) {
         return;
     }
@@ -224,7 +229,6 @@ void origami_begin(origami_t *origami, const record_t *record) {
         origami->record = *record;
         origami->stored = record->sequence;
         origami->half_steps = record->half_steps;
-        origami->in_doubt = record->half_steps < 0;
         origami->on[0] = record->on; /* when it was on is not known: just now, at worst */
     }
 }
@@ -249,8 +253,26 @@ void origami_tick(origami_t *origami, switches_t read) {
     turn_motor(origami);
 }
 
+bool origami_has_to_store(const origami_t *origami) {
+    return origami->set_up && !origami->forgets && origami->stored != origami->record.sequence;
+}
+
+void origami_stored(origami_t *origami, uint32_t sequence) {
+    origami->stored = sequence;
+    origami->stored_once = true;
+}
+
+void origami_not_stored(origami_t *origami) {
+    origami->forgets = true;
+    bool waits = origami->state == UNFOLDING && !origami->stored_once;
+    if (origami->state == FOLDING || waits) { /* the motor has not turned yet */
+        fail(origami, MEMORY_FAILS, false);
+    }
+}
+
 uint8_t origami_wait_s(const origami_t *origami) {
-    const uint16_t spare = TICKS(DUTY_ON_MS) - 2 * TICKS(MOVE_MS);
+    uint8_t moves = origami->state == FAULT ? 1 : 2; /* the way back, or there and back */
+    const uint16_t spare = TICKS(DUTY_ON_MS) - moves * TICKS(MOVE_MS);
     uint16_t on = on_ticks(origami);
     uint8_t wait_s = 0;
     uint8_t oldest = origami->second;
@@ -271,6 +293,9 @@ const char *origami_fold(origami_t *origami) {
     case UNFOLDED:
         if (origami->switches != UNFOLDED_CLOSED) {
             return "the switch unfolded is open";
+        }
+        if (origami->forgets) {
+            return MEMORY_FAILS;
         }
         if (origami_wait_s(origami)) {
             return MOTOR_HAS_TO_REST;
@@ -301,11 +326,9 @@ const char *origami_unfold(origami_t *origami) {
         if (origami->switches == BOTH_CLOSED) {
             return BOTH;
         }
-        if (!origami->set_up || origami->rests) {
-            return origami->reason;
-        }
-        if (!may_recover(origami)) {
-            return LET_OUT;
+        const char *reason = objection(origami);
+        if (reason) {
+            return reason;
         }
         recover(origami);
     } else if (origami->state == FOLDING || origami->state == FOLDED) {
@@ -322,7 +345,6 @@ const char *origami_set_up(origami_t *origami) {
         return "the origami moves or is folded";
     }
     origami->set_up = true;
-    origami->in_doubt = false;
     origami->half_steps = 0;
     enter(origami, UNFOLDED);
     origami->record.sequence++; /* an empty memory needs its first record, whatever it says */

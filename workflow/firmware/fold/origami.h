@@ -18,7 +18,7 @@
 #define LONGEST_MS 10000 /* longest move */
 #define MOVE_MS 5000     /* usual move */
 
-/* Moves after restarts together let out no more than this: two of the longest, 1.96
+/* Moves after faults and restarts together let out no more than this: two of the longest, 1.96
  * turns of the three spare ones on the spool. The switch "unfolded" begins the count anew. */
 #define LET_OUT_HALF_STEPS 8000
 
@@ -58,8 +58,8 @@ typedef struct {
     uint32_t stored; /* sequence of the record that is in the memory */
     bool set_up;     /* the memory held a record, or a person has set the board up */
     uint8_t aligned; /* ticks for which the coils have aligned the rotor in this move */
-    bool in_doubt;   /* restarted with thread let out: LET_OUT_HALF_STEPS bounds all moves */
-    bool rests;      /* restarted: no move until the motor has rested from what it may have done */
+    bool stored_once; /* since the start: the memory could be written */
+    bool forgets;     /* the memory cannot be written: only what is folded still unfolds */
     uint16_t ticks;  /* ticks in this state; stays at its limit */
     uint16_t moved;  /* half-steps of this move */
     uint16_t lease;  /* remaining ticks of the lease */
@@ -76,7 +76,14 @@ void origami_begin(origami_t *origami, const record_t *record);
 /* Process one tick: check the switches, decide, and turn the motor by at most one half-step. */
 void origami_tick(origami_t *origami, switches_t read);
 
+/* Return whether the record has to be stored; then tell of the one attempt. After a failure the
+ * board folds no more, and unfolds by what it has counted itself. */
+bool origami_has_to_store(const origami_t *origami);
+void origami_stored(origami_t *origami, uint32_t sequence);
+void origami_not_stored(origami_t *origami);
+
 extern const char MOTOR_HAS_TO_REST[];
+extern const char MEMORY_FAILS[];
 
 /* Obey a command. Return the reason of a refusal, or NULL. */
 const char *origami_fold(origami_t *origami);
@@ -84,7 +91,7 @@ const char *origami_hold(origami_t *origami);
 const char *origami_unfold(origami_t *origami);
 const char *origami_set_up(origami_t *origami); /* a person has seen it unfolded and slack */
 
-/* Return the seconds that the motor must rest before it can fold and unfold again. */
+/* Return the seconds that the motor must rest before it can fold and unfold, after a fault unfold. */
 uint8_t origami_wait_s(const origami_t *origami);
 
 #endif

@@ -27,6 +27,8 @@ _FAULT = "fault"
 HAS_TO_REST = "the motor has to rest"
 # The fault of a board whose memory is new, emptied or damaged.
 NOT_SET_UP = "not set up"
+# The refusal of a board that cannot keep how far its thread is wound.
+MEMORY_FAILS = "the memory cannot be written"
 LOOK_EVERY_S = 0.02
 # At the end of a survey, the origami should be unfolded within this time.
 UNFOLDS_WITHIN_S = 12.0
@@ -89,7 +91,7 @@ class FoldBoard:
                     self._log.damaged(piece)
                 case Refusal(command=command, reason=reason):
                     self._log.note(f"the fold board at {command!r}: {reason}")
-                    if command == cycles.FOLD or reason == NOT_SET_UP:
+                    if command == cycles.FOLD or reason in (NOT_SET_UP, MEMORY_FAILS):
                         self._note_reason(reason)
         self._board.send_pending()
         now_s = AWAKE.now_s()
@@ -111,6 +113,12 @@ class FoldBoard:
                 f"the fold board at {self._board.port} is not set up: its memory is new, emptied "
                 "or damaged, so it does not move; see that the origami is unfolded and its thread "
                 "slack, then set it up with capsule survey --fold-set-up"
+            )
+        if self._told == MEMORY_FAILS:
+            return SurveyFaultError(
+                f"the fold board at {self._board.port} cannot write its memory, so it folds no "
+                "more and does not move after a restart; replace the board, and set the new one "
+                "up with capsule survey --fold-set-up"
             )
         if faulty and now_s - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
