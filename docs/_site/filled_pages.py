@@ -22,7 +22,7 @@ import teach_scorer
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
-from capsule.cli import COMMANDS, build_parser, subparsers
+from capsule.commands.cli import COMMANDS, build_parser, subparsers
 from capsule.interface import attribute, public_names
 
 ROOT = Path(__file__).resolve().parents[2]

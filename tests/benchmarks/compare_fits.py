@@ -29,7 +29,7 @@ import numpy as np
 import scipy.signal
 import yaml
 
-from capsule.particle import (
+from capsule.method.particle import (
     CANDIDATES_AT_ONCE,
     ParameterSpace,
     Particle,
@@ -38,10 +38,10 @@ from capsule.particle import (
     fit_particle,
     render,
 )
-from capsule.preprocessing import preprocess
-from capsule.recording import read_recording
+from capsule.method.preprocessing import preprocess
+from capsule.method.sliding import SlidingComparison
+from capsule.recordings.recording import read_recording
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 FIT = dict(CONFIG["fit"])

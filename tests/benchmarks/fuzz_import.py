@@ -27,7 +27,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(ROOT / "tests")]
 
-from capsule.cli import build_parser
+from capsule.commands.cli import build_parser
 from capsule.importing import reading_apart
 from capsule.importing.command import Importer
 from support.damaged_files import damaged, given_path, write_each_format

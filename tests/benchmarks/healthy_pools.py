@@ -25,9 +25,9 @@ from unseen_archives import (
 
 from capsule.detectors.described import read_scorer
 from capsule.detectors.taught import Taught
-from capsule.names import size_mm
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE
 from capsule.phantom.simulation import SIMULATOR_VERSION
+from capsule.recordings.names import size_mm
 
 # No earlier table, search or choice used these seeds. Each healthy recording has one of its own,
 # and so a set-up of its own.

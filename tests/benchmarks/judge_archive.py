@@ -26,10 +26,10 @@ from capsule.detectors.search import passage_of
 from capsule.evaluation import intervals
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.sites import detections_by_passes
+from capsule.method.templates import TemplateSet, no_nodule_template
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
-from capsule.templates import TemplateSet, no_nodule_template
 
 RUNS = 20
 

@@ -23,9 +23,9 @@ from judge_benches import CONDITIONS, HEIGHTS, judge_changed, judge_detectors, j
 from judge_report import Measured, report
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.project import CONFIG
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 60_000

@@ -29,15 +29,15 @@ from unseen_report import filled_page
 
 import capsule
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FamiliarKind, learn_familiar
+from capsule.detectors.wave import missing_wave
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
-from capsule.forks import Forks
-from capsule.held_out import teaching
-from capsule.names import size_mm
-from capsule.project import CONFIG, PROJECT
+from capsule.engine.configuration import read_config_file
+from capsule.engine.forks import Forks
+from capsule.engine.project import CONFIG, PROJECT
+from capsule.recordings.held_out import teaching
+from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from capsule.wave import missing_wave
 
 FIRST_SEED = 470_000
 # Archives of a bench that teach, in turn.

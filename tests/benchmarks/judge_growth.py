@@ -21,10 +21,10 @@ from judge_rates import mean_row
 from judge_report import table
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
 from capsule.detectors.described import read_scorer
-from capsule.names import size_mm
-from capsule.project import CONFIG, WEIGHTS
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG, WEIGHTS
+from capsule.recordings.names import size_mm
 
 FIRST_SEED = 190_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")

@@ -24,11 +24,11 @@ from judge_report import table
 
 from capsule.arguments import natural
 from capsule.bench.simulated_bench import SimulatedBench, bench_with
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
-from capsule.project import CONFIG
 from capsule.seeding import generator
 from capsule.survey.pilot import Pilot
 

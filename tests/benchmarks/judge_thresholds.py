@@ -27,8 +27,8 @@ from unseen_archives import JUDGED_ONLY, bench_names, part_of
 from unseen_report import filled_page
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
-from capsule.project import CONFIG, WEIGHTS
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG, WEIGHTS
 
 HEALTHY, FORESEEN = (20, 40, 80, 160), (20, 40)
 LIMITS = Path(__file__).parents[2] / "docs" / "detection-limits.md"

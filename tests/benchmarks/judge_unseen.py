@@ -45,17 +45,17 @@ from unseen_archives import (
 from unseen_report import DETECTORS, filled_page, page_blocks, range_rows, whole_report
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
 from capsule.detectors.base import NO_VERDICT, StoredRecording, TrainingArchive
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
 from capsule.detectors.registry import detector_class
-from capsule.files import write_csv
-from capsule.forks import Forks
-from capsule.names import size_mm
-from capsule.preprocessing import preprocess
-from capsule.project import CONFIG, WEIGHTS
-from capsule.templates import TemplateSet, no_nodule_template
+from capsule.engine.configuration import read_config_file
+from capsule.engine.forks import Forks
+from capsule.engine.project import CONFIG, WEIGHTS
+from capsule.method.preprocessing import preprocess
+from capsule.method.templates import TemplateSet, no_nodule_template
+from capsule.recordings.names import size_mm
+from capsule.store.files import write_csv
 
 # Other benchmarks take these from here.
 __all__ = ["SIZES_MM", "USUAL", "bench_names", "judge", "simulated", "stored", "training_archive"]

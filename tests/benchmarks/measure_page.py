@@ -28,10 +28,10 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
-from capsule.configuration import read_config_file
-from capsule.files import read_csv, read_json, write_json
+from capsule.engine.configuration import read_config_file
 from capsule.page.packing import deflated, to_json
-from capsule.results import FITS, MATRICES, PLOT_DATA, Results, described_together
+from capsule.store.files import read_csv, read_json, write_json
+from capsule.store.results import FITS, MATRICES, PLOT_DATA, Results, described_together
 from support.browser import MISSING, Browser
 from support.packed import inflated
 

@@ -21,11 +21,11 @@ from judge_report import table
 from judge_unseen import USUAL, simulated, stored
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
+from capsule.detectors.wave import missing_wave
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import BENCHES
-from capsule.project import CONFIG
 from capsule.seeding import generator
-from capsule.wave import missing_wave
 
 
 def main() -> None:

@@ -20,13 +20,13 @@ from judged_only import simulate_judged_only
 from capsule.detectors.beats import series_of
 from capsule.detectors.network import Features, Scorer
 from capsule.detectors.search import Passage, passage_of
+from capsule.detectors.wave import missing_wave
 from capsule.errors import CapsuleError
-from capsule.files import write_whole
-from capsule.names import size_mm
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SIMULATOR_VERSION, planned_runs, simulate_run
-from capsule.wave import missing_wave
+from capsule.recordings.names import size_mm
+from capsule.store.files import write_whole
 
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
 USUAL = "usual"

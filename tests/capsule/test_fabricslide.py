@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.particle import Particle, peak_positions
+from capsule.method.particle import Particle, peak_positions
 from support.fabricslide import FOLDER, import_boards
 from support.project import ROOT, Project
 

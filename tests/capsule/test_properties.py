@@ -10,11 +10,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.acceptance import accept
 from capsule.detectors.template import nearest_size, template_distances
 from capsule.errors import RecordingError
-from capsule.preprocessing import preprocess, rms_envelope
-from capsule.recording import Recording, format_recording, read_recording
+from capsule.method.preprocessing import preprocess, rms_envelope
+from capsule.recordings.acceptance import accept
+from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.sliding import smallest_rmse
 from support.synthetic import make_recording
 

@@ -5,10 +5,10 @@ import subprocess
 
 import pytest
 
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
-from capsule.recording import format_recording, read_recording
+from capsule.recordings.recording import format_recording, read_recording
 from support.command import CAPSULE
 from support.project import ROOT
 

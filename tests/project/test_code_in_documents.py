@@ -12,7 +12,7 @@ import sys
 
 import pytest
 
-from capsule.cli import COMMANDS
+from capsule.commands.cli import COMMANDS
 from support.command import parsers
 from support.documents import Block, all_blocks, blocks, documents
 from support.project import ROOT

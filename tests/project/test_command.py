@@ -9,8 +9,9 @@ import sys
 import pytest
 import yaml
 
-from capsule import cli, files
+from capsule.commands import cli
 from capsule.errors import CapsuleError
+from capsule.store import files
 from support.command import CAPSULE, run_command
 from support.project import ROOT
 from support.synthetic import write_archive
@@ -36,7 +37,7 @@ def test_help_lists_the_commands_and_imports_nothing_heavy():
     )
     assert re.findall(r"^    (\w+)(?:  +\w|$)", done.stdout, re.MULTILINE) == list(cli.COMMANDS)
     imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "capsule.cli" in imported
+    assert "capsule.commands.cli" in imported
     assert not {"numpy", "pandas", "serial", "yaml", "capsule.bench", "shtab"} & imported
 
 

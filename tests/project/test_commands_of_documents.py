@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from capsule.cli import COMMANDS, build_parser
+from capsule.commands.cli import COMMANDS, build_parser
 from support.command import CAPSULE, parsers
 from support.documents import all_blocks
 from support.project import ROOT

@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from capsule import completion
-from capsule.cli import COMMANDS, subparsers
+from capsule.commands import completion
+from capsule.commands.cli import COMMANDS, subparsers
 from support.command import CAPSULE, parsers
 
 pytestmark = pytest.mark.takes(0.2)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from capsule.configuration import read_schema
+from capsule.engine.configuration import read_schema
 from capsule.evaluation.intervals import new_specificity, recordings_needed
-from capsule.files import read_csv
+from capsule.store.files import read_csv
 from support.project import ROOT
 
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule.cli import build_parser
-from capsule.configuration import allowed_values
+from capsule.commands.cli import build_parser
+from capsule.engine.configuration import allowed_values
 from capsule.importing.command import Importer
 from capsule.importing.resampling import STOP_DB
 from support.command import parsers

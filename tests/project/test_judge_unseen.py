@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.base import NO_VERDICT, Verdict
-from capsule.files import read_csv
+from capsule.store.files import read_csv
 from support.project import ROOT
 
 

@@ -99,7 +99,7 @@ def test_the_pages_hold_what_is_taken_from_the_code(site):
     assert "usage: capsule record" in text("options.html")
     assert "preprocessing.window" in text("configuration.html")
     assert 'id="capsule.judge"' in text("api.html")
-    assert 'id="capsule.sliding.SlidingComparison"' in text("modules/the-method.html")
+    assert 'id="capsule.method.sliding.SlidingComparison"' in text("modules/the-method.html")
     assert text("method.html").count("<math") > 28
     # For readers of the source alone.
     assert "filled from the docstrings" not in text("api.html")

@@ -16,12 +16,12 @@ import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
-from capsule import project
 from capsule.detectors.registry import DETECTORS
+from capsule.engine import project
+from capsule.engine.keys import imported_files
+from capsule.engine.project import how_to_install
 from capsule.figures.registry import FIGURES
-from capsule.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
-from capsule.project import how_to_install
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

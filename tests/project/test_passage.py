@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from capsule.keys import imported_files
+from capsule.engine.keys import imported_files
 from support.project import ROOT, Project
 
 WORKFLOW = ROOT / "workflow"

@@ -117,7 +117,7 @@ def test_the_wheel_asks_for_no_snakemake(wheel):
 def test_the_readmes_python_runs_on_the_installed_library(environment, tmp_path):
     write_archive(tmp_path / "raw", ["0mm/r01", "3mm/r07"])
     (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
-    program = f"{block.text}\nprint(matrix.shape)\nfrom capsule.project import PROJECT\n"
+    program = f"{block.text}\nprint(matrix.shape)\nfrom capsule.engine.project import PROJECT\n"
     program += "print(capsule.__file__)\nprint(PROJECT)\n"
     shape, library, project = run(environment, program, tmp_path).splitlines()
     assert shape == "(4, 1000)"
@@ -149,17 +149,17 @@ def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
 
 
 def test_the_installed_workflow_knows_the_code_of_the_installed_library(environment, tmp_path):
-    program = "from capsule import keys, workflow_call\nfrom capsule.page import files\n"
-    program += "from capsule.project import PROJECT\n"
+    program = "from capsule.engine import keys\nfrom capsule.page import files\n"
+    program += "from capsule.engine.project import PROJECT\n"
     program += "scripts = PROJECT / 'workflow' / 'scripts'\n"
     program += "print(*keys.imported_files(scripts / 'fit.py'))\n"
     program += "print(*files.code_checksums())\n"
-    program += "print((workflow_call.PROJECT / 'Snakefile').is_file())\n"
+    program += "print((PROJECT / 'Snakefile').is_file())\n"
     imported, named, found = run(environment, program, tmp_path).splitlines()
     (packages,) = (environment / "lib").glob("python*/site-packages")
-    assert str(packages / "capsule" / "particle.py") in imported.split()
+    assert str(packages / "capsule" / "method" / "particle.py") in imported.split()
     assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
-    assert {"workflow/scripts/fit.py", "capsule/particle.py"} <= set(named.split())
+    assert {"workflow/scripts/fit.py", "capsule/method/particle.py"} <= set(named.split())
     assert found == "True"
 
 

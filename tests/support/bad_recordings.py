@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.names import displayed
-from capsule.recording import Recording, format_recording, read_recording
+from capsule.recordings.names import displayed
+from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.synthetic import make_recording
 
 SAMPLES = 300

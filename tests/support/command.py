@@ -3,7 +3,7 @@
 import functools
 import sys
 
-from capsule.cli import COMMANDS, build_parser, subparsers
+from capsule.commands.cli import COMMANDS, build_parser, subparsers
 from support.project import ROOT
 
 # The first words of a call, in the environment of the tests but with the code of this folder.

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule import cli, files
+from capsule.commands import cli
+from capsule.store import files
 from support.damaged_files import damaged
 
 MOST_BYTES, MOST_SECONDS = 1_000_000_000, 5.0
@@ -145,15 +146,15 @@ def _command(*words: str) -> None:
 
 
 def _compared() -> None:
-    from capsule.verify import compare
+    from capsule.commands.verify import compare
 
     compare(Path("results"), Path("results"), "")
 
 
 def _end_of_run(folder: Path) -> None:
-    from capsule.configuration import read_settings
-    from capsule.results import batch_size, batches, described_together
-    from capsule.run import Run
+    from capsule.engine.configuration import read_settings
+    from capsule.engine.run import Run
+    from capsule.store.results import batch_size, batches, described_together
     from capsule.survey.listed import list_surveys
 
     settings = read_settings(folder / "config/config.yaml")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.cli import build_parser
+from capsule.commands.cli import build_parser
 from capsule.importing.command import Importer
-from capsule.recording import Recording, read_recording
+from capsule.recordings.recording import Recording, read_recording
 from support.project import ROOT
 
 # Sections of the configuration that the import uses.

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from capsule.recording import format_recording
+from capsule.recordings.recording import format_recording
 from support.preloaded import ForkedCall, PreloadedSnakemake
 from support.project import Project
 from support.striking import kill_job, kill_run, kill_snakemake, strike_at_random

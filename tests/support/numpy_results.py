@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.acceptance import readings_of
 from capsule.detectors.template import template_distances
-from capsule.particle import ParameterSpace, fit_particle
-from capsule.preprocessing import preprocess
-from capsule.recording import read_recording
+from capsule.method.particle import ParameterSpace, fit_particle
+from capsule.method.preprocessing import preprocess
+from capsule.method.templates import build_templates
+from capsule.recordings.acceptance import readings_of
+from capsule.recordings.recording import read_recording
 from capsule.seeding import fit_generator
-from capsule.templates import build_templates
 
 RAW = Path(__file__).parents[2] / "raw"
 SIZES = range(6)

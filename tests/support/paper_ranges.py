@@ -1,6 +1,6 @@
 """The ranges and steps of the particle's parameters that the paper gives."""
 
-from capsule.particle import ParameterSpace
+from capsule.method.particle import ParameterSpace
 
 PAPER = ParameterSpace(
     amplitude_range=(0.001, 1.5),

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from capsule.configuration import read_config_file
-from capsule.results import Results
+from capsule.engine.configuration import read_config_file
+from capsule.store.results import Results
 from support.project import Project
 
 # Results that hold all recordings; the others have a file for each batch.

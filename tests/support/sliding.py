@@ -1,6 +1,6 @@
 """The smallest distance of a particle from a recording, by the library's comparison."""
 
-from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
+from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 
 
 def smallest_rmse(matrix, particle):

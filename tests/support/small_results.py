@@ -3,7 +3,7 @@
 import numpy as np
 
 from capsule.evaluation.columns import COLUMNS, RATES
-from capsule.files import write_csv, write_json
+from capsule.store.files import write_csv, write_json
 
 LENGTH = 30
 # 16 digits are not enough to restore any of these numbers.

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.recording import Recording, format_recording
+from capsule.recordings.recording import Recording, format_recording
 from capsule.seeding import generator
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from capsule.detectors.base import StoredRecording, TrainingArchive
 from capsule.detectors.network import EMBEDDED, PROJECTED, Features
-from capsule.templates import TemplateSet, no_nodule_template
+from capsule.method.templates import TemplateSet, no_nodule_template
 
 TAUGHT = {
     "height": 10.0,

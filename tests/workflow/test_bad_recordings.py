@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule import files
 from capsule.detectors.described import read_features
-from capsule.names import as_cell
+from capsule.recordings.names import as_cell
+from capsule.store import files
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED
 from support.packed import inflated
 from support.project import ROOT, Project

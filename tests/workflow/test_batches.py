@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-from capsule.results import Results, batches
+from capsule.store.results import Results, batches
 from support.marks import needs_process_groups
 from support.project import Project
 from support.same_recordings import assert_same_recordings, results_of_all
@@ -109,7 +109,7 @@ def test_a_bad_recording_costs_the_others_of_its_batch_nothing(alone, new, tmp_p
 
 def test_a_run_says_that_the_archive_has_passed_a_limit(new, tmp_path):
     project = new.copy(tmp_path / "project")
-    path = project.folder / "workflow/scripts/capsule/results.py"
+    path = project.folder / "workflow/scripts/capsule/store/results.py"
     text = path.read_text(encoding="utf-8")
     assert LIMITS in text
     path.write_text(text.replace(LIMITS, "_EACH_ALONE, _IN_TENS = 8, 5000"), encoding="utf-8")

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from capsule.recording import format_recording
+from capsule.recordings.recording import format_recording
 from support.project import Project
 from support.synthetic import make_recording
 
@@ -61,7 +61,7 @@ def test_a_corrected_recording_with_an_old_time_stamp_is_made_again(project):
 
 
 def test_another_version_of_the_code_with_old_time_stamps_makes_again_what_it_touches(project):
-    module = project.folder / "workflow/scripts/capsule/templates.py"
+    module = project.folder / "workflow/scripts/capsule/method/templates.py"
     write_as_old(module, module.read_bytes() + b"\n# another version\n")
     run = project.snakemake(*TABLES)
     assert run.jobs == {"templates": 1, "evaluate": 1, "detect": 1}

@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-from capsule.recording import Recording, format_recording
+from capsule.recordings.recording import Recording, format_recording
 from support.project import Project
 from support.synthetic import make_recording
 

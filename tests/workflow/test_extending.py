@@ -50,7 +50,7 @@ import sys
 from pathlib import Path
 import numpy as np
 from capsule.bench.verdict import FinalVerdict
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
 final = FinalVerdict(
     Path("results/templates.npz"), Path("results/detectors.json"),
     read_config_file(Path("config/config.yaml")),

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from capsule import files
+from capsule.store import files
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 

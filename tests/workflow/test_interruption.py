@@ -17,9 +17,9 @@ from pathlib import Path
 import pytest
 
 import capsule
+from capsule.engine.locks import hold_run_lock
 from capsule.errors import CapsuleError
-from capsule.files import UNFINISHED
-from capsule.locks import hold_run_lock
+from capsule.store.files import UNFINISHED
 from support.marks import needs_process_groups
 from support.mishaps import RECORDINGS, TABLES
 from support.plain_figures import draw_plain_figures
@@ -236,7 +236,7 @@ def test_a_dry_run_is_possible_beside_a_run(new, tmp_path):
 
 def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):
     lock = tmp_path / "run.lock"
-    code = "import pathlib, time; from capsule.locks import hold_run_lock"
+    code = "import pathlib, time; from capsule.engine.locks import hold_run_lock"
     code += f"; kept = hold_run_lock(pathlib.Path({str(lock)!r}))"
     code += "; print('held', flush=True); time.sleep(60)"
     environment = {**os.environ, "PYTHONPATH": str(Path(capsule.__file__).parents[1])}

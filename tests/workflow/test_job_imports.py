@@ -37,7 +37,7 @@ def with_numpy_alone():
 def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
     for name, command in job_commands(ROOT / "raw/3mm/r07.csv", tmp_path).items():
         modules = loaded_modules(*command)
-        assert {"numpy", "capsule.files", "capsule.names"} <= modules
+        assert {"numpy", "capsule.store.files", "capsule.recordings.names"} <= modules
         assert packages(modules) <= packages(with_numpy_alone), name
         assert not {"pandas", "matplotlib", "scipy"} & modules, name
 
@@ -45,7 +45,7 @@ def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
 @pytest.mark.parametrize("script", ["list.py", "templates.py", "describe.py", "detect.py"])
 def test_jobs_of_an_archive_that_need_no_table_load_numpy_at_most(script, with_numpy_alone):
     modules = loaded_modules(str(SCRIPTS / script), "--help")
-    assert "capsule.files" in modules
+    assert "capsule.store.files" in modules
     assert packages(modules) <= packages(with_numpy_alone)
 
 

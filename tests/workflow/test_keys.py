@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from capsule.recording import format_recording
+from capsule.recordings.recording import format_recording
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 from support.surveys import write_session
@@ -73,10 +73,10 @@ def fail(project, script):
 @pytest.mark.parametrize(
     ("file", "expected"),
     [
-        ("scripts/capsule/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
-        ("scripts/capsule/listing.py", once(*LISTS, *LEARNED)),
-        ("scripts/capsule/particle.py", once(*LEARNED, fit=3)),
-        ("scripts/capsule/templates.py", once(*LEARNED)),
+        ("scripts/capsule/method/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
+        ("scripts/capsule/recordings/listing.py", once(*LISTS, *LEARNED)),
+        ("scripts/capsule/method/particle.py", once(*LEARNED, fit=3)),
+        ("scripts/capsule/method/templates.py", once(*LEARNED)),
         ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),
         ("scripts/capsule/detectors/diagonal.py", once(*RATED)),
         ("scripts/capsule/detectors/calibrate.py", once(*RATED)),
@@ -99,7 +99,7 @@ def test_an_edit_of_the_code_makes_again_exactly_what_it_touches(project, file, 
 
 
 def test_what_an_edit_has_made_again_is_not_made_a_third_time(project):
-    project.append("workflow/scripts/capsule/particle.py", "\n# an edit\n")
+    project.append("workflow/scripts/capsule/method/particle.py", "\n# an edit\n")
     assert project.snakemake(*TABLES).jobs == once("templates", "evaluate", "detect", fit=3)
     assert project.snakemake(*TABLES).did_nothing
 
@@ -145,7 +145,7 @@ def test_a_recording_that_is_edited_with_an_old_date_is_made_again(project, fini
 def test_an_edit_that_is_undone_makes_nothing_again(project, between):
     edited = [
         project.folder / "config/config.yaml",
-        project.folder / "workflow/scripts/capsule/particle.py",
+        project.folder / "workflow/scripts/capsule/method/particle.py",
         project.raw / "3mm/r02.csv",
     ]
     for path in edited:
@@ -307,7 +307,7 @@ def test_the_reason_names_the_changed_recording(project):
 
 
 def test_the_reason_names_the_script_whose_code_has_changed(project):
-    project.append("workflow/scripts/capsule/particle.py", "\n# an edit\n")
+    project.append("workflow/scripts/capsule/method/particle.py", "\n# an edit\n")
     assert "'fit.py " in reasons(project)["fit 3mm/r01"]
 
 

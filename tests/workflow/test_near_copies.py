@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from capsule.recording import Recording, format_recording
+from capsule.recordings.recording import Recording, format_recording
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 from support.synthetic import make_recording

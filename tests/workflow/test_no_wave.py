@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.recording import Recording, format_recording
+from capsule.recordings.recording import Recording, format_recording
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 

@@ -8,7 +8,7 @@ import signal
 import pytest
 import yaml
 
-from capsule import run as workflow_run
+from capsule.engine import run as workflow_run
 from support import slurm
 from support.marks import needs
 from support.plain_figures import draw_plain_figures

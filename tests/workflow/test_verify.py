@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
-from capsule import cli, workflow_call
-from capsule import verify as verification
+from capsule.commands import cli
+from capsule.commands import report as workflow_call
+from capsule.commands import verify as verification
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 

@@ -15,8 +15,8 @@ from threadpoolctl import threadpool_limits
 from capsule import DetectorEstimator, judge, load, words
 from capsule.bench.judged import as_plain_values, judge_file, taught_recordings
 from capsule.bench.verdict import FinalVerdict
-from capsule.configuration import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER
+from capsule.engine.configuration import read_config_file
 from capsule.figures.registry import FIGURES
 from support.plain_figures import draw_plain_figures
 from support.project import Project

@@ -15,16 +15,16 @@ from snakemake.utils import min_version, update_config
 
 min_version("9.16")
 
-from capsule import files
-from capsule.configuration import BENCH, changed_values, check_configuration, without_effect
-from capsule.configuration import read_config_file, read_schema
+from capsule.store import files
+from capsule.engine.configuration import BENCH, changed_values, check_configuration, without_effect
+from capsule.engine.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
-from capsule.held_out import fitted
-from capsule.keys import Step, checksum_of_code
-from capsule.names import size_mm
-from capsule.project import config_file
-from capsule.results import batch_size, batches, described_together, pattern
+from capsule.recordings.held_out import fitted
+from capsule.engine.keys import Step, checksum_of_code
+from capsule.recordings.names import size_mm
+from capsule.engine.project import config_file
+from capsule.store.results import batch_size, batches, described_together, pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
@@ -93,9 +93,9 @@ def sections(*names, **others):
 
 
 def step(name, settings, inputs, *, modules=(), beside=(), script=None):
-    """Return what the jobs of a rule are made from, as `capsule.keys.Step` describes it.
+    """Return what the jobs of a rule are made from, as `capsule.engine.keys.Step` describes it.
 
-    `modules` and `beside` are as in `capsule.keys.checksum_of_code`. Without `script`, the script
+    `modules` and `beside` are as in `capsule.engine.keys.checksum_of_code`. Without `script`, the script
     has the rule's name.
     """
     path = SCRIPTS / (script or f"{name}.py")

@@ -4,14 +4,14 @@
 # takes: results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and lines on the terminal
 
-from capsule.run import Run
+from capsule.engine.run import Run
 
 RUN = Run(RAW, RESULTS, SESSIONS, config, SIZE, BATCHES, DESCRIBED, SURVEYS, WITHOUT_EFFECT)
 
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.
 if not IS_MODULE:
-    # Ctrl-C during a job's imports would end in a traceback; `capsule.files.run` hears it again.
+    # Ctrl-C during a job's imports would end in a traceback; `capsule.store.files.run` hears it again.
     shell.prefix("trap '' INT; ")
 
     localrules:

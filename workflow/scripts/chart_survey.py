@@ -4,11 +4,11 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files
 from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
 from capsule.figures.style import WIDTHS_IN, render_figure
 from capsule.page.surveys import player, survey_values, title_of
-from capsule.results import SURVEY_VALUES
+from capsule.store import files
+from capsule.store.results import SURVEY_VALUES
 from capsule.survey.files import SessionError, read_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule import files
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
 from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.detectors.wave_traits import wave_traits
+from capsule.engine.project import WEIGHTS
 from capsule.page.plot_data import plot_data, score_stretches
-from capsule.project import WEIGHTS
-from capsule.results import Results
+from capsule.store import files
+from capsule.store.results import Results
 
 
 def main() -> None:

@@ -4,13 +4,13 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files
 from capsule.detectors.files import read_training_archive, write_learned
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
-from capsule.held_out import recordings_with_fits, teaching
-from capsule.names import sizes_of, sort_key
-from capsule.results import OfArchive, Results
+from capsule.recordings.held_out import recordings_with_fits, teaching
+from capsule.recordings.names import sizes_of, sort_key
+from capsule.store import files
+from capsule.store.results import OfArchive, Results
 
 
 def main() -> None:

@@ -5,12 +5,12 @@ import json
 from functools import partial
 from pathlib import Path
 
-from capsule import files
+from capsule.engine.forks import Forks
 from capsule.figures.files import write_figure
 from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
-from capsule.forks import Forks
-from capsule.results import Results
+from capsule.store import files
+from capsule.store.results import Results
 
 
 def main() -> None:

@@ -4,13 +4,13 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files
 from capsule.detectors.files import read_training_archive
+from capsule.engine.forks import Forks
 from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
 from capsule.evaluation.measures import evaluate_archive
-from capsule.forks import Forks
-from capsule.held_out import recordings_with_fits
-from capsule.results import Results
+from capsule.recordings.held_out import recordings_with_fits
+from capsule.store import files
+from capsule.store.results import Results
 
 
 def main() -> None:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule import files, results
-from capsule.names import size_mm
-from capsule.particle import fit_recording
+from capsule.method.particle import fit_recording
+from capsule.recordings.names import size_mm
+from capsule.store import files, results
 
 
 def main() -> None:

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from capsule import files
-from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
-from capsule.names import Archive
-from capsule.results import CHECKS, Results
+from capsule.recordings.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
+from capsule.recordings.names import Archive
+from capsule.store import files
+from capsule.store.results import CHECKS, Results
 
 
 def main() -> None:

@@ -7,9 +7,9 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files, results
-from capsule.acceptance import check_recording
 from capsule.errors import CapsuleError
+from capsule.recordings.acceptance import check_recording
+from capsule.store import files, results
 
 
 def main() -> None:

@@ -6,18 +6,18 @@ import json
 from functools import partial
 from pathlib import Path
 
-from capsule import files
-from capsule.configuration import read_schema
+from capsule.engine.configuration import read_schema
+from capsule.engine.forks import Forks
+from capsule.engine.project import PROJECT, SCHEMAS
+from capsule.engine.project_state import read_project_state
 from capsule.evaluation.files import read_printed
-from capsule.forks import Forks
 from capsule.page import files as page_files
 from capsule.page.evidence import StoredRecordings
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
-from capsule.project import PROJECT, SCHEMAS
-from capsule.project_state import read_project_state
-from capsule.results import OfArchive, Results
+from capsule.store import files
+from capsule.store.results import OfArchive, Results
 
 
 def main() -> None:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule import files
-from capsule.held_out import recordings_with_fits
-from capsule.names import size_label
-from capsule.particle import particles_of
-from capsule.results import Results
-from capsule.templates import build_templates, by_size
+from capsule.method.particle import particles_of
+from capsule.method.templates import build_templates, by_size
+from capsule.recordings.held_out import recordings_with_fits
+from capsule.recordings.names import size_label
+from capsule.store import files
+from capsule.store.results import Results
 
 
 def main() -> None:

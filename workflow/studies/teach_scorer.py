@@ -11,11 +11,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
-from capsule import files
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.project import CONFIG
+from capsule.store import files
 
 PROJECTING = 16400
 

@@ -32,20 +32,20 @@ from judge_unseen import USUAL, bench_names, stored
 from judge_unseen import simulated as archives_of
 
 from capsule.arguments import natural
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
 from capsule.detectors.search import passage_of
 from capsule.detectors.taught import Taught
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG, WEIGHTS
 from capsule.evaluation.intervals import height_at
-from capsule.names import size_mm
+from capsule.method.preprocessing import normalize
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.preprocessing import normalize
-from capsule.project import CONFIG, WEIGHTS
+from capsule.recordings.names import size_mm
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 ARCHIVE_SEED = 110_000

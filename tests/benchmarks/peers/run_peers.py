@@ -37,7 +37,7 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1
 
 from judge_rates import rates
 
-from capsule.preprocessing import normalize, preprocess
+from capsule.method.preprocessing import normalize, preprocess
 
 LENGTH, TIMED_FOLDS = 1000, 6
 

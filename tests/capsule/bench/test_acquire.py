@@ -13,7 +13,6 @@ import serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule import cli
 from capsule.bench import (
     bench_errors,
     identification,
@@ -33,8 +32,9 @@ from capsule.bench.line import UsbPort
 from capsule.bench.protocol import Identity
 from capsule.bench.record_command import options_of
 from capsule.bench.terminal import Progress, Terminal
+from capsule.commands import cli
 from capsule.errors import CapsuleError, WrongOptionError
-from capsule.names import Entry, classify, size_mm
+from capsule.recordings.names import Entry, classify, size_mm
 from support.bench.scripted import ENTRIES
 
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 import serial
 
-from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FAMILIAR, learn_familiar
 from capsule.detectors.files import write_learned
-from capsule.project import PROJECT
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
 from capsule.seeding import generator
 from support.bench import emulated
 from support.bench.cable import TerminalCable

@@ -14,15 +14,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule import workflow_call
 from capsule.bench import demo_command
 from capsule.bench.protocol import Acknowledgement
-from capsule.configuration import read_config_file
+from capsule.commands import report as workflow_call
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.project import PROJECT
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 from support.learned import taught_by, write_learned, write_templates
 
 pytestmark = pytest.mark.boards
@@ -198,7 +198,7 @@ CALL = f"""
 import sys
 from pathlib import Path
 sys.path.insert(0, {str(PROJECT / "workflow/scripts")!r})
-from capsule.workflow_call import call_workflow
+from capsule.commands.report import call_workflow
 sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "--dry-run"]))
 """
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.acceptance import check_recording
 from capsule.bench.judged import (
     JudgedFile,
     as_plain_values,
@@ -19,16 +18,17 @@ from capsule.bench.judged import (
     write_picture,
 )
 from capsule.bench.verdict import FinalVerdict
-from capsule.configuration import read_config_file
 from capsule.detectors.base import NO_VERDICT, Verdict
 from capsule.detectors.familiar import Familiarity
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
-from capsule.files import fingerprint, list_archive, write_csv
-from capsule.listing import full_list
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
-from capsule.project import PROJECT
-from capsule.recording import format_recording
+from capsule.recordings.acceptance import check_recording
+from capsule.recordings.listing import full_list
+from capsule.recordings.recording import format_recording
+from capsule.store.files import fingerprint, list_archive, write_csv
 from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
 from support.command import CAPSULE, run_command
 from support.learned import taught_by, write_learned, write_templates

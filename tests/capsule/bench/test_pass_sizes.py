@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from capsule.bench.pass_sizes import PassSizes
-from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
-from capsule.project import PROJECT
 from support.learned import healthy_runs, taught_by, teach_familiar, write_learned
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")

@@ -7,7 +7,7 @@ import pytest
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
 

@@ -263,7 +263,7 @@ def test_nothing_of_streams_is_imported_for_those_who_ask_for_none(tmp_path):
     code = f"""if True:
         import sys
         sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
-        from capsule import cli
+        from capsule.commands import cli
         try:
             cli.main({words!r})
         except SystemExit as end:

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 from support.command import CAPSULE
 from support.marks import needs_signals
 

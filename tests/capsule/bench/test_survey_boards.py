@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from capsule.phantom.journey import Nodule
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 from support.bench.rig import needed
 
 pytestmark = [pytest.mark.boards, needed]

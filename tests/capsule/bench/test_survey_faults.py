@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from capsule.bench.simulated_bench import LEASE_S, bench_with
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
-from capsule.project import CONFIG
 from capsule.survey.cycle import FOLD, UNFOLD
 from capsule.survey.pilot import Pilot
 

@@ -8,14 +8,14 @@ import pytest
 
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict import FinalVerdict, verdict_table
-from capsule.configuration import read_config_file
 from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import LEAST_PLACES
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.project import PROJECT
 from support.learned import (
     healthy_runs,
     taught_by,

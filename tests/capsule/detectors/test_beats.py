@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import beats_of, quantile, series_of
+from capsule.detectors.wave import fill_missing, wave_period, wave_phase
 from capsule.seeding import generator
-from capsule.wave import fill_missing, wave_period, wave_phase
 
 
 def find_beats(values, period=32.0, of=beats_of):

@@ -5,16 +5,16 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.described_recording import DescribedRecording, described
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave_traits import wave_traits
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG, WEIGHTS
+from capsule.method.preprocessing import preprocess
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.preprocessing import preprocess
-from capsule.project import CONFIG, WEIGHTS
 
 SETTINGS = read_config_file(CONFIG / "config.yaml")
 WINDOW = SETTINGS["preprocessing"]["window"]

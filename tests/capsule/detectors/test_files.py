@@ -14,7 +14,7 @@ from capsule.detectors.files import read_template_set, read_templates
 from capsule.detectors.network import Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
-from capsule.project import WEIGHTS
+from capsule.engine.project import WEIGHTS
 
 SHAPES = {"0mm": np.zeros((4, 9)), "2.5mm": np.ones((4, 9)), "10mm": np.eye(4, 9)}
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.network import FOLDED, Scorer, standardised
+from capsule.engine.configuration import read_config_file
 from capsule.evaluation.intervals import auc
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 from capsule.seeding import generator
 from support.project import ROOT
 

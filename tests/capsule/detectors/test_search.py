@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import Beats
 from capsule.detectors.search import UNKNOWN, passage_of, search_beats, standardised_beats
+from capsule.engine.configuration import read_config_file
 from capsule.seeding import generator
 from support.project import ROOT
 

@@ -20,10 +20,10 @@ from capsule.detectors.template import (
     place_of_largest,
     template_distances,
 )
-from capsule.particle import Particle, render
+from capsule.method.particle import Particle, render
+from capsule.method.sliding import RepeatedParticle, rmse_at_lag
+from capsule.method.templates import build_templates
 from capsule.seeding import generator
-from capsule.sliding import RepeatedParticle, rmse_at_lag
-from capsule.templates import build_templates
 from support import literal
 from support.paper_ranges import PAPER
 from support.training import archive_of_matrices, verdict_values

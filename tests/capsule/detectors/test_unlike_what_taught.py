@@ -8,11 +8,11 @@ from scipy.signal import lfilter
 
 import capsule
 from capsule.detectors.familiar import learn_familiar
+from capsule.detectors.wave import missing_wave
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
-from capsule.held_out import teaching
-from capsule.names import size_mm
+from capsule.recordings.held_out import teaching
+from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from capsule.wave import missing_wave
 from support.fabricslide import FOLDER
 from support.project import ROOT
 

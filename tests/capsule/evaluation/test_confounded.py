@@ -17,7 +17,7 @@ from capsule.evaluation.confounded import (
     of_values,
     spoken_for,
 )
-from capsule.recording import rate_of, source_of, split_header
+from capsule.recordings.recording import rate_of, source_of, split_header
 from capsule.seeding import generator
 from support.project import ROOT
 

@@ -26,11 +26,11 @@ from capsule.evaluation.cross_validation import (
     number_of_folds,
     unlabelled_folds,
 )
-from capsule.held_out import places_of
-from capsule.names import size_mm
-from capsule.particle import Particle, render
+from capsule.method.particle import Particle, render
+from capsule.method.templates import build_templates
+from capsule.recordings.held_out import places_of
+from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from capsule.templates import build_templates
 from support.training import recordings_of
 
 RULES = {

@@ -3,7 +3,7 @@
 import numpy as np
 
 from capsule.evaluation.files import read_table
-from capsule.files import write_csv
+from capsule.store.files import write_csv
 
 
 def test_what_people_wrote_stays_as_they_wrote_it(tmp_path):

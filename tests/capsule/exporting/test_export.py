@@ -18,13 +18,13 @@ import xarray
 from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
-from capsule.configuration import read_config_file
 from capsule.detectors.files import write_learned
+from capsule.engine.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
-from capsule.files import read_csv, read_json, write_csv
-from capsule.results import (
+from capsule.store.files import read_csv, read_json, write_csv
+from capsule.store.results import (
     CHECKS,
     FITS,
     MATRICES,

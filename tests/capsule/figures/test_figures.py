@@ -26,8 +26,8 @@ from capsule.figures.draw_signals import (
     typical_recordings,
 )
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.particle import Particle, render
-from capsule.preprocessing import preprocess_run
+from capsule.method.particle import Particle, render
+from capsule.method.preprocessing import preprocess_run
 from support.synthetic import make_recording
 
 pytestmark = pytest.mark.takes(0.1)

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from capsule.figures.files import write_figure
-from capsule.files import read_csv
+from capsule.store.files import read_csv
 
 INPUTS = SimpleNamespace(settings={"recording": {"sensors": 4}})
 

@@ -10,7 +10,7 @@ from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import checked_keys
 from capsule.importing.runs import read_columns, runs_of
 from capsule.importing.text import read_text
-from capsule.recording import format_recording, read_recording
+from capsule.recordings.recording import format_recording, read_recording
 from support.importing import ODD, SETTINGS
 
 FILES = [path.read_bytes() for path in sorted(ODD.iterdir())]

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.acceptance import readings_of
-from capsule.configuration import BENCH
 from capsule.detectors.registry import DETECTORS
+from capsule.engine.configuration import BENCH
+from capsule.engine.keys import imported_files
 from capsule.errors import CapsuleError
 from capsule.figures.registry import FIGURES
 from capsule.importing import command
-from capsule.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
-from capsule.recording import Recording, format_recording, read_recording
+from capsule.recordings.acceptance import readings_of
+from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.command import CAPSULE
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
@@ -340,7 +340,7 @@ def test_no_step_of_the_workflow_imports_the_import():
 def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_path, good):
     code = (
         "import sys\n"
-        "from capsule.cli import main\n"
+        "from capsule.commands.cli import main\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code, end.code\n"
         "extra = {'h5py', 'openpyxl', 'pynwb', 'nptdms', 'pyxdf', 'rosbags'}\n"

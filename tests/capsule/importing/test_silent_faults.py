@@ -18,10 +18,10 @@ import scipy.io
 import yaml
 from rosbags.rosbag2 import StoragePlugin
 
-from capsule.acceptance import check_recording
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys
-from capsule.recording import DECISIVE
+from capsule.recordings.acceptance import check_recording
+from capsule.recordings.recording import DECISIVE
 from support.command import CAPSULE
 from support.importing import ODD, SETTINGS, assert_readings, import_files
 from support.lab_files import (

@@ -10,7 +10,7 @@ from sklearn.pipeline import make_pipeline
 
 import capsule
 from capsule.evaluation.cross_validation import folds_of
-from capsule.names import size_mm
+from capsule.recordings.names import size_mm
 
 
 def on_matrices(archive, estimator):

@@ -5,9 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from capsule import files
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.engine.configuration import read_config_file
+from capsule.method.particle import Particle, render
+from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
+from capsule.method.templates import build_templates
 from capsule.page.evidence import (
     EVIDENCE,
     NearestTemplate,
@@ -23,10 +25,8 @@ from capsule.page.evidence import (
 )
 from capsule.page.packing import to_json
 from capsule.page.plot_data import STEP, plot_data
-from capsule.particle import Particle, render
-from capsule.results import FITS, PLOT_DATA, Results
-from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
-from capsule.templates import build_templates
+from capsule.store import files
+from capsule.store.results import FITS, PLOT_DATA, Results
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated
 from support.packed import inflated
 from support.project import ROOT

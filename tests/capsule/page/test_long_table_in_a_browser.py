@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
 from capsule.page import recordings
 from capsule.survey.listed import list_surveys
 from support.browser import needed

@@ -6,12 +6,13 @@ import re
 import pandas as pd
 import yaml
 
-from capsule import files, words
+from capsule import words
+from capsule.engine.project_state import ProjectState
 from capsule.evaluation.lead import Lead
 from capsule.page import detector_sections, overview, provenance
 from capsule.page import files as page_files
 from capsule.page.provenance import how_made
-from capsule.project_state import ProjectState
+from capsule.store import files
 from support.evaluated import UNKNOWN, evaluated, index_of, rates_of, read_paper
 from support.project import ROOT
 from support.sections import section

@@ -13,7 +13,7 @@ from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation import intervals
 from capsule.figures.registry import FIGURES
-from capsule.recording import read_recording
+from capsule.recordings.recording import read_recording
 from support.browser import DESKTOP, PHONE, needed
 from support.project import ROOT
 from support.report_page import EVIL, RECORDINGS, SIZES, wait_for_title

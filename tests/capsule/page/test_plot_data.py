@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
 from capsule.detectors.search import passage_of
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import WEIGHTS
 from capsule.page.plot_data import (
     STEP,
     WIDTH,
@@ -19,9 +20,8 @@ from capsule.page.plot_data import (
     quality_words,
     score_stretches,
 )
-from capsule.project import WEIGHTS
-from capsule.recording import read_recording
-from capsule.units import shares_at_ends
+from capsule.recordings.recording import read_recording
+from capsule.recordings.units import shares_at_ends
 from support.packed import inflated, unpack
 from support.project import ROOT
 from support.synthetic import make_recording

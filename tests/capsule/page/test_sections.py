@@ -9,19 +9,19 @@ import pandas as pd
 import pytest
 import yaml
 
-from capsule import files
+from capsule.engine.project_state import ProjectState
 from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
-from capsule.project_state import ProjectState
+from capsule.store import files
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 from support.stored import StoredResults
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
-# As long as the keys of `capsule.keys`.
+# As long as the keys of `capsule.engine.keys`.
 KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
 

@@ -10,7 +10,7 @@ import pytest
 
 from capsule import words
 from capsule.detectors.registry import detector_row
-from capsule.names import without_formula
+from capsule.recordings.names import without_formula
 from support.browser import DESKTOP, PHONE, needed
 from support.report_page import EVIL, RECORDINGS, wait_for_title
 

@@ -156,7 +156,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
 
 def made_without(module, *options):
     """Make the parts as if a module were not installed."""
-    without = f"import sys; sys.modules[{module!r}] = None; from capsule import cli; "
+    without = f"import sys; sys.modules[{module!r}] = None; from capsule.commands import cli; "
     without += f"cli.main(['parts', *{options!r}])"
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
     command = [sys.executable, "-c", without]

@@ -10,9 +10,9 @@ import pytest
 import study_phantom
 from phantom_study import calibrate
 
-from capsule.files import read_csv
 from capsule.phantom.contact import height_factor, stray_offset
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
+from capsule.store.files import read_csv
 
 pytestmark = pytest.mark.slow
 

@@ -8,7 +8,7 @@ import yaml
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from capsule.phantom.parameters import bench_parts, bench_table, phantom_from_table, value_of
-from capsule.recording import read_recording, source_of
+from capsule.recordings.recording import read_recording, source_of
 from support.command import run_command
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))

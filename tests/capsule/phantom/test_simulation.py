@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import pitch
+from capsule.method.preprocessing import preprocess
 from capsule.phantom import files as phantom
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulation import recording_of, simulate_run
-from capsule.preprocessing import preprocess
-from capsule.project import CONFIG
-from capsule.recording import format_recording, read_recording
+from capsule.recordings.recording import format_recording, read_recording
 from support.command import run_command
 
 PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from capsule.configuration import read_config_file
 from capsule.detectors.search import passage_of
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.project import CONFIG
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])

@@ -10,8 +10,8 @@ from phantom_study import calibrate
 from phantom_study.paper_table import read_paper_table
 
 from capsule.errors import CapsuleError
-from capsule.files import read_csv
 from capsule.phantom.files import DEFAULT_TABLE
+from capsule.store.files import read_csv
 
 pytestmark = pytest.mark.slow
 

@@ -8,9 +8,9 @@ from phantom_study import simulated_archive
 from phantom_study.draw import describe, examples
 from phantom_study.simulated_archive import read_detector
 
-from capsule.files import read_csv
 from capsule.geometry.origami import sensor_offsets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.store.files import read_csv
 
 ROOT = Path(__file__).resolve().parents[3]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])

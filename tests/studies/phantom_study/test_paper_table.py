@@ -13,7 +13,7 @@ from phantom_study.paper_table import (
     summary,
 )
 
-from capsule.files import read_csv
+from capsule.store.files import read_csv
 from support.like_the_paper import LIKE_THE_PAPER
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -8,8 +8,8 @@ import yaml
 from phantom_study import sensitivity
 from phantom_study.simulated_archive import DEFAULT_CONFIG
 
-from capsule.configuration import read_config_file
-from capsule.files import read_csv
+from capsule.engine.configuration import read_config_file
+from capsule.store.files import read_csv
 
 
 def run(monkeypatch, *arguments):

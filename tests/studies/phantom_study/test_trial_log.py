@@ -4,7 +4,7 @@ import pytest
 from phantom_study.calibrate import TrialLog
 
 from capsule.errors import CapsuleError
-from capsule.files import read_csv
+from capsule.store.files import read_csv
 
 CANDIDATES = [{"part.size": 1.5}, {"part.size": 2.5}, {"part.size": 3.5}]
 SEEDS = [7, 8, 9]

@@ -8,8 +8,8 @@ from phantom_study import calibrate
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import quick, read_detector
 
-from capsule.files import read_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.store.files import read_csv
 from support.like_the_paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.takes(0.5)

@@ -92,11 +92,11 @@ def serve(connection: socket.socket) -> None:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
-    from capsule import cli
     from capsule.bench import fold, survey_bench, survey_run
     from capsule.bench.clock import AWAKE
     from capsule.bench.line import Line
     from capsule.bench.protocol import encode
+    from capsule.commands import cli
 
     with socket.socket(fileno=int(sys.argv[1])) as served:
         serve(served)

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from capsule.recording import Recording, read_recording
+from capsule.recordings.recording import Recording, read_recording
 from support.bench.cable import Cable
 from support.bench.world import taken_at_s
 from support.command import CAPSULE

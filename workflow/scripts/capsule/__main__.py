@@ -7,6 +7,6 @@ if not __package__:
     # Python has put this folder on the path, where each module would stand for one of its own.
     sys.path[0] = str(Path(__file__).resolve().parents[1])
 
-from capsule.cli import main
+from capsule.commands.cli import main
 
 main()

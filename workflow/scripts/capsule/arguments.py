@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from math import inf
 
-from capsule.names import (
+from capsule.recordings.names import (
     UNLABELLED,
     Entry,
     classify,

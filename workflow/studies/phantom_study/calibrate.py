@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from capsule import files
 from capsule.arguments import natural
 from capsule.errors import CapsuleError
 from capsule.phantom.files import bench_file, read_phantom
 from capsule.phantom.parameters import Phantom, bench_parts, rewritten, with_values
 from capsule.seeding import generator
+from capsule.store import files
 from phantom_study import paper_table
 from phantom_study.paper_table import PaperTable, read_paper_table
 from phantom_study.simulated_archive import (

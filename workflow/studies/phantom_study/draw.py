@@ -17,13 +17,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule import files
 from capsule.arguments import natural
+from capsule.method.preprocessing import normalize, rms_envelope
+from capsule.method.templates import TemplateSet
 from capsule.phantom.files import read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run
-from capsule.preprocessing import normalize, rms_envelope
-from capsule.templates import TemplateSet
+from capsule.store import files
 from phantom_study import simulated_archive
 from phantom_study.paper_table import read_paper_table
 from phantom_study.sensitivity import FAULTY, sweep

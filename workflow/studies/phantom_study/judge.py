@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule import files
 from capsule.arguments import natural
 from capsule.phantom.files import read_phantom
+from capsule.store import files
 from phantom_study import paper_table
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import quick, read_detector, simulate_and_judge

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import yaml
 
+from capsule.engine.project import CONFIG
 from capsule.evaluation.paper import printed_tables
 from capsule.evaluation.rates import is_within
-from capsule.project import CONFIG
 
 PRINTED = CONFIG.parent / "workflow" / "report" / "paper.yaml"
 # Confidence level of the intervals in the tables of rates; no cell uses them.

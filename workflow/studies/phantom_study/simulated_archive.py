@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.configuration import read_config_file
 from capsule.detectors.template import nearest_size, template_distances
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.geometry.origami import sensor_offsets
-from capsule.names import size_mm
-from capsule.particle import Particle, fit_options, fit_particle
+from capsule.method.particle import Particle, fit_options, fit_particle
+from capsule.method.preprocessing import preprocess
+from capsule.method.templates import TemplateSet, build_templates, by_size
 from capsule.phantom.advance import first_arrival
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
-from capsule.preprocessing import preprocess
-from capsule.project import CONFIG
+from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from capsule.templates import TemplateSet, build_templates, by_size
 from phantom_study.paper_table import PaperTable
 
 DEFAULT_CONFIG = CONFIG / "config.yaml"
@@ -34,7 +34,7 @@ class DetectorSettings:
     Attributes
     ----------
     preprocessing
-        Arguments of `capsule.preprocessing.preprocess`.
+        Arguments of `capsule.method.preprocessing.preprocess`.
     fit
         The section ``fit`` of the configuration; its times count in the columns that are used.
     stride

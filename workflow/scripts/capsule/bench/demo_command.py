@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
-from capsule import files, words
+from capsule import words
 from capsule.arguments import natural, number_within
 from capsule.arrays import IntArray
 from capsule.bench import recorder, terminal
@@ -17,10 +17,11 @@ from capsule.bench.clock import elapsed_s
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Acknowledgement, Damaged, Identity, Sample
 from capsule.bench.record_command import options_of
-from capsule.configuration import read_settings
+from capsule.commands.new import is_taken, own_configuration
+from capsule.commands.report import INTERRUPTED, call_workflow
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import OWN_CONFIG
 from capsule.errors import CapsuleError
-from capsule.names import PART, UNLABELLED
-from capsule.new import is_taken, own_configuration
 from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
@@ -31,9 +32,9 @@ from capsule.phantom.simulation import (
     simulate_run,
     simulated_header,
 )
-from capsule.project import OWN_CONFIG
-from capsule.results import OfArchive
-from capsule.workflow_call import INTERRUPTED, call_workflow
+from capsule.recordings.names import PART, UNLABELLED
+from capsule.store import files
+from capsule.store.results import OfArchive
 
 LEARNED = tuple(f"results/{name}" for name in (OfArchive.TEMPLATES, OfArchive.DETECTORS))
 REPORT = f"results/{OfArchive.REPORT}"

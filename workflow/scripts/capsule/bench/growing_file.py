@@ -11,9 +11,9 @@ from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.bench.protocol import Damaged
-from capsule.locks import lock_file
-from capsule.names import PART
-from capsule.recording import format_header, format_sample
+from capsule.engine.locks import lock_file
+from capsule.recordings.names import PART
+from capsule.recordings.recording import format_header, format_sample
 
 SYNC_EVERY_S = 1.0
 RECOVER, RESUME = "capsule record --recover", "capsule survey --resume"

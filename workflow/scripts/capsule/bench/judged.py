@@ -12,22 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from capsule import arrays, files, words
-from capsule.acceptance import check_recording
+from capsule import arrays, words
 from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.bench.verdict import FinalVerdict, note_of_change, verdict_table
-from capsule.configuration import read_settings
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
-from capsule.files import read_csv, read_limited, read_or_explain
 from capsule.kinds import Settings
-from capsule.names import displayed
+from capsule.method.preprocessing import preprocess_run
 from capsule.page.provenance import is_simulated
-from capsule.preprocessing import preprocess_run
-from capsule.project import config_file
-from capsule.recording import source_of
-from capsule.results import OfArchive
+from capsule.recordings.acceptance import check_recording
+from capsule.recordings.names import displayed
+from capsule.recordings.recording import source_of
+from capsule.store import files
+from capsule.store.files import read_csv, read_limited, read_or_explain
+from capsule.store.results import OfArchive
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"

@@ -14,8 +14,8 @@ from capsule.bench.logger import moment_text
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
 from capsule.bench.terminal import Progress
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
+from capsule.engine.project import how_to_install
 from capsule.kinds import Settings
-from capsule.project import how_to_install
 
 if TYPE_CHECKING:
     import pylsl

@@ -11,7 +11,7 @@ from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.kinds import Settings
-from capsule.results import OfArchive
+from capsule.store.results import OfArchive
 
 _UNKNOWN = float("nan")
 

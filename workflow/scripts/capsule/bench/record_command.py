@@ -10,9 +10,9 @@ from capsule.arguments import positive, recording_name, size_folder
 from capsule.bench import recorder, terminal
 from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
+from capsule.engine.project import RECORD_LOGS, config_file
 from capsule.errors import WrongOptionError
-from capsule.project import RECORD_LOGS, config_file
-from capsule.results import OfArchive
+from capsule.store.results import OfArchive
 
 LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"

@@ -12,7 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from capsule.acceptance import readings_of
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.board import Board
@@ -25,11 +24,12 @@ from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.protocol import Acknowledgement, Identity
 from capsule.bench.terminal import Progress, Terminal
 from capsule.bench.wave import WatchedDrive, Wave
-from capsule.configuration import read_settings
+from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
-from capsule.names import UNLABELLED
-from capsule.recording import read_recording
-from capsule.results import OfArchive
+from capsule.recordings.acceptance import readings_of
+from capsule.recordings.names import UNLABELLED
+from capsule.recordings.recording import read_recording
+from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
     from capsule.bench.verdict import FinalVerdict

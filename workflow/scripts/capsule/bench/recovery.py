@@ -14,9 +14,9 @@ from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import publish, writing
-from capsule.locks import lock_file
-from capsule.names import PART
-from capsule.recording import column_names, format_header
+from capsule.engine.locks import lock_file
+from capsule.recordings.names import PART
+from capsule.recordings.recording import column_names, format_header
 
 KEPT_AS = ".recovered"
 _ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")

@@ -12,10 +12,10 @@ import numpy as np
 from capsule.arrays import plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import RESUME, RepeatedFile, writing
-from capsule.files import read_json, write_csv, write_json, write_whole
 from capsule.kinds import Row, Settings
-from capsule.names import PART, UNLABELLED
-from capsule.recording import Recording, column_names, format_recording
+from capsule.recordings.names import PART, UNLABELLED
+from capsule.recordings.recording import Recording, column_names, format_recording
+from capsule.store.files import read_json, write_csv, write_json, write_whole
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import (
     FOLDED,

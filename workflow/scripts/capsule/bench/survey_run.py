@@ -33,11 +33,11 @@ from capsule.bench.survey_folder import (
 )
 from capsule.bench.survey_view import SurveyView
 from capsule.bench.wave import Wave
-from capsule.configuration import read_settings
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import config_file
 from capsule.kinds import Settings
 from capsule.phantom.files import read_phantom
-from capsule.project import config_file
-from capsule.recording import Recording
+from capsule.recordings.recording import Recording
 from capsule.survey.cycle import STATUSES
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings

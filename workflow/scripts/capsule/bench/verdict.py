@@ -7,20 +7,20 @@ from pathlib import Path
 import numpy as np
 
 from capsule import words
-from capsule.acceptance import readings_of
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import is_of, read_learned, read_template_set
 from capsule.detectors.registry import detector_class
+from capsule.engine.project import WEIGHTS
 from capsule.errors import RecordingError
-from capsule.files import fingerprint
 from capsule.kinds import Settings
-from capsule.names import UNLABELLED
-from capsule.project import WEIGHTS
-from capsule.recording import Recording
-from capsule.results import changed_recordings
+from capsule.recordings.acceptance import readings_of
+from capsule.recordings.names import UNLABELLED
+from capsule.recordings.recording import Recording
+from capsule.store.files import fingerprint
+from capsule.store.results import changed_recordings
 
 
 def note_of_change(results: Path, settings: Settings) -> str:
@@ -104,7 +104,7 @@ class FinalVerdict:
         Parameters
         ----------
         values : (S, K) array
-            Readings from `capsule.acceptance.readings_of`; each sensor shows a wave.
+            Readings from `capsule.recordings.acceptance.readings_of`; each sensor shows a wave.
 
         Returns
         -------

@@ -26,8 +26,8 @@ from capsule.detectors.network import UNKNOWN_FEATURES, Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.kinds import Settings
-from capsule.particle import Particle
-from capsule.templates import TemplateSet
+from capsule.method.particle import Particle
+from capsule.method.templates import TemplateSet
 
 # Penalty of the size regression of a detector without a setting for it.
 _SIZE_RIDGE = 1.0
@@ -74,8 +74,8 @@ class TrainingArchive:
     no_verdict : mapping of str to str
         The reason why no detector judges a recording; empty or absent if it is judged.
     places : mapping of str to str
-        The place of each recording, from `capsule.held_out.places_of`; one that is absent is a
-        place of its own.
+        The place of each recording, from `capsule.recordings.held_out.places_of`; one that is
+        absent is a place of its own.
     """
 
     sizes_mm: Mapping[str, float]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.detectors.wave import Wave, find_wave
 from capsule.kinds import Settings
-from capsule.units import pressed_and_period
-from capsule.wave import Wave, find_wave
+from capsule.recordings.units import pressed_and_period
 
 CHANNELS = ("level", "depth", "shape")
 # Level; first harmonic in phase and in quadrature; second harmonic in phase and in quadrature.
@@ -55,7 +55,7 @@ class Beats:
 
 
 def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
-    """Return the beats of a recording; parameters as in `capsule.wave.missing_wave`.
+    """Return the beats of a recording; parameters as in `capsule.detectors.wave.missing_wave`.
 
     None for a recording of fewer than four waves, or without a wave on some sensor.
     """

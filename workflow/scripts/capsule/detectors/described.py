@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from capsule import files
 from capsule.detectors.network import Features, Scorer
 from capsule.detectors.search import Passage
 from capsule.detectors.wave_traits import WaveTraits
+from capsule.store import files
 
 # What a row of best_places holds.
 _KINDS = (Passage, WaveTraits)

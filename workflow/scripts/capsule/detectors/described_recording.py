@@ -15,13 +15,13 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Features
 from capsule.detectors.search import Passage, passage_of
+from capsule.detectors.wave import missing_wave
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
+from capsule.engine.project import WEIGHTS
 from capsule.kinds import Settings
-from capsule.particle import Fit, fit_recording
-from capsule.preprocessing import preprocess
-from capsule.project import WEIGHTS
+from capsule.method.particle import Fit, fit_recording
+from capsule.method.preprocessing import preprocess
 from capsule.seeding import readings_checksum
-from capsule.wave import missing_wave
 
 # More recordings than an archive on one machine has; each takes some 60 kB.
 _KEPT = 4096

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from capsule import files
 from capsule.arrays import FloatArray
 from capsule.detectors.base import StoredRecording, TrainingArchive
 from capsule.detectors.described import read_best_places, read_features
+from capsule.engine.project import WEIGHTS
 from capsule.errors import CapsuleError
-from capsule.held_out import places_of
 from capsule.kinds import Settings
-from capsule.names import sizes_of
-from capsule.particle import particles_of
-from capsule.project import WEIGHTS
-from capsule.results import BEST_PLACES, FEATURES, Results
-from capsule.templates import TemplateSet, build_templates, by_size, template_options
+from capsule.method.particle import particles_of
+from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
+from capsule.recordings.held_out import places_of
+from capsule.recordings.names import sizes_of
+from capsule.store import files
+from capsule.store.results import BEST_PLACES, FEATURES, Results
 
 
 def read_training_archive(
@@ -38,7 +38,8 @@ def read_training_archive(
     rows : mapping of str to mapping
         The rows of recordings.csv for all recordings that are judged or that teach.
     fitted : iterable of str
-        The recordings of which templates are made, from `capsule.held_out.recordings_with_fits`.
+        The recordings of which templates are made, from
+        `capsule.recordings.held_out.recordings_with_fits`.
     settings : mapping
         As in `TrainingArchive`, and the sections from which `template_options` takes its own.
     """

@@ -17,8 +17,8 @@ from capsule.arrays import FloatArray, plain
 from capsule.detectors.base import Detector, JudgedRecording, TrainingArchive, Verdict
 from capsule.detectors.calibrate import rank_threshold
 from capsule.kinds import Settings
-from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
-from capsule.templates import TemplateSet
+from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
+from capsule.method.templates import TemplateSet
 
 # Distance, gain and lag of a template on a recording.
 _Compared: TypeAlias = tuple[float, float, float]

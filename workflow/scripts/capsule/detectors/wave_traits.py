@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.detectors.wave import find_wave
 from capsule.kinds import Settings
-from capsule.units import pressed_and_period
-from capsule.wave import find_wave
+from capsule.recordings.units import pressed_and_period
 
 # In units of the wave's own frequency: the harmonics that count as the wave, how far from each, and
 # the band to which their power is compared (0.1 to 2 Hz for the paper's wave).
@@ -54,7 +54,7 @@ UNKNOWN_TRAITS = WaveTraits(*[float("nan")] * len(fields(WaveTraits)))
 
 
 def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveTraits:
-    """Return the traits of the wave in a recording; parameters as in `capsule.wave.missing_wave`.
+    """Return the traits of the wave in a recording; parameters as in `wave.missing_wave`.
 
     They are `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
     wave. A single sensor has neither `step_s` nor `step_spread_s`.

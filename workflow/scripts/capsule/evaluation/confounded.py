@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from math import ceil, exp, fsum, inf, lgamma
 
-from capsule.held_out import places_of, teaching
 from capsule.kinds import Row
-from capsule.names import size_mm
+from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.names import size_mm
 from capsule.words import enumerate_words
 
 # Columns of results/recordings.csv, in words. Site and set-up belong to one size by design.

@@ -15,9 +15,9 @@ from typing import TypeAlias, TypeVar
 from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
-from capsule.held_out import places_of, teaching
 from capsule.kinds import Cells, Settings, Spread
-from capsule.names import size_label, size_mm
+from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.names import size_label, size_mm
 
 HELD_OUT = "held_out"
 LEAVE_ONE_OUT = "leave_one_out"

@@ -9,9 +9,9 @@ import yaml
 
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.files import read_or_explain
 from capsule.kinds import Settings
-from capsule.results import OfArchive
+from capsule.store.files import read_or_explain
+from capsule.store.results import OfArchive
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}

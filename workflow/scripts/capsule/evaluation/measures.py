@@ -45,7 +45,7 @@ from capsule.evaluation.rates import (
 )
 from capsule.evaluation.sites import detections_by_passes
 from capsule.kinds import Cells, Settings, Spread
-from capsule.names import sort_key
+from capsule.recordings.names import sort_key
 
 # The columns of a prediction that the verdict's follow.
 KEY = ["recording", "size_mm", "detector", "scheme"]

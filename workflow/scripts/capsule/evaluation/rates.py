@@ -14,8 +14,8 @@ import pandas as pd
 from capsule.arrays import BoolArray, FloatArray, IntArray, RecordArray
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION, Rows
 from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, lower_bound, rate_of
-from capsule.held_out import places_of
 from capsule.kinds import Cells, Settings
+from capsule.recordings.held_out import places_of
 
 # What was held out comes first, what was learned last.
 _TURN = {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}

@@ -5,11 +5,11 @@ import io
 import sys
 from pathlib import Path
 
-from capsule import files
+from capsule.engine.project import config_file, not_installed
 from capsule.errors import CapsuleError
 from capsule.exporting.formats import FORMATS
 from capsule.exporting.gathering import ALL, CHOICES, Exported, gather
-from capsule.project import config_file, not_installed
+from capsule.store import files
 
 EXAMPLES = """
 examples:

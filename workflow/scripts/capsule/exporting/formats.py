@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import pandas as pd
 
-from capsule.configuration import read_config_file
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import SCHEMAS
 from capsule.errors import CapsuleError
 from capsule.exporting.gathering import NO_UNIT, OWNER, Exported
-from capsule.names import displayed, without_formula
-from capsule.project import SCHEMAS
+from capsule.recordings.names import displayed, without_formula
 
 if TYPE_CHECKING:
     from openpyxl import Workbook

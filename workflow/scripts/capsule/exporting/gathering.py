@@ -11,20 +11,28 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from capsule import files
 from capsule.arrays import FloatArray
-from capsule.configuration import read_settings
 from capsule.detectors.files import is_of, read_learned, read_templates
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import PROJECT
+from capsule.engine.project_state import read_project_state
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
-from capsule.held_out import recordings_with_fits
 from capsule.kinds import Row, Settings
-from capsule.names import size_label
 from capsule.page.provenance import combined_checksum, origin_of
-from capsule.project import PROJECT
-from capsule.project_state import read_project_state
-from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, OfArchive, Results, changed_recordings
-from capsule.units import reading_unit
+from capsule.recordings.held_out import recordings_with_fits
+from capsule.recordings.names import size_label
+from capsule.recordings.units import reading_unit
+from capsule.store import files
+from capsule.store.results import (
+    CHECKS,
+    FITS,
+    MATRICES,
+    SIGNALS,
+    OfArchive,
+    Results,
+    changed_recordings,
+)
 
 NO_UNIT = "1"
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"

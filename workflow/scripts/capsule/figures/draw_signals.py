@@ -28,7 +28,7 @@ from capsule.figures.style import (
     sensor_line,
 )
 from capsule.kinds import Look
-from capsule.preprocessing import PreprocessedRun
+from capsule.method.preprocessing import PreprocessedRun
 
 # More columns than this add no visible detail, and their contours make large files.
 _COLUMNS_DRAWN = 250

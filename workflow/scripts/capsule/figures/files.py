@@ -4,10 +4,10 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from capsule import files
 from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
 from capsule.figures.style import WIDTHS_IN, Drawing, render_figure
+from capsule.store import files
 
 
 def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> str:

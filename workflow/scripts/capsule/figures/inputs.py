@@ -5,15 +5,15 @@ from functools import cached_property
 
 import pandas as pd
 
-from capsule import files
 from capsule.arrays import FloatArray
 from capsule.detectors.files import read_templates
+from capsule.engine.project import PROJECT
 from capsule.evaluation.files import read_evaluation, read_printed, read_table
 from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
-from capsule.preprocessing import PreprocessedRun, preprocess_run
-from capsule.project import PROJECT
-from capsule.results import OfArchive, Results
+from capsule.method.preprocessing import PreprocessedRun, preprocess_run
+from capsule.store import files
+from capsule.store.results import OfArchive, Results
 
 
 class FigureInputs:

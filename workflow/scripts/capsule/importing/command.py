@@ -12,19 +12,19 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from capsule.acceptance import readings_of
 from capsule.arguments import LONGEST_NAME, recording_name, size_folder
 from capsule.bench.terminal import BARS, PLAIN_BARS, trace
-from capsule.configuration import read_config_file, read_settings
+from capsule.engine.configuration import read_config_file, read_settings
+from capsule.engine.project import config_file
 from capsule.errors import CapsuleError, RecordingError
-from capsule.files import list_archive, read_limited, write_new
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema
 from capsule.importing.runs import Reading, as_map, joined, read_columns, runs_of
 from capsule.importing.table import QuestionError, choose_tables, naming
-from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
-from capsule.project import config_file
-from capsule.recording import Recording, column_names, format_recording
+from capsule.recordings.acceptance import readings_of
+from capsule.recordings.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
+from capsule.recordings.recording import Recording, column_names, format_recording
+from capsule.store.files import list_archive, read_limited, write_new
 from capsule.words import plural
 
 # Bars and samples that are shown.

@@ -23,10 +23,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.files import read_limited
 from capsule.importing.reading_apart import Reader, read_apart
 from capsule.importing.table import Table
 from capsule.importing.text import read_rows, read_text
+from capsule.store.files import read_limited
 
 # 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
 # precision.

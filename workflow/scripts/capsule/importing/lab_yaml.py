@@ -7,11 +7,11 @@ from typing import Any
 
 import yaml
 
-from capsule.configuration import faults_of, read_config_file
+from capsule.engine.configuration import faults_of, read_config_file
+from capsule.engine.project import SCHEMAS
 from capsule.errors import CapsuleError
-from capsule.files import write_new
 from capsule.kinds import Settings
-from capsule.project import SCHEMAS
+from capsule.store.files import write_new
 
 _HEAD = "# How capsule import reads your files; docs/import.md explains each key.\n"
 

@@ -13,11 +13,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
+from capsule.engine.forks import Forks
+from capsule.engine.project import not_installed
 from capsule.errors import CapsuleError
-from capsule.files import in_short
-from capsule.forks import Forks
 from capsule.importing.table import Table
-from capsule.project import not_installed
+from capsule.store.files import in_short
 
 # Seconds of a processor that a file may take, as some packages need one to be imported, and more
 # for each MB. The cells of a workbook are read one by one: one that is packed well takes ten.

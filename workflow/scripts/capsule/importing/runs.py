@@ -13,8 +13,8 @@ from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far, naming
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
-from capsule.names import displayed
-from capsule.recording import Recording
+from capsule.recordings.names import displayed
+from capsule.recordings.recording import Recording
 
 # Header lines that the recording keeps from its file, or takes from lab.yaml.
 _KEPT = ("site", "session", "setup", "adc_bits", "vref_v", "series_ohm")

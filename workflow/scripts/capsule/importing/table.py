@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.recording import LARGEST_NUMBER
+from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
 

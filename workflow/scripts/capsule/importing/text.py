@@ -20,7 +20,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import unit_of
-from capsule.recording import DECISIVE, LARGEST_NUMBER
+from capsule.recordings.recording import DECISIVE, LARGEST_NUMBER
 
 _MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}

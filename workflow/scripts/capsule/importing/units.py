@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.table import QuestionError, Table, naming
-from capsule.names import displayed
+from capsule.recordings.names import displayed
 
 # The words for each unit of readings, and of the time.
 _WORDS = {

@@ -9,15 +9,15 @@ from inspect import isclass
 
 _MODULES = {
     "capsule.errors": ("CapsuleError", "RecordingError"),
-    "capsule.recording": ("Recording", "format_recording"),
-    "capsule.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
-    "capsule.particle": (
+    "capsule.recordings.recording": ("Recording", "format_recording"),
+    "capsule.method.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
+    "capsule.method.particle": (
         *("Fit", "ParameterSpace", "Particle"),
         *("fit_particle", "fit_recording", "render"),
     ),
     "capsule.seeding": ("fit_generator",),
-    "capsule.configuration": ("read_settings",),
-    "capsule.templates": ("TemplateSet", "build_templates"),
+    "capsule.engine.configuration": ("read_settings",),
+    "capsule.method.templates": ("TemplateSet", "build_templates"),
     "capsule.detectors.template": ("nearest_size", "template_distances"),
     "capsule.interface.archive": ("LoadedArchive", "load", "read_recording"),
     "capsule.interface.evaluate": ("Judgement", "folds", "judge"),

@@ -9,21 +9,23 @@ from typing import TYPE_CHECKING, BinaryIO, TypeVar
 import numpy as np
 import pandas as pd
 
-from capsule import files, recording, words
-from capsule.acceptance import check_recording
-from capsule.configuration import read_settings
+from capsule import words
 from capsule.detectors.base import TrainingArchive
 from capsule.detectors.described_recording import described
+from capsule.engine.configuration import read_settings
 from capsule.errors import CapsuleError
-from capsule.held_out import places_of, teaching
 from capsule.interface.arguments import checked, refuse
 from capsule.kinds import Cells, Row, Settings
-from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
-from capsule.names import size_mm, sizes_of
-from capsule.particle import Fit, Particle, fit_options
-from capsule.preprocessing import preprocess_run
+from capsule.method.particle import Fit, Particle, fit_options
+from capsule.method.preprocessing import preprocess_run
+from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
+from capsule.recordings import recording
+from capsule.recordings.acceptance import check_recording
+from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
+from capsule.recordings.names import size_mm, sizes_of
 from capsule.seeding import fit_generator
-from capsule.templates import TemplateSet, build_templates, by_size, template_options
+from capsule.store import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

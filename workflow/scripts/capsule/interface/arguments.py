@@ -14,8 +14,8 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.particle import ParameterSpace, Particle
-from capsule.recording import Recording
+from capsule.method.particle import ParameterSpace, Particle
+from capsule.recordings.recording import Recording
 
 _Result = TypeVar("_Result")
 

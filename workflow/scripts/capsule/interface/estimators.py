@@ -15,19 +15,19 @@ import numpy as np
 import pandas as pd
 
 from capsule.arrays import FloatArray
-from capsule.configuration import read_settings
 from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
 from capsule.detectors.described_recording import DescribedRecording, described
 from capsule.detectors.familiar import Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import not_installed
 from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Cells, Settings
-from capsule.particle import Particle
-from capsule.project import not_installed
-from capsule.templates import build_templates, template_options
+from capsule.method.particle import Particle
+from capsule.method.templates import build_templates, template_options
 
 try:
     from sklearn.base import BaseEstimator, TransformerMixin, clone, is_classifier, is_regressor

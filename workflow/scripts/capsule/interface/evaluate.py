@@ -21,9 +21,9 @@ from capsule.evaluation.cross_validation import (
     judge_unlabelled,
 )
 from capsule.evaluation.measures import KEY, by_name, evaluate_archive, measure_tables
-from capsule.held_out import teaching
 from capsule.interface.archive import LoadedArchive, require_archive, with_nan
-from capsule.names import sort_key
+from capsule.recordings.held_out import teaching
+from capsule.recordings.names import sort_key
 
 _Part = tuple[np.ndarray, np.ndarray]
 

@@ -11,19 +11,21 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from capsule import files, names, words
+from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
-from capsule.held_out import teaching
 from capsule.kinds import Cells, Row, Settings, Spread
-from capsule.names import sizes_of
+from capsule.method.particle import Particle, particles_of, peak_positions, render
+from capsule.method.sliding import RepeatedParticle, SlidingComparison
 from capsule.page.packing import rounded, to_json
 from capsule.page.rates import ALL
 from capsule.page.recordings import known_or_none, seven_digits
-from capsule.particle import Particle, particles_of, peak_positions, render
-from capsule.results import PLOT_DATA, OfArchive, Results
-from capsule.sliding import RepeatedParticle, SlidingComparison
+from capsule.recordings import names
+from capsule.recordings.held_out import teaching
+from capsule.recordings.names import sizes_of
+from capsule.store import files
+from capsule.store.results import PLOT_DATA, OfArchive, Results
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")

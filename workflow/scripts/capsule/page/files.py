@@ -7,17 +7,17 @@ import platform
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from capsule import files
 from capsule.detectors.registry import DETECTORS
+from capsule.engine.keys import imported_files
+from capsule.engine.project import PROJECT
 from capsule.evaluation.files import read_evaluation, read_table
 from capsule.figures.registry import FIGURES
-from capsule.keys import imported_files
 from capsule.kinds import Cells, Settings
 from capsule.page import surveys
 from capsule.page.render import Frame
 from capsule.page.sections import Tables
-from capsule.project import PROJECT
-from capsule.results import SURVEY_VALUES, OfArchive
+from capsule.store import files
+from capsule.store.results import SURVEY_VALUES, OfArchive
 
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (

@@ -7,9 +7,9 @@ import pandas as pd
 from capsule import words
 from capsule.evaluation.intervals import rate
 from capsule.kinds import Cells, Row
-from capsule.names import UNLABELLED, folder_of
 from capsule.page.answers import Estimate
 from capsule.page.rates import sets_specificity
+from capsule.recordings.names import UNLABELLED, folder_of
 
 # Rows that are visible at once; the page folds the others away.
 SHOWN = 20

@@ -13,9 +13,9 @@ from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
 from capsule.detectors.network import SENSORS, SERIES_ROWS, Scorer, standardised
 from capsule.detectors.search import search_beats
 from capsule.kinds import Cells, Row, Settings
+from capsule.method.preprocessing import preprocess_run
 from capsule.page.packing import deflated, pack, to_json
-from capsule.preprocessing import preprocess_run
-from capsule.units import reading_unit
+from capsule.recordings.units import reading_unit
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
 SMOOTH_POINTS = 250
@@ -200,7 +200,7 @@ def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) 
         The readings on an even grid in time; NaN where a sample is missing.
     at_ends : sequence of S floats
         For each sensor, the largest share of its samples at one end of the ADC's range, from
-        `capsule.units.shares_at_ends`.
+        `capsule.recordings.units.shares_at_ends`.
     rate_hz : float
         Sampling rate.
     """

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+from capsule.engine.project_state import ProjectState
 from capsule.kinds import Cells, Row, Settings
-from capsule.project_state import ProjectState
 from capsule.words import enumerate_words, setting
 
 # Each program's entry in references.bib.

@@ -4,8 +4,8 @@ import argparse
 import difflib
 from pathlib import Path
 
-from capsule import files
-from capsule.configuration import read_settings
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import config_file, not_installed
 from capsule.errors import CapsuleError
 from capsule.parts.design import LIMITS, Design, design_of, entries
 from capsule.parts.files import read_parts_table
@@ -22,7 +22,7 @@ from capsule.parts.formats import (
 )
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.project import config_file, not_installed
+from capsule.store import files
 
 _NOZZLE = "print.nozzle_mm"
 # The error if a package is missing.

@@ -2,10 +2,10 @@
 
 import yaml
 
+from capsule.engine.project import CONFIG
 from capsule.kinds import Settings
 from capsule.parts.design import Design, design_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.project import CONFIG
 
 PARTS_TABLE = CONFIG / "parts.yaml"
 

@@ -4,9 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from capsule import files
 from capsule.arguments import natural, number_within, plain_text
-from capsule.configuration import read_settings
+from capsule.engine.configuration import read_settings
+from capsule.engine.project import config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import add_phantom_arguments, read_phantom
 from capsule.phantom.parameters import Phantom
@@ -17,8 +17,8 @@ from capsule.phantom.simulation import (
     recording_of,
     simulate_run,
 )
-from capsule.project import config_file
-from capsule.recording import format_recording
+from capsule.recordings.recording import format_recording
+from capsule.store import files
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

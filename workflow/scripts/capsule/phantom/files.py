@@ -6,9 +6,9 @@ from pathlib import Path
 
 import yaml
 
+from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
 from capsule.phantom.parameters import Phantom, bench_table, phantom_from_table, with_values
-from capsule.project import CONFIG
 
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
 BENCHES = CONFIG / "benches"

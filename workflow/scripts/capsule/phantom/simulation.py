@@ -8,7 +8,6 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import half_width, pitch, sensor_offsets
-from capsule.names import size_label
 from capsule.phantom.advance import Motion, draw_holds, draw_strokes, first_arrival, slips_back
 from capsule.phantom.contact import (
     Pressing,
@@ -23,7 +22,8 @@ from capsule.phantom.contact import (
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import counts, resistance
 from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train
-from capsule.recording import Recording
+from capsule.recordings.names import size_label
+from capsule.recordings.recording import Recording
 from capsule.seeding import generator
 
 # Raise the version whenever the same seed gives other readings.

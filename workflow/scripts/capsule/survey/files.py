@@ -15,9 +15,9 @@ import numpy as np
 
 from capsule.arrays import FloatArray, TextArray
 from capsule.errors import CapsuleError
-from capsule.files import read_limited
 from capsule.kinds import Row, Settings
-from capsule.names import displayed
+from capsule.recordings.names import displayed
+from capsule.store.files import read_limited
 from capsule.survey.cycle import STATUSES
 from capsule.survey.listed import ABOUT, EVENTS, FILES, LARGEST_BYTES, PLACES, STREAM
 from capsule.survey.survey_log import Event

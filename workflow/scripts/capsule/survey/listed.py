@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from capsule.files import fingerprint
-from capsule.names import PART, displayed, is_plain, repeated_end
+from capsule.recordings.names import PART, displayed, is_plain, repeated_end
+from capsule.store.files import fingerprint
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 FILES = (STREAM, EVENTS, PLACES, ABOUT)
@@ -27,7 +27,7 @@ class Surveys:
         The finished surveys, sorted.
     passed_over : dict of str to str
         Other folders, and why they are passed over. The names are as from
-        `capsule.names.displayed`.
+        `capsule.recordings.names.displayed`.
     """
 
     names: tuple[str, ...] = ()

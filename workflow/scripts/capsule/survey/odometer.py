@@ -10,8 +10,8 @@ The method needs the phase of the drive, which does not exist in a real gut.
 import numpy as np
 
 from capsule.arrays import ComplexArray, FloatArray, IntArray, RealArray
+from capsule.detectors.wave import fill_missing
 from capsule.kinds import Settings
-from capsule.wave import fill_missing
 
 # In units of R / R_series. A sensor with a smaller amplitude feels no wave.
 _STILL = 1e-6

@@ -4,10 +4,10 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
+from capsule.recordings.units import pressed_and_period
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
-from capsule.units import pressed_and_period
 
 # Start of the gut, where the head is at first. Nothing pushes the capsule beyond it.
 START_MM = 0.0

@@ -8,8 +8,8 @@ import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
 from capsule.kinds import Settings
+from capsule.recordings.units import pressed_and_period
 from capsule.survey.files import Session
-from capsule.units import pressed_and_period
 
 # Groups of the states of `capsule.survey.cycle` that look the same in a picture.
 AHEAD, BACK, AGAIN = "ahead", "back", "again"

@@ -1,0 +1,362 @@
+"""A recording without a wave on every sensor has no verdict."""
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.signal import lfilter
+
+from capsule.detectors.wave import (
+    fill_missing,
+    find_wave,
+    level_line,
+    missing_wave,
+    phase_tests,
+    rayleigh,
+    thinned,
+    wave_period,
+    wave_phase,
+    window_mean,
+)
+from capsule.recordings.units import pressed_and_period
+from capsule.seeding import generator
+
+BENCH = {
+    "wave_speed_mm_s": 25,
+    "wavelength_mm": 80,
+    "full_scale": 1024,
+    "pressing_lowers_reading": True,
+    "pitch_mm": 6.3,
+}
+FALSE_RATE, RUNS = 0.01, 100
+
+
+def numbers_of(*names):
+    return generator(1, "wave check", *map(str, names))
+
+
+def wave(numbers, samples=420, behind=6.3 / 80, height=40.0, noise=4.0):
+    phase = np.arange(samples) / 32 - behind * np.arange(4)[:, np.newaxis]
+    values = 500 + height * np.sin(2 * np.pi * phase) + numbers.normal(0, noise, (4, samples))
+    return values.round()
+
+
+def reason_of(values, false_rate=FALSE_RATE):
+    return missing_wave(values, 10.0, BENCH, false_rate)
+
+
+def white(numbers):
+    return (500 + numbers.normal(0, numbers.uniform(0.5, 60), (4, 420))).round()
+
+
+def toggling(numbers):
+    return 500.0 + (numbers.random((4, 420)) < 0.5)
+
+
+def walk(numbers):
+    steps = numbers.normal(0, numbers.uniform(0.3, 6), (4, 420))
+    return np.clip(500 + steps.cumsum(axis=1), 0, 1023).round()
+
+
+def slow(numbers):
+    recursion = [1, -numbers.uniform(0.5, 0.99)]
+    return (500 + lfilter([1], recursion, numbers.normal(0, 8, (4, 620)), axis=1)[:, 200:]).round()
+
+
+NOISE = [white, toggling, walk, slow]
+
+
+@pytest.mark.takes(1)
+@pytest.mark.parametrize("noise", NOISE)
+def test_noise_has_no_wave(noise):
+    reasons = [reason_of(noise(numbers_of(noise.__name__, run))) for run in range(RUNS)]
+    assert all(reason.startswith("no wave on sensor_") for reason in reasons)
+
+
+@pytest.mark.takes(4)
+@pytest.mark.parametrize("noise", NOISE)
+def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(noise):
+    passed, runs = 0, 400
+    for run in range(runs):
+        numbers = numbers_of("one of four", noise.__name__, run)
+        values = wave(numbers)
+        values[run % 4] = noise(numbers)[0]
+        reason = reason_of(values)
+        passed += not reason
+        assert reason in ("", f"no wave on sensor_{run % 4 + 1}")
+    # A rate of 1 % gives more than this only once in a thousand times.
+    assert passed <= stats.binom.ppf(0.999, runs, FALSE_RATE)
+
+
+def test_what_reaches_all_sensors_at_once_is_no_wave():
+    assert reason_of(wave(numbers_of("hum"), behind=0.0)).startswith(
+        "all sensors respond at the same time"
+    )
+
+
+@pytest.mark.takes(1)
+def test_a_wave_passes_from_either_end_and_where_it_hardly_stands_out():
+    for run in range(RUNS):
+        numbers = numbers_of("wave", run)
+        assert not reason_of(wave(numbers))
+        assert not reason_of(wave(numbers, behind=-6.3 / 80))
+        assert not reason_of(wave(numbers, height=4.0))
+
+
+def test_gaps_are_bridged():
+    values = wave(numbers_of("gap"))
+    values[:, 100:115] = np.nan
+    assert not reason_of(values)
+
+
+def test_five_waves_can_be_told_and_three_cannot():
+    whole = wave(numbers_of("short"))
+    assert not reason_of(whole[:, :162])
+    assert reason_of(whole[:, :100]) == "the recording is shorter than four waves of 3.2 s"
+
+
+def test_a_false_rate_of_one_asks_for_nothing():
+    assert not reason_of(white(numbers_of("any")), false_rate=1)
+
+
+@pytest.mark.parametrize("count", [5, 13, 30])
+def test_the_chance_of_random_directions_is_as_rayleigh_says(count):
+    numbers = numbers_of("rayleigh", count)
+    turns = np.exp(2j * np.pi * numbers.random((20_000, count)))
+    chances = np.array([rayleigh(row) for row in turns])
+    for level in (0.2, 0.05, 0.01):
+        assert np.mean(chances <= level) == pytest.approx(level, rel=0.25)
+
+
+def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_test():
+    for count in (4, 9, 30):
+        turns = np.exp(2j * np.pi * np.arange(count) / count)
+        assert rayleigh(turns) == pytest.approx(1.0)
+        agreed = np.exp(np.sqrt(1 + 4 * count) - (1 + 2 * count))
+        assert rayleigh(np.full(count, 1j)) == pytest.approx(agreed)
+    # Zar (2010), example 27.1: eight angles with r = 0.82522, and 0.001 < P < 0.002.
+    angles = np.radians([45, 55, 81, 96, 110, 117, 132, 154])
+    assert abs(np.exp(1j * angles).mean()) == pytest.approx(0.82522, abs=1e-5)
+    assert 0.001 < rayleigh(np.exp(1j * angles)) < 0.002
+
+
+def phases_of(values):
+    pressed, period = pressed_and_period(values, 10.0, BENCH)
+    return phase_tests(pressed, period)
+
+
+@pytest.mark.parametrize("behind", [-0.12, -0.05, 0.03, 0.0787, 0.15])
+@pytest.mark.parametrize("sensors", [2, 4])
+def test_the_wave_travels_by_all_steps_from_the_first_sensor_to_the_last(behind, sensors):
+    chances, travel = phases_of(wave(numbers_of("travel"), behind=behind)[:sensors])
+    assert chances.shape == (sensors,)
+    assert abs(travel) == pytest.approx(2 * np.pi * abs(behind) * (sensors - 1), abs=0.05)
+    _, back = phases_of(wave(numbers_of("travel"), behind=-behind)[:sensors])
+    assert np.sign(travel) == -np.sign(back)
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.22, False), (0.28, True), (-0.28, True)])
+@pytest.mark.parametrize("sensors", [2, 4])
+def test_a_wave_that_travels_a_quarter_of_the_way_is_no_interference(share, passes, sensors):
+    values = wave(numbers_of("quarter"), behind=share * 6.3 / 80, noise=1.0)[:sensors]
+    assert (reason_of(values) == "") == passes
+
+
+def test_where_sensors_lie_half_a_wave_apart_no_travel_can_be_asked_for():
+    values = wave(numbers_of("half"), behind=0.0)
+    for pitch_mm, passes in ((39.9, False), (40.0, True)):
+        assert (missing_wave(values, 10.0, BENCH | {"pitch_mm": pitch_mm}, 0.01) == "") == passes
+
+
+def test_each_sensor_gets_its_part_of_the_false_rate():
+    values = wave(numbers_of("part"), height=1.5)
+    chances, _ = phases_of(values)
+    worst = int(chances.argmax())
+    assert 0 < chances[worst] < 0.2
+    assert reason_of(values, 4 * chances[worst]) == ""
+    assert reason_of(values, 3.99 * chances[worst]).startswith("no wave on sensor_")
+    assert f"sensor_{worst + 1}" in reason_of(values, 3.99 * chances[worst])
+
+
+def test_a_single_sensor_cannot_be_compared_and_passes():
+    assert reason_of(white(numbers_of("single"))[:1]) == ""
+    assert reason_of(white(numbers_of("single"))[:2]) != ""
+
+
+def cosine(period, samples=400, offsets=(0.0, -0.5, -1.0, -1.5), wander=0.0):
+    """Return waves that reach one sensor after the other, with a phase that may wander."""
+    turns = 2 * np.pi * np.arange(samples) / period + wander
+    return np.cos(turns + np.array(offsets)[:, np.newaxis])
+
+
+def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
+    nan = np.nan
+    values = np.array([[nan, nan, 2.0, nan, nan, 8.0, nan], [1.0, nan, 5.0, 7.0, 7.0, nan, 9.0]])
+    expected = [[2.0, 2.0, 2.0, 4.0, 6.0, 8.0, 8.0], [1.0, 3.0, 5.0, 7.0, 7.0, 8.0, 9.0]]
+    np.testing.assert_allclose(fill_missing(values), expected)
+
+
+@pytest.mark.parametrize("window", [1, 2, 5, 12])
+def test_the_mean_of_a_window_is_that_of_its_samples(window):
+    values = generator(1, "window mean").normal(size=(2, 3, 12))
+    expected = [
+        values[..., start : start + window].mean(axis=-1) for start in range(12 - window + 1)
+    ]
+    np.testing.assert_allclose(window_mean(values, window), np.stack(expected, axis=-1))
+
+
+@pytest.mark.parametrize("window", [4, 7])
+@pytest.mark.parametrize("samples", [9, 12, 40])
+def test_the_level_of_a_straight_line_is_that_line(window, samples):
+    line = np.array([[3.0], [-2.0]]) * np.arange(samples) + np.array([[1.0], [50.0]])
+    np.testing.assert_allclose(level_line(window_mean(line, window), window), line)
+
+
+@pytest.mark.parametrize("window", [4, 5])
+@pytest.mark.parametrize("windows", [3, 5, 6, 20])
+def test_the_ends_of_the_level_continue_at_the_slope_of_one_wave(window, windows):
+    level = generator(1, "level").normal(size=windows)
+    line = level_line(level[np.newaxis], window)[0]
+    wave = min(window, windows - 1)
+    first = (level[wave] - level[0]) / wave
+    last = (level[-1] - level[windows - 1 - wave]) / wave
+    centres = np.arange(windows) + (window - 1) / 2
+    assert line.size == windows + window - 1
+    for sample, value in enumerate(line):
+        if sample < centres[0]:
+            expected = level[0] + (sample - centres[0]) * first
+        elif sample > centres[-1]:
+            expected = level[-1] + (sample - centres[-1]) * last
+        else:
+            expected = np.interp(sample, centres, level)
+        assert value == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("period", "stride"), [(5.0, 1), (16.0, 1), (31.9, 1), (32.0, 2), (47.9, 2), (48.0, 3)]
+)
+def test_a_wave_keeps_sixteen_samples(period, stride):
+    values = generator(1, "thinned").normal(size=(2, 101))
+    made, by = thinned(values, period)
+    assert by == stride
+    count = 101 // stride
+    expected = [values[:, n * stride : (n + 1) * stride].mean(axis=1) for n in range(count)]
+    np.testing.assert_allclose(made, np.transpose(expected))
+
+
+@pytest.mark.parametrize("period", [17.0, 23.7, 32.0, 45.1, 62.0])
+@pytest.mark.parametrize("samples", [256, 257, 500])
+def test_the_period_is_found_from_half_to_twice_the_expected_one(period, samples):
+    values = 40 * cosine(period, samples) + np.array([[500.0], [0.0], [-3.0], [1e4]])
+    assert wave_period(values, 32.0) == pytest.approx(period, rel=0.01)
+
+
+def test_a_stronger_line_outside_the_range_is_not_the_wave():
+    wave = cosine(30.0, 512)
+    for other in (12.0, 80.0):
+        assert wave_period(wave + 3 * cosine(other, 512), 32.0) == pytest.approx(30.0, rel=0.02)
+
+
+def test_every_sensor_has_the_same_vote_on_the_period_and_a_constant_one_has_none():
+    values = np.vstack([cosine(30.0, 512)[:3], 1000 * cosine(50.0, 512)[:1], np.zeros((1, 512))])
+    assert wave_period(values, 32.0) == pytest.approx(30.0, rel=0.02)
+
+
+def test_the_beats_keep_step_with_a_wave_whose_phase_wanders():
+    # Over the run, the phase against a wave of the mean period takes all directions.
+    wander = 4 * np.sin(2 * np.pi * np.arange(1000) / 500)
+    offsets = (0.0, -0.5, -1.0, -1.5)
+    chances, travel = phase_tests(cosine(20.0, 1000, offsets, wander), 20.0)
+    agreed = rayleigh(np.ones(1000 // 20))
+    np.testing.assert_allclose(np.log(chances), np.log(agreed), rtol=0.2)
+    assert travel == pytest.approx(-1.5, abs=0.05)
+
+
+@pytest.mark.parametrize("samples", [100, 128, 129, 300])
+def test_the_period_equals_the_formula_written_out(samples):
+    numbers = generator(1, "period", str(samples))
+    values = cosine(30.0, samples, (0.0, -1.0)) + numbers.normal(0, 0.7, (2, samples))
+    expected = 25.0
+    # A Hann window without zeros, and four lines for each line of the next power of two.
+    place = np.arange(samples)
+    taper = np.sin(np.pi * (place + 1) / (samples + 1)) ** 2
+    padded = 4 * next(2**power for power in range(20) if 2**power >= samples)
+    power = {}
+    for line in range(1, padded // 2):
+        turns = np.exp(-2j * np.pi * line * place / padded)
+        rows = [(row - row.mean()) / row.std() * taper for row in values]
+        power[line] = sum(abs((row * turns).sum()) ** 2 for row in rows)
+    within = [line for line in power if 0.5 * expected <= padded / line <= 2 * expected]
+    highest = max(within, key=lambda line: power[line])
+    before, peak, after = (power[line] for line in (highest - 1, highest, highest + 1))
+    off = 0.5 * (before - after) / (before - 2 * peak + after)
+    assert abs(off) < 0.5
+    assert wave_period(values, expected) == pytest.approx(padded / (highest + off), rel=1e-9)
+
+
+def test_the_period_stays_within_half_a_line_of_the_range():
+    # The power still grows beyond both ends of the range.
+    for period, end in ((14.0, 16.0), (75.0, 64.0)):
+        assert wave_period(cosine(period, 512), 32.0) == pytest.approx(end, rel=0.03)
+
+
+def test_the_phase_of_each_sensor_is_told_against_the_first():
+    offsets = [0.0, -0.7, 2.0, -2.9]
+    irregular, offset = wave_phase(40 * cosine(25.3, 400, offsets) + 7, 25.3)
+    np.testing.assert_allclose(offset, offsets, atol=0.01)
+    # All sensors share the deviation, which is that of the first.
+    np.testing.assert_allclose(irregular, 0.0, atol=0.02)
+
+
+def test_a_wave_that_runs_ahead_and_falls_behind_is_followed():
+    wander = 1.5 * np.sin(2 * np.pi * np.arange(1000) / 500)
+    irregular, _ = wave_phase(cosine(20.0, 1000, wander=wander), 20.0)
+    np.testing.assert_allclose(irregular[40:-40], wander[40:-40], atol=0.05)
+    # Near the ends no whole window fits: the deviation stays what it was.
+    assert np.ptp(irregular[:20]) == np.ptp(irregular[-20:]) == 0.0
+
+
+@pytest.mark.parametrize("period", [20.0, 64.0])
+def test_four_waves_are_enough_and_a_sample_less_is_not(period):
+    samples = 4 * round(period)
+    values = cosine(period, samples)
+    assert find_wave(values, period) is not None
+    assert find_wave(values[:, :-1], period) is None
+
+
+def test_four_waves_of_the_recordings_own_period_are_needed():
+    # Long enough for four waves as configured, but the recording's own waves take longer.
+    assert find_wave(cosine(30.0, 100), 20.0) is None
+    assert find_wave(cosine(30.0, 130), 20.0) is not None
+
+
+def test_a_wave_is_told_from_the_level_under_it():
+    drift = np.linspace(0, 30, 600)
+    values = 10 * cosine(20.0, 600) + drift
+    wave = find_wave(values, 20.0)
+    assert (wave.stride, wave.window) == (1, 20)
+    np.testing.assert_allclose(wave.steady[:, 40:-40], values[:, 40:-40] - drift[40:-40], atol=0.1)
+    # The phase is the argument of the cosine.
+    np.testing.assert_allclose(10 * np.cos(wave.phase[:, 40:-40]), wave.steady[:, 40:-40], atol=0.5)
+
+
+def test_the_harmonic_of_a_window_is_twice_its_mean_against_the_turns():
+    wave = find_wave(10 * cosine(20.0, 300) + 3, 20.0)
+    turns = np.stack([np.cos(wave.phase), np.sin(wave.phase), np.cos(2 * wave.phase)])
+    found = wave.harmonics(turns)
+    for start in (0, 17, 280):
+        window = slice(start, start + 20)
+        steady = wave.steady[:, window] - wave.steady[:, window].mean(axis=1, keepdims=True)
+        expected = 2 * (steady * turns[:, :, window]).mean(axis=2)
+        np.testing.assert_allclose(found[:, :, start], expected, atol=1e-9)
+    # A cosine of height 10 has that first harmonic, and no other.
+    for height, harmonic in zip((10, 0, 0), found, strict=True):
+        np.testing.assert_allclose(harmonic[:, 30:-30], height, atol=0.3)
+
+
+@pytest.mark.parametrize("period", [20.0, 21.0, 64.0, 80.0])
+def test_the_centre_of_a_window_is_the_mean_of_the_samples_behind_it(period):
+    wave = find_wave(cosine(period, 800), period)
+    for window in (0, 5):
+        first = window * wave.stride
+        samples = np.arange(first, first + wave.window * wave.stride)
+        assert wave.centre(np.array([window]))[0] == pytest.approx(samples.mean())

@@ -1,0 +1,350 @@
+"""A configuration is read and checked; each fault is told with its place."""
+
+import copy
+from pathlib import Path
+
+import pytest
+import yaml
+
+from capsule.engine.configuration import (
+    changed_values,
+    check_configuration,
+    read_config_file,
+    read_schema,
+    without_effect,
+)
+from capsule.errors import CapsuleError
+
+ROOT = Path(__file__).parents[3]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
+CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("text", ["a: {b: 1}\n", '{"a": {"b": 1}}', "\ufeffa:\r\n  b: 1\r\n"])
+def test_yaml_and_json_are_read(tmp_path, text):
+    (tmp_path / "c.yaml").write_text(text, encoding="utf-8")
+    assert read_config_file(tmp_path / "c.yaml") == {"a": {"b": 1}}
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (b"", ": this file is empty"),
+        (b"# nothing\n", ": this file is empty"),
+        (b"- 1\n- 2\n", ": this file holds a list instead of keys"),
+        (b"fit", ": this file holds a str instead of keys"),
+        (b"fit: [1, 2\n", ", line 2: "),
+        (b"fit:\n\tseed: 1\n", ", line 2: found character"),
+        (b"fit: {}\nreport: {}\nfit: {}\n", ", line 3: the key 'fit' appears twice"),
+        (b"fit:\n  seed: 1\n  seed: 2\n", ", line 3: the key 'seed' appears twice"),
+        (b"fit: \xff\n", ": this is not UTF-8 text"),
+        (b"fit: \x00\n", ": this is not valid YAML"),
+        (b"a: *b\n", ", line 1: the alias *b is not allowed; write its value out"),
+        (
+            b"a: &a [1]\nb: &b [*a, *a]\n",
+            ", line 2: the alias *a is not allowed; write its value out",
+        ),
+        (b"fit:\n  seed: " + b"1" * 5000, ": a value cannot be read: "),
+        (b"? [1]\n: 2\n", ", line 1: found unhashable key"),
+        (b"[" * 20_000, ": the keys are nested too deeply"),
+    ],
+)
+def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path, content, fault):
+    path = tmp_path / "c.yaml"
+    path.write_bytes(content)
+    with pytest.raises(CapsuleError) as caught:
+        read_config_file(path)
+    assert str(caught.value).startswith(f"{path}{fault}")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(CapsuleError, match="No such file or directory"):
+        read_config_file(tmp_path / "none.yaml")
+
+
+def changed(path, value):
+    config = copy.deepcopy(CONFIG)
+    *sections, key = path.split(".")
+    place = config
+    for section in sections:
+        place = place[section]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    return config
+
+
+def message(config, **sources):
+    with pytest.raises(CapsuleError) as caught:
+        check_configuration(config, SCHEMA, {"config/config.yaml": CONFIG, **sources})
+    return str(caught.value)
+
+
+def test_the_configuration_holds_the_papers_numbers():
+    check_configuration(CONFIG, SCHEMA, {"config/config.yaml": CONFIG})
+    assert CONFIG["recording"]["sensors"] == 4
+    assert CONFIG["recording"]["rate_hz"] == 10
+    assert CONFIG["preprocessing"] == {"window": 84, "threshold": 1.0, "length": 1000}
+    fit = CONFIG["fit"]
+    assert (fit["particles"], fit["iterations"], fit["first_peak"]) == (2000, 2000, 150)
+    assert fit["peak_spacing_range"] == [100, 250]
+    assert fit["horizontal_spread_range"] == [1, 60]
+    assert (fit["amplitude_range"][1], fit["vertical_spread_range"][1]) == (1.5, 1.0)
+    assert (fit["continuous_step"], fit["integer_step"]) == (0.1, 1)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "fault"),
+    [
+        (
+            "preprocessing.windw",
+            84,
+            "preprocessing.windw: there is no such key; did you mean window",
+        ),
+        ("zzz", 1, "zzz: there is no such key; allowed here: detectors, diagonal"),
+        ("fit.particles", None, "fit.particles: is missing"),
+        ("fit.particles", "many", "fit.particles: 'many' is not allowed; must be a whole number"),
+        ("fit.particles", 2000.5, "fit.particles: 2000.5 is not allowed"),
+        (
+            "fit.particles",
+            0,
+            "fit.particles: 0 is not allowed; must be a whole number, at least 1, at most 1000000",
+        ),
+        (
+            "fit.continuous_step",
+            "1e-3",
+            "'1e-3' is not allowed; must be a number, more than 0, at ",
+        ),
+        ("fit.continuous_step", "1e-3", "(this is text; write 0.001)"),
+        ("fit", 3, "fit: 3 is not allowed; must be a section with the keys seed, particles"),
+        ("evaluation.tolerance_mm", -1, "evaluation.tolerance_mm: -1 is not allowed"),
+        ("evaluation.confidence", 1, "must be a number, more than 0, less than 1"),
+        ("evaluation.schemes", ["loo"], "each one of leave_one_out, resubstitution"),
+        ("on_rejected", "stop", "must be one of report, fail"),
+        (
+            "report.lead",
+            "taugt",
+            "report.lead: 'taugt' is not allowed; must be one of best, template, "
+            "template_threshold, diagonal, taught",
+        ),
+        ("report.lead", 3, "report.lead: 3 is not allowed; must be text"),
+        (
+            "preprocessing.window",
+            1001,
+            "1001 samples are more than preprocessing.length, which is 1000",
+        ),
+        (
+            "fit.peak_spacing_range",
+            [100, 300],
+            "peaks could be at column 1050; preprocessing.length is only 1000",
+        ),
+        ("fit.amplitude_range", [1.5, 0.1], "1.5 is above 0.1"),
+        ("fit.amplitude_range", [1.5], "must be a list of 2, each a number"),
+        ("fit.first_peak", 1200, "fit.first_peak: with first_peak 1200, the last of 4 peaks"),
+        ("recording.max_gap_s", 5, "at most 4.2 s are allowed"),
+        ("recording.max_megabytes", 992, "more than 0, at most 100"),
+        ("diagonal.size_ridge", 0, "at least 0.001"),
+        ("diagonal.step_mm", 1e-9, "at least 0.05"),
+        ("diagonal.lag_range", [1e-6, 1000], "each a number, at least 1, at most 100000"),
+        (
+            "diagonal.wave_speed_mm_s",
+            1000,
+            "at 1000 mm/s a wave of 80 mm lasts 0.8 samples at 10 Hz; at least 10 are needed",
+        ),
+        ("evaluation.seed", 2**64, "at most 18446744073709551615"),
+    ],
+)
+def test_a_fault_names_the_key_the_value_and_what_is_allowed(path, value, fault):
+    text = message(changed(path, value))
+    assert text.startswith("the configuration cannot be used:\n  config/config.yaml: ")
+    assert fault in text
+
+
+def test_all_faults_are_told_at_once():
+    config = changed("fit.particles", 0)
+    config["preprocessing"]["window"] = "wide"
+    assert message(config).count("\n  ") == 2
+
+
+def test_a_fault_names_the_source_that_the_value_is_from():
+    config = changed("fit.particles", 0)
+    assert "\n  mine.yaml: fit.particles: 0" in message(
+        config, **{"mine.yaml": {"fit": {"particles": 0}}, "--config": {"fit": {"seed": 1}}}
+    )
+    assert "\n  --config: fit.particles: 0" in message(
+        config,
+        **{"mine.yaml": {"fit": {"particles": 0}}, "--config": {"fit": {"particles": 0}}},
+    )
+    assert "\n  config/config.yaml: fit.seed: is missing" in message(changed("fit.seed", None))
+
+
+def keys_with_values():
+    """Yield every key that holds a value, with its part of the schema."""
+    for section, part in SCHEMA["properties"].items():
+        for name, inner in part.get("properties", {"": part}).items():
+            if "$ref" in inner:
+                inner = SCHEMA["$defs"][inner["$ref"].rsplit("/", 1)[1]] | inner
+            yield f"{section}.{name}" if name else section, inner
+
+
+WRONG_TYPES = ["text", None, True, [], {}, float("nan"), float("inf"), [[]], 1j]
+
+
+def faulty_values(part, value):
+    """Yield values that a key must not take: of each other type, and beyond each limit."""
+    kind = part.get("type")
+    empty = [] if kind == "array" and "minItems" not in part else None
+    right = {"boolean": True, "array": empty, "string of a list": "text"}.get(kind)
+    yield from (wrong for wrong in WRONG_TYPES if right is None or wrong != right)
+    if kind == "array":
+        items = part["items"]
+        if items.get("type") == "string":
+            items = items | {"type": "string of a list"}
+        yield from ([item] * len(value) for item in faulty_values(items, value[0]))
+        yield [*value, value[-1]]
+    if kind == "integer":
+        yield from (float(value), value + 0.5)
+    for limit, step in (("minimum", -1), ("maximum", 1), ("exclusiveMinimum", 0)):
+        if limit in part:
+            yield part[limit] + step
+    if "exclusiveMaximum" in part:
+        yield part["exclusiveMaximum"]
+    if kind in ("integer", "number", "boolean"):
+        yield str(value)
+
+
+def cases():
+    for key, part in keys_with_values():
+        value = CONFIG
+        for name in key.split("."):
+            value = value[name]
+        for number, wrong in enumerate(faulty_values(part, value)):
+            yield pytest.param(key, wrong, id=f"{key}-{number}")
+
+
+@pytest.mark.parametrize(("key", "wrong"), list(cases()))
+def test_every_key_refuses_what_its_part_of_the_schema_does_not_allow(key, wrong):
+    config = changed(key, "placeholder")
+    *sections, name = key.split(".")
+    place = config
+    for section in sections:
+        place = place[section]
+    place[name] = wrong
+    text = message(config, **{"mine.yaml": config})
+    shown = repr(wrong) if len(repr(wrong)) <= 60 else repr(wrong)[:57]
+    assert f"\n  mine.yaml: {key}: {shown}" in text
+    assert "is not allowed; must be " in text
+    assert text.count("\n") == 1
+
+
+@pytest.mark.parametrize(("key", "part"), list(keys_with_values()))
+def test_every_key_is_missed_and_its_misspelling_is_answered_with_the_right_name(key, part):
+    if "default" not in part:
+        assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, None))
+    config = changed(key + "s", 1)
+    name = key.rsplit(".", 1)[-1]
+    assert f"{key}s: there is no such key; did you mean {name}?" in message(config)
+
+
+def test_every_number_has_a_limit_on_both_sides():
+    unlimited = []
+    for key, part in keys_with_values():
+        number = part.get("items", part)
+        if number.get("type") in ("integer", "number"):
+            low = {"minimum", "exclusiveMinimum"} & set(number)
+            high = {"maximum", "exclusiveMaximum"} & set(number)
+            unlimited += [key] if not (low and high) else []
+    assert unlimited == []
+
+
+@pytest.mark.parametrize("value", ["auto", 1, 100, 1000])
+def test_the_recordings_of_a_job_are_a_number_or_left_to_the_workflow(value):
+    config = changed("recordings_per_job", value)
+    check_configuration(config, SCHEMA, {"config/config.yaml": config})
+
+
+@pytest.mark.parametrize("value", ["all", 0, 1001, 1.5, True, [1]])
+def test_other_recordings_of_a_job_are_refused_with_what_is_allowed(value):
+    config = changed("recordings_per_job", value)
+    assert message(config).endswith(
+        f"recordings_per_job: {value!r} is not allowed; must be auto or a whole number, at least "
+        "1, at most 1000"
+    )
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "expected"),
+    [
+        ({"a": 1}, {"a": 1}, {}),
+        ({"a": 1}, {"a": 2}, {"a": 2}),
+        ({}, {"a": None}, {"a": None}),
+        ({"a": 1, "b": 2}, {"a": 1}, {}),
+        ({"s": {"a": 1, "b": 2}}, {"s": {"a": 1, "b": 3}}, {"s": {"b": 3}}),
+        ({"s": {"a": 1}}, {"s": {"a": 1}}, {}),
+        ({"s": {"a": 1}}, {"s": 1}, {"s": 1}),
+        ({"s": [1, 2]}, {"s": [2, 1]}, {"s": [2, 1]}),
+    ],
+)
+def test_the_values_that_a_later_configuration_changes_are_found(first, last, expected):
+    assert changed_values(first, last) == expected
+
+
+def test_a_fault_on_the_command_line_is_told_as_such():
+    config = changed("fit.particles", "many")
+    told = message(config, **{"--config or --configfile": changed_values(CONFIG, config)})
+    assert "\n  --config or --configfile: fit.particles: 'many' is not allowed" in told
+
+
+OLD = {
+    "taught.penalties": [1.0, 0.1],
+    "evaluation.bootstrap": 1000,
+    "evaluation.permutations": "any",
+    "evaluation.groups": ["site", "session"],
+    "report.max_megabytes": 25,
+}
+
+
+def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told():
+    config = copy.deepcopy(CONFIG)
+    for path, value in OLD.items():
+        section, key = path.split(".")
+        config[section][key] = value
+    used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
+    wanted = copy.deepcopy(CONFIG)
+    wanted["evaluation"]["groups"] = ["session"]
+    assert used == wanted
+    assert config["evaluation"]["bootstrap"] == 1000, "what was written is not changed"
+    assert without_effect(config, SCHEMA) == [
+        "taught.penalties has no effect any more; remove it",
+        "evaluation.groups: site has no effect any more; remove it",
+        "evaluation.bootstrap has no effect any more; remove it",
+        "evaluation.permutations has no effect any more; remove it",
+        "report.max_megabytes has no effect any more; remove it",
+    ]
+    assert without_effect(CONFIG, SCHEMA) == []
+
+
+def test_a_new_key_need_not_be_in_a_configuration_of_an_earlier_version():
+    config = copy.deepcopy(CONFIG)
+    del (
+        config["evaluation"]["held_out"],
+        config["evaluation"]["groups"],
+        config["taught"]["penalty"],
+    )
+    used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
+    assert used["evaluation"]["held_out"] == []
+    assert used["evaluation"]["groups"] == ["session", "setup"]
+    assert used["taught"]["penalty"] == 0.1
+
+
+def test_a_session_that_yaml_reads_as_a_date_is_answered_with_how_to_write_it():
+    config = changed("evaluation.held_out", yaml.safe_load("[2024-06-03]"))
+    assert message(config).endswith("each text, no value twice (put it in quotes)")
+
+
+@pytest.mark.parametrize("section", [None, 3, "text", []])
+def test_a_section_that_is_none_is_still_told_as_a_fault(section):
+    config = {**copy.deepcopy(CONFIG), "evaluation": section}
+    assert "evaluation: " in message(config)
+    assert without_effect(config, SCHEMA) == []

@@ -1,0 +1,213 @@
+"""Particles are rendered by the formula, and the fit finds hidden ones."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule.method.particle import (
+    ParameterSpace,
+    Particle,
+    ParticleRenderer,
+    fit_particle,
+    particles_of,
+    peak_positions,
+    render,
+)
+from capsule.method.preprocessing import preprocess
+from capsule.seeding import generator
+from support import literal
+from support.paper_ranges import PAPER
+from support.sliding import smallest_rmse
+from support.synthetic import make_recording
+
+SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "length", "first_peak"), [(4, 200, 30), (3, 61, 9), (1, 20, 5)]
+)
+def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
+    numbers = generator(1, "render", str(sensors))
+    amplitude = numbers.uniform(0.1, 1.5, sensors)
+    vertical = numbers.uniform(0.2, 1.0, sensors)
+    spacing = numbers.integers(5, 20, sensors - 1).astype(float) + 0.25  # averages may be fractions
+    horizontal = numbers.uniform(1, 15, sensors)
+    expected = literal.render(amplitude, vertical, spacing, horizontal, first_peak, length)
+    particle = Particle(amplitude, vertical, spacing, horizontal)
+    np.testing.assert_allclose(render(particle, first_peak, length), expected, atol=1e-14)
+
+
+def test_peaks_lie_at_the_sums_of_the_spacings_and_are_as_high_as_the_amplitude():
+    particle = Particle(
+        np.array([1.5, 0.7, 1.0]),
+        np.full(3, 0.1),
+        np.array([40.0, 60.0]),
+        np.array([5.0, 9.0, 2.0]),
+    )
+    np.testing.assert_array_equal(peak_positions(particle.peak_spacing, 10), [10, 50, 110])
+    matrix = render(particle, first_peak=10, length=150)
+    np.testing.assert_array_equal(matrix.argmax(axis=1) + 1, [10, 50, 110])
+    np.testing.assert_allclose(matrix.max(axis=1), particle.amplitude)
+
+
+def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_out():
+    found = Particle.from_vector(PAPER.draw(1, 4, generator(1, "stored"))[0])
+    parameters = {name: values.tolist() for name, values in vars(found).items()}
+    stored = {"3mm/r02": {"parameters": parameters}, "3mm/r01": {"parameters": None}}
+    (name, particle), *others = particles_of(stored).items()
+    assert (name, others) == ("3mm/r02", [])
+    np.testing.assert_array_equal(particle.to_vector(), found.to_vector())
+
+
+@given(st.integers(1, 6), st.integers(0, 2**32))
+def test_random_particles_lie_in_their_ranges(sensors, seed):
+    drawn = PAPER.draw(50, sensors, generator(seed, "draw"))
+    low, high = PAPER.bounds(sensors)
+    assert drawn.shape == (50, 4 * sensors - 1)
+    assert np.all((drawn >= low) & (drawn <= high))
+    integers = drawn[:, 2 * sensors :]
+    np.testing.assert_array_equal(integers, np.rint(integers))
+
+
+def test_random_integers_reach_both_ends():
+    drawn = PAPER.draw(20_000, 4, generator(1, "ends"))
+    assert (drawn[:, 8:11].min(), drawn[:, 8:11].max()) == (100, 250)
+    assert (drawn[:, 11:].min(), drawn[:, 11:].max()) == (1, 60)
+
+
+def test_steps_have_the_papers_deviations_and_integers_stay_integers():
+    steps = PAPER.draw_steps(40_000, 4, generator(1, "steps"))
+    np.testing.assert_allclose(steps[:, :8].std(), 0.1, rtol=0.01)
+    # A rounded standard normal has the variance 1 + 1/12.
+    np.testing.assert_allclose(steps[:, 8:].std(), np.sqrt(13 / 12), rtol=0.01)
+    np.testing.assert_array_equal(steps[:, 8:], np.rint(steps[:, 8:]))
+
+
+def test_a_vector_gives_the_particle_back():
+    vector = PAPER.draw(1, 4, generator(1, "vector"))[0]
+    particle = Particle.from_vector(vector)
+    assert particle.peak_spacing.shape == (3,)
+    np.testing.assert_array_equal(particle.to_vector(), vector)
+
+
+def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
+    """Return the fit by eq. initalParticleindex to eq. Theta*, with literal comparisons."""
+    sensors, length = matrix.shape
+
+    def distance(vector):
+        cuts = np.split(vector, [sensors, 2 * sensors, 3 * sensors - 1])
+        return literal.smallest_rmse(matrix, literal.render(*cuts, first_peak, length))
+
+    candidates = space.draw(particles, sensors, numbers)
+    best = min(candidates, key=distance)
+    initial = smallest = distance(best)
+    accepted = 0
+    low, high = space.bounds(sensors)
+    for step in space.draw_steps(iterations, sensors, numbers):
+        proposal = np.clip(best + step, low, high)
+        proposed = distance(proposal)
+        if proposed < smallest:
+            best, smallest, accepted = proposal, proposed, accepted + 1
+    return best, initial, smallest, accepted
+
+
+@pytest.mark.parametrize(("sensors", "length"), [(4, 60), (3, 50)])
+def test_a_fit_equals_the_literal_algorithm(sensors, length):
+    recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
+    matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
+    best, initial, smallest, accepted = literal_fit(
+        matrix, generator(5, "fit"), 40, 60, first_peak=8, space=SMALL
+    )
+    fit = fit_particle(
+        matrix, generator(5, "fit"), particles=40, iterations=60, first_peak=8, space=SMALL
+    )
+    np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
+    assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
+    assert fit.rmse == pytest.approx(smallest, abs=1e-9)
+    assert fit.accepted_moves == accepted > 0
+
+
+@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
+def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_once):
+    values = make_recording(3.0, "3mm/r01").values
+    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
+    sizes = {"particles": 21, "iterations": 47, "first_peak": 150, "space": PAPER}
+    expected = fit_particle(matrix, generator(1, "at once"), **sizes)
+    monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
+    monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
+    fit = fit_particle(matrix, generator(1, "at once"), **sizes)
+    np.testing.assert_array_equal(fit.particle.to_vector(), expected.particle.to_vector())
+    assert (fit.lag, fit.rmse) == (expected.lag, expected.rmse)
+    assert fit.accepted_moves == expected.accepted_moves > 2
+
+
+def test_the_fast_rendering_equals_the_plain_one():
+    renderer = ParticleRenderer(sensors=4, length=1000, first_peak=150, space=PAPER)
+    vectors = PAPER.draw(20, 4, generator(1, "renderer"))
+    drawn = np.empty((20, 4, 1000))
+    renderer.draw_into(vectors, drawn)
+    expected = [render(Particle.from_vector(vector), 150, 1000) for vector in vectors]
+    np.testing.assert_allclose(drawn, expected, atol=1e-14)
+
+
+@given(st.integers(1, 5), st.integers(1, 1000), st.integers(0, 2**32))
+@settings(max_examples=60, deadline=None)
+def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, length, seed):
+    first_peak = int(generator(seed, "first peak").integers(1, length, endpoint=True))
+    renderer = ParticleRenderer(sensors, length, first_peak, PAPER)
+    vectors = PAPER.draw(2, sensors, generator(seed, "edges"))
+    drawn = np.empty((2, sensors, length))
+    renderer.draw_into(vectors, drawn)
+    expected = [render(Particle.from_vector(vector), first_peak, length) for vector in vectors]
+    np.testing.assert_allclose(drawn, expected, atol=1e-15)
+
+
+def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
+    hidden = Particle(
+        np.array([1.0, 1.2, 0.9, 1.1]),
+        np.full(4, 0.4),
+        np.array([150.0, 160.0, 140.0]),
+        np.array([30.0, 35.0, 30.0, 25.0]),
+    )
+    matrix = render(hidden, 230, 1000)
+    fit = fit_particle(
+        matrix, generator(1, "hidden"), particles=2000, iterations=2000, first_peak=150, space=PAPER
+    )
+    energy = np.linalg.norm(matrix) / np.sqrt(3 * matrix.size)
+    assert fit.rmse < fit.rmse_initial
+    assert fit.rmse < 0.1 * energy
+    np.testing.assert_allclose(fit.particle.peak_spacing, hidden.peak_spacing, atol=8)
+    # u = 150, the hidden particle starts at 230: it lies 80 columns beyond tau = L + 1.
+    assert fit.lag == pytest.approx(1000 + 1 + 80, abs=8)
+
+
+def test_the_reported_distance_is_that_of_the_reported_particle():
+    values = make_recording(4.0, "4mm/r01").values
+    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
+    fit = fit_particle(
+        matrix, generator(1, "x"), particles=50, iterations=50, first_peak=150, space=PAPER
+    )
+    rmse, lag = smallest_rmse(matrix, render(fit.particle, 150, 1000))
+    assert (fit.rmse, fit.lag) == (pytest.approx(rmse, abs=1e-12), lag)
+
+
+def test_the_same_numbers_give_the_same_bits_and_others_do_not():
+    values = make_recording(4.0, "4mm/r01").values
+    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
+    sizes = {"particles": 20, "iterations": 20, "first_peak": 150, "space": PAPER}
+    first, again, other = (
+        fit_particle(matrix, generator(1, name), **sizes) for name in ("a", "a", "b")
+    )
+    assert first.particle.to_vector().tobytes() == again.particle.to_vector().tobytes()
+    assert first.rmse == again.rmse
+    assert first.rmse != other.rmse
+
+
+def test_without_iterations_the_best_random_particle_stays():
+    matrix = render(Particle.from_vector(PAPER.draw(1, 4, generator(1, "m"))[0]), 150, 1000)
+    fit = fit_particle(
+        matrix, generator(1, "n"), particles=5, iterations=0, first_peak=150, space=PAPER
+    )
+    assert fit.rmse == fit.rmse_initial
+    assert fit.accepted_moves == 0

@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.method.preprocessing import extend, normalize, preprocess, rectify, rms_envelope
+from support import literal
+from support.synthetic import make_recording
+
+
+@pytest.mark.parametrize(("sensors", "samples", "window"), [(4, 300, 84), (3, 97, 10), (1, 40, 7)])
+def test_preprocessing_equals_the_literal_formulas(sensors, samples, window):
+    values = make_recording(3.0, "3mm/r01", samples=samples, sensors=sensors).values
+    expected = literal.preprocess(values, window, threshold=0.9, length=samples + 13)
+    actual = preprocess(values, window=window, threshold=0.9, length=samples + 13)
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-12)
+
+
+def test_normalized_sensors_have_mean_0_and_sample_deviation_1():
+    normalized = normalize(np.array([[1.0, 2.0, 3.0, 4.0], [10.0, 0.0, 0.0, 0.0]]))
+    np.testing.assert_allclose(normalized.mean(axis=1), 0.0, atol=1e-15)
+    np.testing.assert_allclose(normalized.std(axis=1, ddof=1), 1.0)
+
+
+def test_a_constant_sensor_is_refused_not_divided_by_zero():
+    with pytest.raises(ValueError, match="constant"):
+        normalize(np.array([[1.0, 2.0], [0.1, 0.1]]))
+
+
+@given(st.floats(-1e3, 1e3), st.integers(1, 60), st.integers(2, 30))
+def test_the_envelope_of_a_constant_is_its_magnitude(constant, samples, window):
+    envelope = rms_envelope(np.full((2, samples), constant), window)
+    np.testing.assert_allclose(envelope, abs(constant), rtol=1e-12, atol=1e-12)
+
+
+@given(
+    st.floats(0.01, 100) | st.floats(-100, -0.01),
+    st.floats(-1e3, 1e3),
+    st.lists(st.integers(0, 1023), min_size=20, max_size=60).filter(lambda v: len(set(v)) > 3),
+)
+def test_scale_sign_and_offset_of_the_readings_change_nothing(scale, offset, counts):
+    values = np.array([counts], dtype=np.float64)
+    settings = {"window": 8, "threshold": 1.0, "length": 80}
+    moved = preprocess(values * scale + offset, **settings)
+    np.testing.assert_allclose(moved, preprocess(values, **settings), atol=1e-7)
+
+
+def test_missing_samples_take_no_part():
+    readings = np.array([[1.0, 5.0, np.nan, 2.0, 9.0, 4.0]])
+    known = readings[:, ~np.isnan(readings[0])]
+    normalized = normalize(readings)
+    np.testing.assert_allclose(normalized[~np.isnan(readings)], normalize(known)[0])
+    envelope = rms_envelope(normalized, window=2)
+    # Around the gap at index 2 only its two neighbours remain.
+    expected = np.sqrt((normalized[0, 1] ** 2 + normalized[0, 3] ** 2) / 2)
+    assert envelope[0, 2] == pytest.approx(expected)
+
+
+def test_a_window_without_any_sample_has_no_envelope():
+    normalized = np.array([[1.0, np.nan, np.nan, np.nan, 1.0]])
+    assert np.isnan(rms_envelope(normalized, window=2)[0, 2])
+
+
+def test_only_what_exceeds_the_threshold_remains():
+    np.testing.assert_array_equal(rectify(np.array([[0.5, 1.0, 1.75]]), 1.0), [[0.0, 0.0, 0.75]])
+
+
+def test_a_recording_is_padded_and_never_cut():
+    np.testing.assert_array_equal(extend(np.ones((1, 2)), 4), [[1, 1, 0, 0]])
+    with pytest.raises(ValueError, match="5 samples do not fit into 4"):
+        extend(np.ones((1, 5)), 4)

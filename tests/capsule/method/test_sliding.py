@@ -1,0 +1,202 @@
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule.method.particle import Particle, render
+from capsule.method.sliding import RepeatedParticle, SlidingComparison, fast_length, rmse_at_lag
+from capsule.seeding import generator
+from support import literal
+from support.paper_ranges import PAPER
+from support.sliding import smallest_rmse
+
+
+def random_pair(sensors, length, seed):
+    numbers = generator(seed, "pair")
+    return numbers.random((2, sensors, length)) * (numbers.random((2, sensors, length)) > 0.5)
+
+
+def drawn_gain(matrix, particle):
+    """Return the gain and the lag of a particle that is drawn for a single comparison."""
+    comparison = SlidingComparison(matrix)
+    comparison.particles[0] = particle
+    (gain,), (lag,) = comparison.gains(1)
+    return gain, lag
+
+
+@pytest.mark.parametrize(("sensors", "length"), [(4, 30), (3, 41), (1, 8), (2, 1)])
+def test_every_lag_equals_the_literal_formula(sensors, length):
+    matrix, particle = random_pair(sensors, length, 1)
+    expected = literal.sliding_rmse(matrix, particle)
+    actual = [rmse_at_lag(matrix, particle, tau) for tau in range(1, 2 * length + 1)]
+    np.testing.assert_allclose(actual, expected, atol=1e-14)
+
+
+@given(st.integers(1, 5), st.integers(1, 40), st.integers(0, 2**32))
+@settings(max_examples=60)
+def test_the_minimum_equals_the_literal_formula(sensors, length, seed):
+    matrix, particle = random_pair(sensors, length, seed)
+    expected = literal.sliding_rmse(matrix, particle)
+    rmse, lag = smallest_rmse(matrix, particle)
+    assert rmse == pytest.approx(min(expected), abs=1e-9)
+    assert expected[lag - 1] == pytest.approx(min(expected), abs=1e-9)
+
+
+def test_the_minimum_holds_at_the_papers_size():
+    particle = render(Particle.from_vector(PAPER.draw(1, 4, generator(1, "a"))[0]), 150, 1000)
+    matrix = np.roll(particle, 31, axis=1) + 0.1 * random_pair(4, 1000, 2)[0]
+    values = [rmse_at_lag(matrix, particle, tau) for tau in range(1, 2001)]
+    rmse, lag = smallest_rmse(matrix, particle)
+    assert lag == int(np.argmin(values)) + 1 == 1000 + 1 + 31
+    assert rmse == pytest.approx(min(values), abs=1e-9)
+
+
+def test_the_gain_is_what_a_particle_takes_off_the_energy():
+    matrix, particle = random_pair(4, 25, 3)
+    gain, lag = drawn_gain(matrix, particle)
+    mean_square = (np.sum(matrix**2) - gain) / (3 * matrix.size)
+    assert np.sqrt(mean_square) == pytest.approx(rmse_at_lag(matrix, particle, lag), abs=1e-12)
+
+
+@given(st.integers(1, 4), st.integers(1, 30), st.integers(0, 2**32))
+@settings(max_examples=40)
+def test_a_matrix_is_at_distance_0_from_itself(sensors, length, seed):
+    matrix, _ = random_pair(sensors, length, seed)
+    rmse, _ = smallest_rmse(matrix, matrix)
+    assert rmse == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.integers(-10, 10), st.integers(0, 2**32))
+@settings(max_examples=40)
+def test_a_shift_that_stays_in_the_frame_changes_the_lag_only(shift, seed):
+    matrix, particle = random_pair(3, 40, seed)
+    for array in (matrix, particle):
+        array[:, :12] = array[:, -12:] = 0.0
+    rmse, _ = smallest_rmse(matrix, particle)
+    moved, moved_lag = smallest_rmse(matrix, np.roll(particle, shift, axis=1))
+    assert moved == pytest.approx(rmse, abs=1e-9)
+    assert rmse_at_lag(matrix, particle, moved_lag + shift) == pytest.approx(rmse, abs=1e-9)
+    assert rmse >= 0.0
+
+
+def test_a_zero_particle_leaves_the_energy_of_the_recording():
+    matrix, _ = random_pair(4, 20, 1)
+    rmse, _ = smallest_rmse(matrix, np.zeros_like(matrix))
+    assert rmse == pytest.approx(np.linalg.norm(matrix) / np.sqrt(3 * matrix.size))
+
+
+@st.composite
+def partly_filled_pairs(draw):
+    """Draw a matrix and a particle, each 0 outside some columns of its own."""
+    sensors, length = draw(st.integers(1, 5)), draw(st.integers(1, 1000))
+    numbers = generator(draw(st.integers(0, 2**32)), "partly filled")
+    pair = numbers.random((2, sensors, length))
+    for array in pair:
+        # Both ends are included: no column, one column, either edge and the whole width occur.
+        ends = st.integers(0, length) | st.sampled_from([0, 1, length - 1, length])
+        first, end = sorted([draw(ends), draw(ends)])
+        array[:, :first] = array[:, end:] = 0.0
+    return pair
+
+
+def assert_the_best_of_all_lags(matrix, particle):
+    # The formula by correlation: |F' - P'|^2 at every shift, including the shift of -L.
+    products = sum(
+        np.correlate(data, shape, "full") for data, shape in zip(matrix, particle, strict=True)
+    )
+    energy = np.sum(matrix**2) + np.sum(particle**2)
+    squares = energy - 2.0 * np.concatenate([[0.0], products])
+    rmse, lag = smallest_rmse(matrix, particle)
+    assert 1 <= lag <= 2 * matrix.shape[1]
+    expected = np.sqrt(max(squares.min(), 0.0) / (3 * matrix.size))
+    # The root doubles the digits that rounding takes from a distance of 0.
+    assert rmse == pytest.approx(expected, abs=1e-9 if expected > 1e-6 else 1e-6)
+    assert squares[lag - 1] == pytest.approx(squares.min(), abs=1e-9)
+
+
+@given(partly_filled_pairs())
+@settings(max_examples=200, deadline=None)
+def test_columns_without_values_change_nothing(pair):
+    assert_the_best_of_all_lags(*pair)
+
+
+@given(partly_filled_pairs(), st.integers(0, 2**32))
+@settings(max_examples=50, deadline=None)
+def test_negative_values_are_compared_as_well(pair, seed):
+    signs = generator(seed, "signs").choice([-1.0, 1.0], pair.shape)
+    assert_the_best_of_all_lags(*(pair * signs))
+
+
+@pytest.mark.parametrize("length", [1, 2, 7, 1000])
+@pytest.mark.parametrize("sensors", [1, 4])
+def test_the_first_and_the_last_lag_with_a_meeting_are_found(sensors, length):
+    left, right = np.zeros((2, sensors, length))
+    left[:, 0] = right[:, -1] = 1.0
+    assert smallest_rmse(left, right) == (0.0, 2)
+    assert smallest_rmse(right, left) == (0.0, 2 * length)
+
+
+def test_a_particle_that_only_harms_is_pushed_out_of_the_way():
+    matrix = np.ones((2, 6))
+    rmse, lag = smallest_rmse(matrix, -matrix)
+    assert lag == 1
+    assert rmse == pytest.approx(np.sqrt(24 / 36))
+
+
+def test_an_empty_recording_leaves_the_energy_of_the_particle():
+    _, particle = random_pair(3, 20, 4)
+    rmse, lag = smallest_rmse(np.zeros_like(particle), particle)
+    assert rmse == pytest.approx(np.linalg.norm(particle) / np.sqrt(3 * particle.size))
+    assert 1 <= lag <= 40
+
+
+@given(st.integers(1, 5), st.integers(1, 9), st.integers(1, 60), st.integers(0, 2**32))
+@settings(max_examples=60, deadline=None)
+def test_particles_compared_at_once_do_not_touch_each_other(sensors, count, length, seed):
+    matrix, _ = random_pair(sensors, length, seed)
+    particles = generator(seed, "several").random((count, sensors, length))
+    together = SlidingComparison(matrix, at_once=9)
+    # Particles drawn earlier, which stay behind the compared ones, must not matter.
+    together.particles[...] = 7.0
+    together.particles[:count] = particles
+    gains, lags = together.gains(count)
+    for particle, gain, lag in zip(particles, gains, lags, strict=True):
+        alone, lag_alone = drawn_gain(matrix, particle)
+        assert (gain, lag) == (pytest.approx(alone, abs=1e-9), lag_alone)
+
+
+@given(st.integers(1, 5), st.integers(1, 60), st.integers(0, 2**32))
+@settings(max_examples=60, deadline=None)
+def test_a_particle_whose_spectra_are_kept_has_the_same_gain_on_each_recording(
+    sensors, length, seed
+):
+    matrix, particle = random_pair(sensors, length, seed)
+    shorter = matrix.copy()
+    shorter[:, length // 2 :] = 0.0
+    repeated = RepeatedParticle(particle)
+    # The recordings' widths differ, and so do the lengths of the FFTs; each comes twice.
+    for recording in (matrix, shorter, matrix, shorter):
+        drawn = drawn_gain(recording, particle)
+        assert SlidingComparison(recording).gain_of(repeated) == drawn
+
+
+def test_a_pickle_of_a_particle_holds_its_values_alone():
+    matrix, particle = random_pair(4, 50, 1)
+    repeated = RepeatedParticle(particle)
+    before = pickle.dumps(repeated)
+    gain = SlidingComparison(matrix).gain_of(repeated)
+    assert pickle.dumps(repeated) == before
+    assert SlidingComparison(matrix).gain_of(pickle.loads(before)) == gain
+
+
+def test_the_length_of_an_fft_has_small_factors_only():
+    lengths = [fast_length(least) for least in (1, 16, 17, 1001, 1550, 1985, 2000, 2001)]
+    assert lengths == [16, 16, 32, 1024, 1600, 2000, 2000, 2048]
+
+
+@pytest.mark.parametrize("lag", [0, 41])
+def test_a_lag_outside_the_papers_range_is_refused(lag):
+    with pytest.raises(ValueError, match=r"outside 1\.\.40"):
+        rmse_at_lag(np.zeros((2, 20)), np.zeros((2, 20)), lag)

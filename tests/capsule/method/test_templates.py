@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from capsule.method.particle import Particle, peak_positions, render
+from capsule.method.templates import build_templates, by_size, no_nodule_template, total
+from capsule.seeding import generator
+from support.paper_ranges import PAPER
+
+
+def particles(count, name="templates"):
+    return [Particle.from_vector(v) for v in PAPER.draw(count, 4, generator(1, name))]
+
+
+def test_particles_are_grouped_by_the_size_of_their_recordings():
+    one, two, three = particles(3)
+    grouped = by_size({"2mm/r01": one, "unlabelled/r01": two, "2mm/r00": three})
+    assert grouped == {2.0: [one, three]}
+
+
+def test_every_parameter_is_averaged_over_the_recordings():
+    three = particles(3)
+    mean = total(three, sensors=4).mean()
+    for name in ("amplitude", "vertical_spread", "peak_spacing", "horizontal_spread"):
+        values = [getattr(particle, name) for particle in three]
+        for s in range(len(values[0])):
+            slowly = (values[0][s] + values[1][s] + values[2][s]) / 3
+            assert getattr(mean, name)[s] == pytest.approx(slowly, rel=1e-14)
+    # Averaging the spacings averages the peaks' columns too, since these are their sums.
+    columns = np.mean([peak_positions(p.peak_spacing, 150) for p in three], axis=0)
+    np.testing.assert_allclose(peak_positions(mean.peak_spacing, 150), columns)
+
+
+def test_leaving_one_out_of_the_sum_equals_averaging_the_others():
+    four = particles(4)
+    without = total(four, 4).without(four[1]).mean()
+    others = total([four[0], four[2], four[3]], 4).mean()
+    np.testing.assert_allclose(without.to_vector(), others.to_vector(), rtol=1e-13)
+
+
+def test_templates_are_rendered_per_size_and_the_first_is_zero():
+    sizes = {2.5: particles(2, "a"), 1.0: particles(3, "b")}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    assert templates.sizes_mm == (0.0, 1.0, 2.5)
+    np.testing.assert_array_equal(templates.matrices[0], no_nodule_template(4, 1000))
+    assert not templates.matrices[0].any()
+    expected = render(total(sizes[2.5], 4).mean(), 150, 1000)
+    np.testing.assert_array_equal(templates.matrices[2], expected)
+
+
+def test_without_a_recording_only_its_own_size_changes():
+    sizes = {1.0: particles(3, "a"), 2.0: particles(3, "b")}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    left_out = templates.without([(2.0, sizes[2.0][0])])
+    assert left_out[0] is templates.matrices[0]
+    assert left_out[1] is templates.matrices[1]
+    remaining = total(sizes[2.0][1:], 4).mean()
+    np.testing.assert_allclose(left_out[2], render(remaining, 150, 1000), atol=1e-12)
+    kept = templates.without([(0.0, sizes[2.0][0]), (1.0, None)])
+    assert all(one is other for one, other in zip(kept, templates.matrices, strict=True))
+
+
+def test_the_only_recording_of_a_size_leaves_no_template_behind():
+    sizes = {1.0: particles(1)}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    assert np.isnan(templates.without([(1.0, sizes[1.0][0])])[1]).all()
+
+
+@pytest.mark.parametrize("sensors", [1, 4])
+def test_a_size_without_a_recording_has_an_unknown_average_of_the_usual_form(sensors):
+    empty = total([], sensors)
+    assert (empty.count, empty.vector.shape) == (0, (4 * sensors - 1,))
+    mean = empty.mean()
+    assert mean.amplitude.shape == mean.horizontal_spread.shape == (sensors,)
+    assert mean.peak_spacing.shape == (sensors - 1,)
+    assert np.isnan(mean.to_vector()).all()
+    templates = build_templates({1.0: []}, sensors=sensors, first_peak=5, length=20)
+    assert np.isnan(templates.matrices[1]).all() and templates.matrices[1].shape == (sensors, 20)

@@ -1,0 +1,217 @@
+"""Held-out sessions judge only; recordings of one site and near copies are one place."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from capsule.errors import CapsuleError
+from capsule.recordings.held_out import (
+    fitted,
+    is_held_out,
+    places_of,
+    recordings_with_fits,
+    teaching,
+    unknown_sessions,
+)
+from capsule.store import files
+
+HELD_OUT = ["spring", "=2+2"]
+COLUMNS = "time_s,sensor_1\n0,1\n"
+
+
+def row(recording, session):
+    return {"recording": recording, "session": session}
+
+
+def test_a_labelled_recording_of_a_named_session_is_held_out():
+    assert is_held_out("3mm/r01", "spring", HELD_OUT)
+    assert is_held_out("0mm/r01", "spring", HELD_OUT)
+    assert not is_held_out("unlabelled/patient", "spring", HELD_OUT), "a patient is judged anyway"
+    for session in ("autumn", "", None, float("nan")):
+        assert not is_held_out("3mm/r01", session, HELD_OUT)
+    assert not is_held_out("3mm/r01", "spring", [])
+
+
+def test_the_others_teach_in_their_order():
+    rows = {
+        name: row(name, session)
+        for name, session in {
+            "3mm/r02": "autumn",
+            "3mm/r01": "spring",
+            "unlabelled/p": "spring",
+            "0mm/r01": "",
+        }.items()
+    }
+    assert list(teaching(rows, HELD_OUT)) == ["3mm/r02", "unlabelled/p", "0mm/r01"]
+    assert teaching(rows, []) == rows
+
+
+def test_a_session_that_no_labelled_recording_names_is_told():
+    rows = [row("3mm/r01", "autumn"), row("unlabelled/p", "spring"), row("3mm/r02", float("nan"))]
+    assert unknown_sessions(rows, ["spring", "autumn", "=x"]) == ["spring", "=x"]
+    assert unknown_sessions([*rows, row("0mm/r01", " =x")], ["autumn", "=x"]) == []
+
+
+def archive(folder, contents):
+    """Write recordings, and return their batches: each is one of its own."""
+    for name, content in contents.items():
+        path = folder / f"{name}.csv"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return {name: [name] for name in contents}
+
+
+LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
+OF_SPRING = {
+    "plain": f"# session: spring\n{COLUMNS}",
+    "mark": f"\ufeff# session:  spring \r\n{COLUMNS}",
+    "apple": f"# session: spring\r{COLUMNS}",
+    "formula": f"# session: =2+2\n{COLUMNS}",
+    "long": f"{LONG}# session: spring\n{COLUMNS}",
+    "letters": f"# {'é' * 1100}: 1\n# session: spring\n{COLUMNS}",
+    "cut": "# session: spring",
+}
+OF_OTHERS = {
+    "other": f"# session: springs\n{COLUMNS}",
+    "none": COLUMNS,
+    "below": f"{COLUMNS}# session: spring\n",
+    # It is rejected, since it names two.
+    "two": f"# session: autumn\n# session: spring\n{COLUMNS}",
+    "empty": "",
+    "binary": b"\xff\xfe\x00",
+    "endless": f"{LONG * 3}# session: spring\n{COLUMNS}",
+}
+
+
+def test_the_first_lines_of_a_file_tell_whether_it_is_held_out(tmp_path):
+    contents = {f"3mm/{name}": content for name, content in (OF_SPRING | OF_OTHERS).items()}
+    contents["0mm/healthy"] = contents["unlabelled/patient"] = COLUMNS
+    made = archive(tmp_path, contents)
+    assert fitted(made, tmp_path, HELD_OUT) == {
+        f"3mm/{name}": [f"3mm/{name}"] for name in OF_OTHERS
+    }
+    every = {name: [name] for name in contents if name.startswith("3mm")}
+    assert fitted(made, tmp_path, []) == every
+
+
+def test_of_a_batch_only_the_recordings_that_teach_are_fitted(tmp_path):
+    names = list(archive(tmp_path, {"3mm/a": OF_SPRING["plain"], "3mm/b": COLUMNS}))
+    assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": ["3mm/b"]}
+    assert fitted({"3mm/batch": names[:1]}, tmp_path, HELD_OUT) == {}
+
+
+def test_no_more_of_a_file_is_read_than_its_header_takes(tmp_path, monkeypatch):
+    read = []
+    beginning = files.read_beginning
+
+    def counted(path, most):
+        read.append(most)
+        return beginning(path, most)
+
+    monkeypatch.setattr(files, "read_beginning", counted)
+    rows = "0.1,1\n" * 50_000
+    made = archive(tmp_path, {f"3mm/{name}": text + rows for name, text in OF_SPRING.items()})
+    fitted(made, tmp_path, HELD_OUT)
+    assert max(read) < 20_000
+    read.clear()
+    fitted(made, tmp_path, [])
+    assert read == []
+
+
+def test_the_fits_of_held_out_recordings_are_not_asked_for(tmp_path):
+    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
+    rows = [
+        ("3mm/r01", "accepted", "", "", "1", "autumn"),
+        ("3mm/r02", "accepted", "", "", "2", "spring"),
+    ]
+    table = tmp_path / "labelled.csv"
+    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
+    assert recordings_with_fits(table, ["spring"]) == ["3mm/r01"]
+    with pytest.raises(CapsuleError, match=r"held out: raw/3mm/r02: .* its session spring"):
+        recordings_with_fits(table, ["spring", "autumn"])
+
+
+def listed(folder, *rows):
+    """Write the list of the recordings."""
+    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256"]
+    table = folder / "labelled.csv"
+    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
+    return table
+
+
+def test_recordings_with_fits_come_in_the_order_of_their_contents(tmp_path):
+    table = listed(
+        tmp_path,
+        ("0mm/r01", "accepted", "", "", "1"),
+        ("2mm/r01", "accepted", "", "", "9"),
+        ("3mm/r01", "accepted", "", "", "2"),
+        ("3mm/r02", "rejected", "the file is empty", "", ""),
+        ("3mm/r03", "accepted", "", "there is no wave", "0"),
+        ("3mm/r04", "accepted", "", "", "3"),
+    )
+    assert recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
+
+
+def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
+    table = listed(
+        tmp_path,
+        ("0mm/r01", "accepted", "", "", "1"),
+        ("3mm/r02", "rejected", "the file is empty", "", ""),
+        ("3mm/r03", "accepted", "", "there is no wave", "0"),
+    )
+    with pytest.raises(CapsuleError) as caught:
+        recordings_with_fits(table)
+    first, *others = str(caught.value).splitlines()
+    assert first.startswith("no recording of a nodule can be used, so no template can be made")
+    assert others == [
+        "  rejected: raw/3mm/r02: the file is empty",
+        "  not judged: raw/3mm/r03: there is no wave",
+    ]
+
+
+def passage(site="", near_copies=""):
+    return {"site": site, "near_copies": near_copies}
+
+
+def test_a_recording_that_shares_nothing_is_a_place_of_its_own():
+    rows = {"0mm/a": passage(), "3mm/b": passage("here")}
+    assert places_of(rows) == {"0mm/a": "0mm/a", "3mm/b": "3mm/b"}
+
+
+def test_passes_over_a_site_and_near_copies_are_one_place():
+    rows = {
+        "3mm/a": passage("here"),
+        "3mm/b": passage("here"),
+        "3mm/c": passage("there", "3mm/b 3mm/gone"),
+        "3mm/d": passage("there"),
+        "3mm/e": passage("elsewhere"),
+    }
+    found = places_of(rows)
+    assert {found[name] for name in ("3mm/a", "3mm/b", "3mm/c", "3mm/d")} == {"3mm/a"}
+    assert found["3mm/e"] == "3mm/e"
+
+
+def test_places_are_the_connected_components_for_any_rows():
+    """Compare with the components found slowly: join whatever is linked until nothing changes."""
+    numbers = np.random.default_rng(3)
+    for _ in range(200):
+        names = [f"3mm/r{number}" for number in range(8)]
+        rows = {
+            name: passage(
+                numbers.choice(["", "a", "b", "c", "d"]),
+                " ".join(numbers.choice(names, numbers.integers(0, 2))),
+            )
+            for name in names
+        }
+        slowly = {name: {name} for name in names}
+        for _ in names:
+            for one, other in itertools.permutations(names, 2):
+                linked = rows[one]["site"] and rows[one]["site"] == rows[other]["site"]
+                if linked or other in rows[one]["near_copies"].split():
+                    both = slowly[one] | slowly[other]
+                    for name in both:
+                        slowly[name] = both
+        found = places_of(rows)
+        for one, other in itertools.combinations(names, 2):
+            assert (found[one] == found[other]) == (other in slowly[one])

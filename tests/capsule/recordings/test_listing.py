@@ -1,0 +1,242 @@
+"""The list of recordings: which of several with the same readings counts, and near-copies."""
+
+import itertools
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.recordings.acceptance import fingerprint
+from capsule.recordings.listing import full_list, near_copies, nearly_equal, reasons_of_copies
+from capsule.recordings.names import Entry, classify
+from capsule.recordings.recording import read_recording
+from capsule.seeding import generator
+from support.project import ROOT
+from support.synthetic import make_recording
+
+CONTRADICTION = "under another size: one of the two is mislabelled"
+
+
+def checks(**readings):
+    """Make the checks of accepted recordings; written r01_at_3mm, with their readings."""
+    names = {"/".join(reversed(key.split("_at_"))): value for key, value in readings.items()}
+    return {name: {"status": "accepted", "readings_sha256": value} for name, value in names.items()}
+
+
+def test_under_two_sizes_none_counts():
+    made = checks(r01_at_3mm="x", r01_at_4mm="x", r02_at_3mm="y")
+    assert reasons_of_copies(made) == {
+        "3mm/r01": f"the same content as 4mm/r01, {CONTRADICTION}",
+        "4mm/r01": f"the same content as 3mm/r01, {CONTRADICTION}",
+    }
+
+
+def test_a_copy_does_not_save_a_contradiction():
+    made = checks(r01_at_0mm="x", r02_at_0mm="x", r01_at_4mm="x", patient_at_unlabelled="x")
+    reasons = reasons_of_copies(made)
+    assert set(reasons) == {"0mm/r01", "0mm/r02", "4mm/r01"}
+    assert all(reason.endswith(CONTRADICTION) for reason in reasons.values())
+
+
+def test_the_same_size_written_in_another_way_is_no_contradiction():
+    made = {
+        f"{folder}/r01": {"status": "accepted", "readings_sha256": "x"}
+        for folder in ("3mm", "3.0mm")
+    }
+    assert reasons_of_copies(made) == {"3.0mm/r01": "the same content as 3mm/r01"}
+
+
+@pytest.mark.parametrize("copy", ["a-copy-of-r01", "0r01", "r01-copy", "r01.1", "R01+"])
+def test_the_original_keeps_its_place_whatever_the_copy_sorts_before(copy):
+    made = {f"3mm/{name}": {"status": "accepted", "readings_sha256": "x"} for name in (copy, "r01")}
+    assert reasons_of_copies(made) == {f"3mm/{copy}": "the same content as 3mm/r01"}
+
+
+def test_a_label_counts_more_than_a_short_name():
+    made = checks(a_at_unlabelled="x", longer_at_3mm="x")
+    assert reasons_of_copies(made) == {"unlabelled/a": "the same content as 3mm/longer"}
+
+
+names = st.builds(
+    "{}/{}".format, st.sampled_from(["0mm", "3mm", "unlabelled"]), st.text("ab1", min_size=1)
+)
+
+
+@given(st.dictionaries(names, st.sampled_from("xyz"), max_size=8), st.randoms())
+def test_of_equal_readings_at_most_one_counts_whatever_the_order(readings, shuffler):
+    made = {
+        name: {"status": "accepted", "readings_sha256": each} for name, each in readings.items()
+    }
+    shuffled = list(made.items())
+    shuffler.shuffle(shuffled)
+    reasons = reasons_of_copies(made)
+    assert reasons_of_copies(dict(shuffled)) == reasons
+    kept = [readings[name] for name in made if name not in reasons]
+    assert len(kept) == len(set(kept))
+
+
+def test_a_row_says_why():
+    made = checks(r01_at_3mm="x", old_r01_at_3mm="x")
+    for name, check in made.items():
+        check |= {"recording": name, "size_mm": 3.0, "header": {}, "samples": 1, "duration_s": 0.0}
+        check |= {"reason": "", "no_verdict": "", "sha256": "0", "marks": []}
+    archive = classify([Entry("3mm/r01.csv"), Entry("3mm/old_r01.csv")])
+    status = {row["recording"]: row["status"] for row in full_list(archive, made, {}.__getitem__)}
+    assert status == {"3mm/r01": "accepted", "3mm/old_r01": "rejected"}
+
+
+def readings(name, samples=400):
+    return make_recording(3.0, name, samples=samples).values
+
+
+def found_in(archive):
+    marks = {name: fingerprint(values) for name, values in archive.items()}
+    return near_copies(marks, archive.__getitem__)
+
+
+def one_sample_changed(values):
+    values[1, 100] = 0.0
+    return values
+
+
+def a_piece_missing(values):
+    values[:, 100:115] = np.nan
+    return values
+
+
+def with_a_fault(values):
+    values[:, 200:260] = 512.0 + np.arange(60) % 3
+    return values
+
+
+ALIKE = {
+    "one sample changed": one_sample_changed,
+    "the last row dropped": lambda values: values[:, :-1],
+    "the first rows dropped": lambda values: values[:, 3:],
+    "the first 60 %": lambda values: values[:, : int(0.6 * values.shape[1])],
+    "columns permuted": lambda values: values[[2, 0, 3, 1]],
+    "counts in volts": lambda values: np.round(values * 5.0 / 1023, 3),
+    "ohms of the divider": lambda values: 12000.0 * (1024.0 / values - 1.0),
+    "a piece missing": a_piece_missing,
+    "a minute's fault": with_a_fault,
+    "all at once": lambda values: np.round(
+        one_sample_changed(values)[[1, 0, 3, 2], 2:-5] / 204.6, 3
+    ),
+}
+
+
+@pytest.mark.parametrize("change", list(ALIKE.values()), ids=list(ALIKE))
+def test_a_run_that_is_the_same_but_for_little_is_found(change):
+    archive = {f"3mm/r{run:02d}": readings(f"3mm/r{run:02d}") for run in range(12)}
+    archive["4mm/r03"] = change(readings("3mm/r03"))
+    assert found_in(archive) == {
+        "3mm/r03": ["4mm/r03"],
+        "4mm/r03": ["3mm/r03"],
+    }
+
+
+def standardized(values):
+    centred = values - np.nanmedian(values, axis=1, keepdims=True)
+    spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
+    return np.clip(centred / spread, -4.0, 4.0)
+
+
+def median_correlation(one, other):
+    known = ~(np.isnan(one) | np.isnan(other))
+    sections = [np.array_split(row[known], 8) for row in (one, other)]
+    return np.median([abs(np.corrcoef(a, b)[0, 1]) for a, b in zip(*sections, strict=True)])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.15, 0.3])
+@pytest.mark.parametrize("cut", [0, 40])
+def test_two_runs_are_the_same_if_each_sensor_correlates_with_one_of_the_other(noise, cut):
+    numbers = np.random.default_rng(1)
+    one = numbers.normal(size=(4, 400))
+    other = (one + noise * numbers.normal(size=one.shape))[[2, 0, 3, 1], cut:]
+    other[:, 50:60] = np.nan
+    first, second = standardized(one)[:, cut:], standardized(other)
+    best = [max(median_correlation(row, each) for each in second) for row in first]
+    assert nearly_equal(one, other) == (min(best) >= 0.99) == (noise < 0.12)
+
+
+def test_copies_of_copies_belong_together():
+    archive = {f"3mm/r{run:02d}": readings(f"3mm/r{run:02d}") for run in range(5)}
+    for cut in range(1, 31):
+        archive[f"5mm/cut{cut:02d}"] = readings("3mm/r02")[:, cut:]
+    found = found_in(archive)
+    assert set(found) == {"3mm/r02", *(name for name in archive if name.startswith("5mm"))}
+    assert all(len(others) == 30 for others in found.values())
+
+
+def test_different_runs_are_no_copies():
+    archive = {}
+    for path in sorted((ROOT / "raw").glob("[05]mm/*.csv")):
+        with path.open("rb") as stream:
+            archive[path.stem + path.parent.name] = read_recording(stream, 4).values
+    assert found_in(archive) == {}
+    names = list(archive)
+    assert not any(nearly_equal(archive[names[0]], archive[name]) for name in names[1:])
+
+
+def test_runs_without_a_change_and_no_runs_at_all_are_no_copies():
+    flat = {name: np.tile(np.array([1.0, 2.0]), (4, 10)) for name in "ab"}
+    assert found_in(flat) == {}
+    assert found_in({}) == {}
+
+
+def test_thousands_are_searched_in_seconds():
+    numbers = np.random.default_rng(1)
+    archive = {str(run): numbers.normal(size=(4, 500)).round(1) for run in range(2000)}
+    archive["copy"] = archive["77"][:, 1:]
+    started = time.process_time()
+    assert found_in(archive) == {"77": ["copy"], "copy": ["77"]}
+    assert time.process_time() - started < 20
+
+
+@pytest.mark.parametrize(("rows", "same"), [(200, True), (199, False)])
+def test_at_least_half_of_the_shorter_recording_must_overlap(rows, same):
+    run = generator(1, "overlap").normal(size=(2, 800 - rows))
+    # The last rows of the first are the first rows of the second; both have 400.
+    assert nearly_equal(run[:, :400], run[:, 400 - rows :]) == same
+
+
+def test_sections_without_a_change_have_no_correlation():
+    numbers = generator(1, "still")
+    run = np.zeros((2, 400))
+    run[:, 300:] = numbers.normal(size=(2, 100))
+    assert nearly_equal(run, 3 * run + 5)
+    still = np.ones((2, 400))
+    assert not nearly_equal(still, still)
+
+
+def test_a_mark_is_the_pattern_of_32_rises_and_falls_written_out():
+    run = generator(1, "marks").integers(0, 9, 900).astype(float)
+    run[[10, 11, 200]] = np.nan
+    known = run[~np.isnan(run)]
+    steps = [b > a for a, b in itertools.pairwise(known) if a != b]
+    marks = set()
+    for start in range(len(steps) - 31):
+        pattern = int("".join(str(int(each)) for each in steps[start : start + 32]), 2)
+        mark = min(pattern, 2**32 - 1 - pattern)
+        # One in eight is kept, by a hash of the mark alone.
+        if (mark * 0x9E3779B97F4A7C15 % 2**64 >> 32) % 8 == 0:
+            marks.add(mark)
+    assert 20 < len(marks) < 200
+    assert fingerprint(run[np.newaxis]).tolist() == sorted(marks)
+    assert fingerprint(np.vstack([run, run[::-1]])).size > len(marks)
+
+
+@pytest.mark.parametrize(("samples", "marks"), [(32, 0), (33, 1)])
+def test_a_mark_takes_33_readings(samples, marks):
+    # Among many runs of that length, some keep their single mark.
+    runs = generator(1, "short").normal(size=(60, 1, samples))
+    assert max(fingerprint(run).size for run in runs) == marks
+
+
+@pytest.mark.parametrize(("shared", "found"), [(25, True), (24, False)])
+def test_recordings_that_share_a_quarter_of_the_shorter_list_are_compared(shared, found):
+    marks = {"one": np.arange(100), "other": 100 - shared + np.arange(200), "none": np.arange(0)}
+    run = generator(1, "quarter").normal(size=(2, 300))
+    assert bool(near_copies(marks, {"one": run, "other": run, "none": run}.__getitem__)) == found

@@ -1,0 +1,192 @@
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.recordings.names import (
+    Entry,
+    as_cell,
+    classify,
+    displayed,
+    folder_size_mm,
+    is_plain,
+    reason_of_copy,
+    size_label,
+    size_mm,
+    sort_key,
+)
+
+
+@pytest.mark.parametrize(
+    ("folder", "size"), [("0mm", 0), ("3mm", 3), ("2.5mm", 2.5), ("10mm", 10), ("unlabelled", None)]
+)
+def test_the_folder_is_the_label(folder, size):
+    assert folder_size_mm(folder) == size
+    assert size_mm(f"{folder}/r01") == size
+    if size is not None:
+        assert size_label(size) == folder
+
+
+@pytest.mark.parametrize(
+    "folder",
+    ["mm", "3 mm", "3cm", "-3mm", "3,5mm", "3.mm", "nanmm", "²mm", "٣mm", "1234mm", "1.2345mm"],
+)
+def test_other_folders_name_no_size(folder):
+    assert folder_size_mm(folder) is None
+
+
+def test_recordings_are_ordered_by_size_then_by_number():
+    names = ["unlabelled/a", "10mm/r1", "3mm/r10", "3mm/r9", "2.5mm/r1"]
+    archive = classify(Entry(f"{name}.csv") for name in names)
+    expected = ("2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1", "unlabelled/a")
+    assert archive.recordings == expected
+    assert archive.labelled() == [*expected[:-1]]
+
+
+def test_in_a_name_numbers_come_before_letters_and_equal_numbers_keep_their_text():
+    names = ["3mm/10", "3mm/2", "3mm/a10", "3mm/a2", "3mm/a2b", "3mm/ab", "3mm/a", "3mm/02"]
+    expected = ["02", "2", "10", "a", "a2", "a2b", "a10", "ab"]
+    assert [name[4:] for name in sorted(names, key=sort_key)] == expected
+
+
+@pytest.mark.parametrize(
+    ("entry", "reason"),
+    [
+        (Entry("3mm/x.csv", "folder"), "a folder, not a file"),
+        (Entry("3mm/x.csv", "dead link"), "a link to a file that does not exist"),
+        (Entry("3mm/x.csv", "device"), "a pipe or a device"),
+        (Entry("3mm/x.csv", "link out"), "a link to a place outside raw/"),
+        (Entry("3mm/x.csv", "locked"), "no permission"),
+        (Entry("3mm/run 1.csv"), "rename the file"),
+        (Entry("3mm/" + "r" * 97 + ".csv"), "rename the file"),
+        (Entry("3mm/$(x).csv"), "rename the file"),
+        (Entry("3mm/a\nb.csv"), "rename the file"),
+        (Entry("3mm/-r.csv"), "rename the file"),
+        (Entry("3mm/é.csv"), "rename the file"),
+        (Entry("3mm/{x}.csv"), "rename the file"),
+    ],
+)
+def test_what_claims_to_be_a_recording_is_refused_by_name(entry, reason):
+    archive = classify([entry])
+    assert archive.recordings == ()
+    assert reason in archive.refused[displayed(entry.path)]
+
+
+@pytest.mark.parametrize(
+    ("entry", "path", "reason"),
+    [
+        (Entry("3mm/._r07.csv"), "3mm/._r07.csv", "hidden"),
+        (Entry("3mm/R07.CSV"), "3mm/R07.CSV", "write the ending in lower case"),
+        (Entry("3mm/monday", "folder"), "3mm/monday", "a folder; put recordings directly"),
+        (Entry("4mm", "locked"), "4mm", "no permission"),
+        (Entry("3mm/notes.txt"), "3mm/notes.txt", "not a .csv file"),
+        (Entry("3mm/r07.csv.part"), "3mm/r07.csv.part", "an unfinished recording"),
+        (Entry("r07.csv"), "r07.csv", "directly in raw/; move it"),
+        (Entry("3cm", "folder"), "3cm/", "name is not a size"),
+    ],
+)
+def test_what_is_no_recording_is_passed_over_by_name(entry, path, reason):
+    archive = classify([entry])
+    assert archive.refused == {}
+    assert reason in archive.passed_over[path]
+
+
+def test_what_lies_in_a_folder_that_names_no_size_is_named_once():
+    archive = classify([Entry("3cm", "folder"), Entry("3cm/r01.csv"), Entry(".git", "folder")])
+    assert list(archive.passed_over) == ["3cm/"]
+
+
+@given(st.integers(0, 999_999))
+def test_a_size_and_its_label_are_the_same_number(micrometres):
+    size = micrometres / 1000
+    assert folder_size_mm(size_label(size)) == size
+
+
+def any_name():
+    """Return a strategy for names on a disk, including bytes that are not UTF-8."""
+    return st.binary(min_size=1, max_size=20).map(
+        lambda name: name.decode("utf-8", "surrogateescape")
+    )
+
+
+@given(any_name(), any_name())
+def test_a_displayed_name_is_one_printable_line_and_different_names_stay_different(one, other):
+    assert displayed(one).isprintable()
+    displayed(one).encode("utf-8")
+    assert (displayed(one) == displayed(other)) == (one == other)
+
+
+@given(any_name())
+def test_every_name_is_processed_or_named_with_a_reason(name):
+    archive = classify([Entry(f"3mm/{name}.csv")])
+    listed = [f"{recording}.csv" for recording in archive.recordings]
+    listed += [*archive.refused, *archive.passed_over]
+    assert listed == [displayed(f"3mm/{name}.csv")]
+    for recording in archive.recordings:
+        assert re.fullmatch(r"[A-Za-z0-9_.+/-]+", recording)
+
+
+@pytest.mark.parametrize(("name", "end"), [("a" * 30, "a"), ("r" + "01" * 20, "01")])
+def test_a_name_that_snakemake_stops_at_is_refused(name, end):
+    archive = classify([Entry(f"3mm/{name}.csv"), Entry("3mm/r01.csv")])
+    assert archive.recordings == ("3mm/r01",)
+    (reason,) = archive.refused.values()
+    assert f"ends in {end!r} twenty times" in reason
+
+
+def test_a_copy_under_another_size_is_told_as_a_contradiction():
+    assert reason_of_copy("3mm/a", "3mm/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "3.0mm/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "unlabelled/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "4mm/b").endswith("one of the two is mislabelled")
+
+
+def test_a_cell_is_never_a_formula():
+    assert as_cell("=1+1") == " =1+1"
+    assert as_cell("bench 2") == "bench 2"
+    assert as_cell("a\tb") == "a\\tb"
+    assert as_cell("\uff1d1+1") == " \uff1d1+1"
+    assert as_cell("bench;=1+1;'=2") == "bench; =1+1; '=2"
+    assert as_cell('bench;"=1+1"') == 'bench; "=1+1"'
+    assert as_cell("-1.5") == "-1.5"
+    assert as_cell("-1.5+cmd|' /C calc'!A0") == " -1.5+cmd|' /C calc'!A0"
+
+
+@given(st.text("=;,-+@1a\"' \uff0b"))
+def test_a_cell_stays_as_it_is_when_it_is_written_once_more(text):
+    assert as_cell(as_cell(text)) == as_cell(text)
+
+
+def test_what_lies_in_a_hidden_folder_is_named_where_it_claims_to_be_a_recording():
+    entries = [Entry(".5mm", "folder"), Entry(".5mm/x.csv"), Entry(".5mm/notes"), Entry(".x.csv")]
+    archive = classify([*entries, Entry(".DS_Store")])
+    assert archive.recordings == ()
+    assert archive.passed_over == {
+        ".5mm/x.csv": "in a hidden folder; move it into a folder such as 3mm/",
+        ".x.csv": "hidden file",
+    }
+
+
+def test_a_backslash_in_a_name_is_no_escape():
+    assert displayed("a\\n") == "a\\\\n" != displayed("a\n") == "a\\n"
+    assert displayed("plain") == "plain"
+
+
+def test_what_stands_directly_in_raw_is_named_if_it_claims_to_be_data():
+    entries = [Entry("3mm", "folder"), Entry("unlabelled", "folder"), Entry("2mm", "link out")]
+    archive = classify([*entries, Entry("5mm", "dead link"), Entry(".git", "folder")])
+    assert set(archive.passed_over) == {"2mm", "5mm"}
+    assert "the linked folder" not in archive.passed_over["5mm"]
+
+
+@pytest.mark.parametrize(("times", "refused"), [(19, False), (20, True)])
+def test_twenty_repetitions_at_the_end_of_a_name_are_too_many(times, refused):
+    archive = classify([Entry(f"3mm/r{'01' * times}.csv")])
+    assert bool(archive.refused) == refused
+
+
+@pytest.mark.parametrize(("letters", "plain"), [(100, True), (101, False)])
+def test_a_name_has_at_most_a_hundred_characters(letters, plain):
+    name = "".join("ab1-_"[turn % 5] for turn in range(letters - 4)) + ".csv"
+    assert is_plain(name) == plain

@@ -1,0 +1,248 @@
+import io
+import re
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from capsule.errors import RecordingError
+from capsule.recordings.recording import (
+    Recording,
+    format_recording,
+    format_sample,
+    rate_of,
+    read_recording,
+    source_of,
+)
+from support.synthetic import make_recording
+
+BARE = b"time_s,sensor_1,sensor_2\n0,512,500\n0.1,513,501\n"
+
+
+def read(content, sensors=2, **limits):
+    return read_recording(io.BytesIO(content), sensors, **limits)
+
+
+def test_a_bare_csv_with_the_column_names_is_a_recording():
+    recording = read(BARE)
+    np.testing.assert_array_equal(recording.time_s, [0.0, 0.1])
+    np.testing.assert_array_equal(recording.values, [[512, 513], [500, 501]])
+    assert recording.header == {}
+
+
+def test_header_lines_are_read_and_volts_too():
+    content = b"# source: bench 2\n# started: 2026-01-02T03:04:05Z\n\n" + BARE.replace(
+        b"512", b"2.503e0"
+    )
+    recording = read(content)
+    assert recording.header == {"source": "bench 2", "started": "2026-01-02T03:04:05Z"}
+    assert recording.values[0, 0] == 2.503
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\xef\xbb\xbf" + BARE,
+        BARE.replace(b"\n", b"\r\n"),
+        BARE.replace(b"\n", b"\r"),
+        "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
+        BARE.rstrip(b"\n"),
+        BARE.replace(b",", b" , "),
+        b"sensor_2,note,time_s,sensor_1\n500,x,0,512\n501,,0.1,513\n",
+    ],
+    ids=[
+        "byte order mark",
+        "CRLF",
+        "CR",
+        "odd line ends in a header",
+        "no last line feed",
+        "spaces",
+        "other order and columns",
+    ],
+)
+def test_harmless_variants_read_the_same(content):
+    np.testing.assert_array_equal(read(content).values, read(BARE).values)
+
+
+def test_a_missing_sample_keeps_its_place():
+    recording = read(b"time_s,sensor_1,sensor_2\n0,1,2\n0.1,,\n0.2,3,4\n")
+    np.testing.assert_array_equal(recording.time_s, [0, 0.1, 0.2])
+    np.testing.assert_array_equal(recording.values, [[1, np.nan, 3], [2, np.nan, 4]])
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "the file is empty"),
+        (b"\xef\xbb\xbf", "the file is empty"),
+        (b"# source: x\n", "the file ends after its header; column names and samples are missing"),
+        (b"time_s,sensor_1,sensor_2\n", "the file ends after its column names"),
+        (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),
+        (b"time_s,sensor_1,sensor_2,sensor_2\n0,1,2,3\n", "'sensor_2' appears more than once"),
+        (b"time_s,sensor_1,sensor2\n0,1,2\n", "the column 'sensor_2' is missing"),
+        (b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n", "recording.sensors is 2"),
+        (BARE + b"0.2,x,1\n", "line 4: 'x' is not a number"),
+        (BARE + b"0.2,nan,1\n", "line 4: 'nan' is not a number"),
+        (BARE + b"0.2,inf,1\n", "line 4: 'inf' is not a number"),
+        (BARE + b"0.2,1_0,1\n", "line 4: '1_0' is not a number"),
+        (BARE + b"0.2,1e999,1\n", "line 4: '1e999' is too large"),
+        (BARE + b"0.2,1,\n", "line 4: a cell is empty"),
+        (BARE + b",,\n", "line 4: a cell is empty"),
+        (BARE + b"0.2,5\n", "line 4 has 2 cells, but there are 3 columns"),
+        (BARE.replace(b",", b";"), "semicolons"),
+        (BARE + b"0,2,5,1,6,1\n", "line 4 has 6 cells"),
+        (BARE.decode().encode("utf-16"), "UTF-16, or binary"),
+        (BARE.decode().encode("utf-16-le"), "UTF-16, or binary"),
+        ("\u6e2c\u91cf".encode("utf-16"), "UTF-16, or binary"),
+        (b"# source: caf\xe9\n" + BARE, "byte 14 is not UTF-8"),
+        (BARE + "0.2,٣,1\n".encode(), "line 4: '٣' is not a number"),
+        (BARE + b"0.2,1e300,1\n", "line 4: '1e300' is too large"),
+        (b"# format_version: 2\n" + BARE, "format_version '2'; this program reads version 1 only"),
+        (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
+        (b"a," * 6000, "line 1 has 12000 characters; .* at most 10000"),
+        (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
+    ],
+)
+def test_what_cannot_be_read_says_why(content, reason):
+    with pytest.raises(RecordingError, match=reason):
+        read(content)
+
+
+def test_a_large_file_is_refused_without_reading_it_all():
+    class Endless(io.RawIOBase):
+        asked = 0
+
+        def read(self, size=-1):
+            assert size > 0, "asked for everything"
+            self.asked += size
+            return b"0" * size
+
+    endless = Endless()
+    with pytest.raises(RecordingError, match=r"larger than 0\.001 MB"):
+        read_recording(endless, 4, max_bytes=1000)
+    assert endless.asked < 2000
+
+
+@given(
+    arrays(np.float64, (3, 5), elements=st.floats(-1e6, 1e6)),
+    st.dictionaries(
+        st.text(st.characters(categories=["L", "N"]), min_size=1, max_size=8),
+        st.text(st.characters(categories=["L", "N", "P"]), max_size=20),
+    ),
+)
+def test_what_is_written_is_read_again(values, header):
+    values[:, 2] = np.nan
+    written = Recording(np.arange(5) / 10, values, header)
+    recording = read(format_recording(written), sensors=3)
+    np.testing.assert_array_equal(recording.values, values)
+    np.testing.assert_array_equal(recording.time_s, written.time_s)
+    assert recording.header == {"format_version": "1", **header}
+
+
+@given(st.binary(max_size=300))
+@example(BARE)
+@example(b"#" * 100 + b"\n" + BARE)
+@example(b"time_s,sensor_1,sensor_2\n\x0c0,1,2\n")
+def test_no_bytes_crash_the_reader(content):
+    try:
+        recording = read(content)
+    except RecordingError as error:
+        assert str(error)
+    else:
+        assert recording.values.shape == (2, recording.time_s.size)
+
+
+def test_a_simulated_recording_says_which_version_and_seed_made_it():
+    header = {"source": "simulated phantom", "simulator_version": "2", "simulator_seed": "1"}
+    assert source_of(header) == "simulated phantom, version 2, seed 1"
+    assert source_of({"source": "bench 2"}) == "bench 2"
+    assert source_of({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("header", "rate"),
+    [
+        ({}, ""),
+        ({"rate_hz": "10.0"}, "10"),
+        ({"rate_hz": "ten"}, "ten"),
+        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline of degree 3"}, "100"),
+        ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "36"),
+        (
+            {
+                "rate_hz": "10",
+                "import_resampled": "from 100, 50 Hz to 10 Hz and to the same instants",
+            },
+            "10",
+        ),
+    ],
+)
+def test_the_sampling_rate_is_that_of_the_header_before_an_import_changed_it(header, rate):
+    assert rate_of(header) == rate
+
+
+def test_counts_are_written_as_whole_numbers():
+    assert format_sample(12.3, [512.0, 2.5]) == "12.3,512,2.5\n"
+    assert format_sample(12.4, None, sensors=4) == "12.4,,,,\n"
+    content = format_recording(make_recording(3.0, "3mm/r01", samples=5))
+    assert content.startswith(b"# format_version: 1\n# source: formula of the tests\n")
+    assert b"\ntime_s,sensor_1,sensor_2,sensor_3,sensor_4\n0,5" in content
+
+
+def test_a_header_may_be_long_but_not_a_book():
+    columns = b"time_s,sensor_1,sensor_2\n0,1,2\n"
+    note = b"# note: " + b"x" * 4900 + b"\n"
+    assert read_recording(io.BytesIO(note * 2 + columns), 2).header["note"] == "x" * 4900
+    with pytest.raises(RecordingError, match="line 3: the header lines hold more than 10000"):
+        read_recording(io.BytesIO(note * 3 + columns), 2)
+
+
+COLUMNS = b"time_s,sensor_1,sensor_2\n0,1,2\n"
+
+
+def test_a_line_a_header_and_a_file_may_be_exactly_as_long_as_allowed():
+    # 10 000 characters in a line, and so in the header lines.
+    line = b"# note: " + b"x" * 9992
+    assert len(read(line + b"\n" + COLUMNS).header["note"]) == 9992
+    with pytest.raises(RecordingError, match="line 1 has 10001 characters"):
+        read(line + b"x\n" + COLUMNS)
+    assert read(b"#\n" * 1000 + COLUMNS).values.shape == (2, 1)
+    assert read(COLUMNS, max_bytes=len(COLUMNS)).values.shape == (2, 1)
+    with pytest.raises(RecordingError, match=r"larger than 3e-05 MB and cannot be one run"):
+        read(COLUMNS, max_bytes=len(COLUMNS) - 1)
+
+
+def test_a_recording_has_at_most_200_000_lines():
+    blank = b"\n" * (200_000 - 2)
+    assert read(COLUMNS + blank).values.shape == (2, 1)
+    with pytest.raises(RecordingError, match=r"has 200001 lines; .* at most 200000"):
+        read(COLUMNS + blank + b"\n")
+
+
+def test_columns_come_in_any_order_and_others_are_passed_over():
+    content = b"sensor_2,note,time_s,sensor_1,sensor\n5,a,0.5,7,\n6,,0.6,8,b\n"
+    recording = read(content)
+    np.testing.assert_array_equal(recording.time_s, [0.5, 0.6])
+    np.testing.assert_array_equal(recording.values, [[7, 8], [5, 6]])
+
+
+def test_the_largest_number_is_a_hundred_million_million_million():
+    assert read(COLUMNS + b"1,-1e20,1e20\n").values[1, 1] == 1e20
+    for text in (b"1.0001e20", b"-1.0001e20"):
+        with pytest.raises(RecordingError, match=r"line 3: .* is too large"):
+            read(COLUMNS + b"1,1," + text + b"\n")
+
+
+@pytest.mark.parametrize(("letters", "shown"), [(60, "x" * 60), (61, "x" * 57 + "...")])
+def test_a_long_cell_is_shown_by_its_first_sixty_characters(letters, shown):
+    reason = re.escape(f"line 4: '{shown}' is not a number")
+    with pytest.raises(RecordingError, match=reason):
+        read(b"# a: b\n" + COLUMNS + b"1,1," + b"x" * letters + b"\n")
+
+
+def test_numbers_are_written_so_that_they_read_as_the_same():
+    numbers = [1e15, 1e15 - 1, -3.0, 0.1, 123456789.5, 1e-7]
+    texts = format_sample(0.0, numbers).strip().split(",")[1:]
+    assert texts == ["1000000000000000.0", "999999999999999", "-3", "0.1", "123456789.5", "1e-07"]
+    assert list(map(float, texts)) == numbers

@@ -1,0 +1,194 @@
+"""Readings mean the same in counts of any ADC, in volts and in ohms."""
+
+import numpy as np
+import pytest
+
+from capsule.errors import RecordingError
+from capsule.recordings.units import (
+    adc_ends,
+    on_full_scale,
+    pressed_and_period,
+    relative_resistance,
+    share_between,
+    shares_at_ends,
+)
+
+SERIES_OHM = 12_000.0
+OHM = SERIES_OHM * np.exp(np.random.default_rng(3).uniform(-1, 1, (4, 50)))
+
+
+def reading(full_scale, lowers=True):
+    across = OHM if lowers else SERIES_OHM
+    return full_scale * across / (OHM + SERIES_OHM)
+
+
+@pytest.mark.parametrize("lowers", [True, False])
+@pytest.mark.parametrize(
+    ("values", "header"),
+    [
+        (reading, {"unit": "counts", "adc_bits": "10"}),
+        (lambda scale, lowers: reading(4096, lowers), {"unit": "counts", "adc_bits": "12"}),
+        (lambda scale, lowers: reading(5.0, lowers), {"vref_v": "5"}),
+        (lambda scale, lowers: reading(3.3, lowers), {"unit": "V", "vref_v": "3.3"}),
+        (lambda scale, lowers: OHM, {"unit": "ohm", "series_ohm": "12000"}),
+        (lambda scale, lowers: OHM / 1000, {"unit": "kohm", "series_ohm": "12000"}),
+    ],
+)
+def test_every_unit_gives_the_same_resistances(values, header, lowers):
+    given = on_full_scale(values(1024, lowers), header, 1024, lowers)
+    resistance = relative_resistance(given, 1024, lowers)
+    np.testing.assert_allclose(resistance, OHM / SERIES_OHM, rtol=1e-9)
+
+
+def test_ohms_without_the_resistor_in_series_keep_their_ratios():
+    given = on_full_scale(OHM / 1000, {"unit": "kohm"}, 1024, True)
+    resistance = relative_resistance(given, 1024, True)
+    np.testing.assert_allclose(resistance / resistance[0, 0], OHM / OHM[0, 0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("header", [{}, {"adc_bits": "10"}, {"adc_bits": "10", "vref_v": "5"}])
+def test_counts_of_the_configured_converter_stay_as_they_are(header):
+    counts = reading(1024).round()
+    np.testing.assert_array_equal(on_full_scale(counts, header, 1024, True), counts)
+
+
+def test_a_scale_in_volts_takes_counts_too():
+    counts = reading(1024).round()
+    np.testing.assert_allclose(
+        on_full_scale(counts, {"adc_bits": "10"}, 5, True), counts * 5 / 1024
+    )
+
+
+def test_volts_and_kilo_ohms_without_a_header_are_taken_as_linear():
+    for values in (reading(5.0), OHM / 1000 / 10):
+        np.testing.assert_array_equal(relative_resistance(values, 1024, True), values)
+
+
+@pytest.mark.parametrize(
+    ("header", "reason"),
+    [
+        ({"unit": "psi"}, "unit: 'psi'; allowed are counts, V, ohm and kohm"),
+        ({"unit": "ohm"}, "unit: ohm, but a reading is -1; every resistance must be above 0"),
+    ],
+)
+def test_a_unit_that_cannot_be_is_refused(header, reason):
+    with pytest.raises(RecordingError, match=reason):
+        on_full_scale(np.full((4, 9), -1.0), header, 1024, True)
+
+
+def test_the_reading_of_a_divider_gives_the_resistance_back():
+    resistance = np.array([[3_000.0, 12_000.0, 40_000.0]])
+    across_sensor = 1024 * resistance / (resistance + 12_000)
+    across_series = 1024 * 12_000 / (resistance + 12_000)
+    wanted = resistance / 12_000
+    assert relative_resistance(across_sensor, 1024, True) == pytest.approx(wanted)
+    assert relative_resistance(across_series, 1024, False) == pytest.approx(wanted)
+
+
+def test_volts_and_counts_say_the_same():
+    counts = np.array([[300.0, 512.0, 900.0]])
+    volts = counts * 5 / 1024
+    np.testing.assert_allclose(
+        relative_resistance(volts, 5.0, True), relative_resistance(counts, 1024, True)
+    )
+
+
+def test_a_press_changes_the_resistance_alike_wherever_the_sensor_rests():
+    rests = np.array([8_000.0, 12_000.0, 16_000.0])
+    resistance = np.stack([rests, rests - 500], axis=1)
+    readings = 1024 * resistance / (resistance + 12_000)
+    steps = -np.diff(relative_resistance(readings, 1024, True), axis=1)
+    np.testing.assert_allclose(steps, 500 / 12_000)
+    # The readings themselves change by a tenth more or less.
+    assert np.ptp(np.diff(readings, axis=1)) > 0.1 * np.abs(np.diff(readings, axis=1)).min()
+
+
+def test_readings_of_no_divider_stay_as_they_are():
+    readings = np.array([[-3.0, 0.5, np.nan, 2000.0]])
+    np.testing.assert_array_equal(relative_resistance(readings, 1024, True), readings)
+    np.testing.assert_array_equal(relative_resistance(readings, 1024, False), -readings)
+
+
+def test_the_ends_of_the_converter_and_missing_samples_stay_finite_and_missing():
+    given = relative_resistance(np.array([[0.0, 1023.0, np.nan]]), 1024, True)
+    assert np.isfinite(given[0, :2]).all()
+    assert np.isnan(given[0, 2])
+    assert given[0, 0] < given[0, 1]
+
+
+def test_the_bands_at_the_ends_follow_from_bits_and_reference():
+    counts = np.array([[1.0, 2.0, 700.0]])
+    whole, bands = adc_ends({"adc_bits": "10"}, counts)
+    assert whole and bands == [(0.0, 0.0), (1023.0, 1023.0)]
+    whole, bands = adc_ends({}, counts)
+    assert whole and bands[1:] == [(2.0**n - 1, 2.0**n - 1) for n in (8, 10, 12, 14, 16)]
+    step = 5 / 2**12
+    whole, bands = adc_ends({"vref_v": "5", "adc_bits": "12"}, counts / 204.6)
+    assert not whole
+    assert bands == [(0.0, step / 2), (5 - 1.5 * step, 5 + step)]
+    # Without bits, volts are taken for those of 10 bits; without a reference there is no upper end.
+    _, bands = adc_ends({"vref_v": "5"}, counts / 204.6)
+    assert bands[0] == (0.0, 5 / 2**11)
+    assert adc_ends({}, counts / 204.6) == (False, [(0.0, 0.0)])
+
+
+@pytest.mark.parametrize(("highest", "counts"), [(10.0, False), (10.1, True)])
+def test_readings_above_twice_the_reference_are_averaged_counts(highest, counts):
+    values = np.array([[0.25, 3.0, highest]])
+    assert adc_ends({"vref_v": "5"}, values)[0] == counts
+
+
+@pytest.mark.parametrize(
+    ("bits", "allowed"), [("0", False), ("1", True), ("32", True), ("33", False)]
+)
+def test_a_converter_has_1_to_32_bits(bits, allowed):
+    values = np.array([[0.0, 1.0]])
+    if allowed:
+        top = 2.0 ** int(bits) - 1
+        assert adc_ends({"adc_bits": bits}, values)[1][-1] == (top, top)
+    else:
+        with pytest.raises(RecordingError, match="allowed is a whole number, 1 to 32"):
+            adc_ends({"adc_bits": bits}, values)
+
+
+def test_a_share_counts_both_limits_and_the_larger_end_is_told():
+    values = np.array([[0.0, 0.0, 1023.0, 500.0, np.nan], [1023.0, 1023.0, 0.0, 1023.0, np.nan]])
+    assert shares_at_ends(values, {"adc_bits": "10"}) == [0.5, 0.75]
+    assert share_between(np.array([1.0, 2.0, 3.0, 4.0]), 2.0, 3.0) == 0.5
+
+
+def test_a_resistance_of_0_is_refused():
+    header = {"unit": "kohm", "series_ohm": "12000"}
+    made = on_full_scale(np.array([[12.0, 4.0]]), header, 1000.0, True)
+    np.testing.assert_allclose(made, [[500.0, 250.0]])
+    np.testing.assert_allclose(
+        on_full_scale(np.array([[12.0, 4.0]]), header, 1000.0, False), [[500.0, 750.0]]
+    )
+    with pytest.raises(RecordingError, match="a reading is 0; every resistance must be above 0"):
+        on_full_scale(np.array([[12.0, 0.0]]), header, 1000.0, True)
+
+
+@pytest.mark.parametrize("lowers", [True, False])
+def test_pressing_raises_what_is_returned_and_a_wave_lasts_length_over_speed(lowers):
+    bench = {"wavelength_mm": 80, "wave_speed_mm_s": 25, "full_scale": 1024}
+    bench["pressing_lowers_reading"] = lowers
+    rising = np.array([[300.0, 400.0, 600.0]])
+    pressed, period = pressed_and_period(rising, 10.0, bench)
+    assert period == 32.0
+    assert (np.diff(pressed) < 0).all() == lowers
+    assert (np.diff(pressed) > 0).all() != lowers
+
+
+def test_only_readings_from_the_converters_range_are_converted():
+    def converted(low, high):
+        readings = np.array([[low, high]])
+        return not np.array_equal(relative_resistance(readings, 100.0, True), readings)
+
+    assert converted(0.0, 100.0)
+    assert not converted(-0.1, 100.0)
+    assert not converted(0.0, 100.1)
+    # Two hundredths of the full scale are too near 0 to be counts.
+    assert converted(0.0, 2.1)
+    assert not converted(0.0, 2.0)
+    ends = relative_resistance(np.array([[0.0, 2.0, 98.0, 100.0]]), 100.0, True)
+    np.testing.assert_allclose(ends, [[2 / 98, 2 / 98, 98 / 2, 98 / 2]])

@@ -1,0 +1,302 @@
+import errno
+import os
+import time
+import tracemalloc
+from pathlib import Path
+
+import pytest
+
+from capsule.errors import CapsuleError
+from capsule.store import files
+
+
+def test_a_file_appears_only_when_it_is_whole(tmp_path):
+    target = tmp_path / "new" / "table.csv"
+    with pytest.raises(RuntimeError), files.write_whole(target) as stream:
+        stream.write("half")
+        raise RuntimeError
+    assert list(target.parent.iterdir()) == []
+    with files.write_whole(target) as stream:
+        stream.write("whole\n")
+        assert not target.exists()
+    assert target.read_bytes() == b"whole\n"
+    assert list(target.parent.iterdir()) == [target]
+
+
+def test_a_text_waits_in_memory_as_its_bytes(tmp_path):
+    part, parts = "aµb\r\n" * 1000, 1000
+    tracemalloc.start()
+    with files.write_whole(tmp_path / "long.txt") as stream:
+        stream.writelines(part for _ in range(parts))
+    _, highest = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    content = (tmp_path / "long.txt").read_bytes()
+    assert content == parts * part.encode("utf-8")
+    # The buffer may have room for more. As letters, the text would take nearly three times as much.
+    assert highest < 2 * len(content)
+
+
+def test_tables_keep_full_precision_and_leave_unknown_cells_empty(tmp_path):
+    rows = [{"a": 0.1 + 0.2, "b": float("nan"), "c": None}, {"a": 3.0, "b": "x,y", "c": 1}]
+    files.write_csv(tmp_path / "t.csv", ["a", "b", "c"], rows)
+    assert (tmp_path / "t.csv").read_text() == 'a,b,c\n0.30000000000000004,,\n3.0,"x,y",1\n'
+    assert files.read_csv(tmp_path / "t.csv")[1] == {"a": "3.0", "b": "x,y", "c": "1"}
+
+
+def test_json_with_nan_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        files.write_json(tmp_path / "x.json", {"rmse": float("nan")})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_accepted_recordings_are_read_in_the_order_of_their_contents(tmp_path):
+    columns = ["recording", "status", "readings_sha256"]
+    listed = [("3mm/a", "accepted", "7"), ("3mm/b", "rejected", "5"), ("3mm/c", "accepted", "6")]
+    rows = [dict(zip(columns, row, strict=True)) for row in listed]
+    files.write_csv(tmp_path / "index.csv", columns, rows)
+    accepted = files.accepted_recordings(tmp_path / "index.csv")
+    assert list(accepted.items()) == [("3mm/c", rows[2]), ("3mm/a", rows[0])]
+
+
+def test_the_archive_is_listed_from_the_disk(tmp_path):
+    (tmp_path / "3mm" / "d.csv").mkdir(parents=True)
+    (tmp_path / "3mm" / "a.csv").touch()
+    (tmp_path / "3mm" / "gone.csv").symlink_to("nowhere.csv")
+    (tmp_path / "3mm" / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "3mm" / "zero.csv").symlink_to("/dev/zero")
+    (tmp_path / os.fsdecode(b"3mm/\xff.csv")).touch()
+    archive = files.list_archive(tmp_path)
+    assert archive.recordings == ("3mm/a",)
+    assert archive.refused == {
+        "3mm/d.csv": "a folder, not a file",
+        "3mm/gone.csv": "a link to a file that does not exist",
+        "3mm/loop.csv": "a link to a file that does not exist",
+        "3mm/zero.csv": "a pipe or a device, not a file",
+        "3mm/\\udcff.csv": archive.refused["3mm/\\udcff.csv"],
+    }
+    with pytest.raises(CapsuleError, match="does not exist"):
+        files.list_archive(tmp_path / "none")
+
+
+def test_a_users_fault_ends_in_one_line(capsys):
+    def main():
+        raise CapsuleError("raw/3mm/r01.csv: say why")
+
+    with pytest.raises(SystemExit) as stop:
+        files.run(main)
+    assert stop.value.code == 1
+    assert capsys.readouterr().err == "error: raw/3mm/r01.csv: say why\n"
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(SystemExit) as stop:
+        files.run(lambda: files.read_csv(tmp_path / "none.csv"))
+    assert str(stop.value.code).startswith(f"error: {tmp_path / 'none.csv'}: No such file")
+
+
+def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
+    def no_room(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", no_room)
+    target = tmp_path / "table.csv"
+    with pytest.raises(SystemExit) as stop:
+        files.run(lambda: files.write_json(target, {}))
+    assert stop.value.code == (
+        f"error: {target}: No space left on device; free some space and run again: finished "
+        "results are kept"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_killed_writers_left_behind_is_removed_and_nothing_else(tmp_path):
+    left = tmp_path / "fits" / f".r01.json.123{files.UNFINISHED}"
+    kept = tmp_path / "fits" / "r01.json"
+    left.parent.mkdir()
+    left.touch()
+    kept.touch()
+    files.tidy(tmp_path)
+    assert list(left.parent.iterdir()) == [kept]
+
+
+def test_dates_in_the_future_become_now_and_others_stay(tmp_path):
+    ahead, past = tmp_path / "ahead.json", tmp_path / "past.json"
+    for path, date_s in ((ahead, 4e9), (past, 1e9)):
+        path.write_text("{}")
+        os.utime(path, (date_s, date_s))
+    (tmp_path / "gone").symlink_to(tmp_path / "none")
+    files.tidy(tmp_path)
+    assert abs(ahead.stat().st_mtime - time.time()) < 60
+    assert past.stat().st_mtime == 1e9
+
+
+def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.write_bytes(b"1")
+    other.write_bytes(b"2")
+    os.utime(other, ns=(0, one.stat().st_mtime_ns))
+    assert files.fingerprint(one, 10) != files.fingerprint(other, 10)
+    before = files.fingerprint(one, 10)
+    os.utime(one, (1, 1))
+    assert files.fingerprint(one, 10) == before
+    assert files.fingerprint(one, 0) == "too large"
+    assert files.fingerprint(tmp_path, 10) == "unreadable: Is a directory"
+    assert files.read_limited(one, 1) == files.read_limited(one, 10) == b"1"
+    assert files.read_limited(one, 0) is None
+
+
+def test_links_that_lead_out_of_the_archive_are_refused_and_those_within_it_followed(tmp_path):
+    raw, elsewhere = tmp_path / "raw", tmp_path / "elsewhere"
+    for folder in (raw / "3mm", elsewhere):
+        folder.mkdir(parents=True)
+    (elsewhere / "secret.csv").write_text("secret")
+    (raw / "3mm" / "a.csv").touch()
+    (raw / "3mm" / "b.csv").symlink_to("a.csv")
+    (raw / "3mm" / "out.csv").symlink_to(elsewhere / "secret.csv")
+    (raw / "3mm" / "twice.csv").symlink_to("out.csv")
+    (raw / "3mm" / "dots.csv").symlink_to("../../elsewhere/secret.csv")
+    (raw / "4mm").symlink_to(elsewhere)
+    (raw / "5mm").symlink_to("3mm")
+    archive = files.list_archive(raw)
+    assert archive.recordings == ("3mm/a", "3mm/b", "5mm/a", "5mm/b")
+    out = "a link to a place outside raw/; replace it with a copy of the file"
+    names = [
+        f"{folder}/{name}.csv" for folder in ("3mm", "5mm") for name in ("dots", "out", "twice")
+    ]
+    assert archive.refused == dict.fromkeys(names, out)
+    assert list(archive.passed_over) == ["4mm"]
+    # The archive itself may lie anywhere.
+    (tmp_path / "linked").symlink_to(raw)
+    assert files.list_archive(tmp_path / "linked") == archive
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
+def test_what_is_no_file_any_more_is_neither_waited_for_nor_read(tmp_path, kind):
+    path = tmp_path / "r01.csv"
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        path.mkdir()
+    with pytest.raises(OSError, match=r"r01\.csv"):
+        files.read_limited(path, 100)
+    assert files.fingerprint(path, 100).startswith("unreadable: ")
+
+
+def test_no_text_in_a_table_is_a_formula(tmp_path):
+    rows = [
+        {"path": "=1+1"},
+        {"path": "a;=1"},
+        {"path": "\uff1d1"},
+        {"path": "-2.5"},
+        {"path": -2.5},
+    ]
+    files.write_csv(tmp_path / "t.csv", ["path"], rows)
+    read = [row["path"] for row in files.read_csv(tmp_path / "t.csv")]
+    assert read == [" =1+1", "a; =1", " \uff1d1", "-2.5", "-2.5"]
+
+
+def test_a_page_is_marked_as_out_of_date_once_and_is_then_as_before(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_bytes(b"<head>\n</head>\n<body>\n<p>one</p>\n<pre><body>\n</pre>\n")
+    before = page.read_bytes()
+    files.mark_outdated(page, outdated=True)
+    files.mark_outdated(page, outdated=True)
+    assert page.read_bytes().count(files.OUTDATED) == 1
+    assert page.read_bytes().startswith(b"<head>\n</head>\n<body>\n" + files.OUTDATED)
+    files.mark_outdated(page, outdated=False)
+    assert page.read_bytes() == before
+    files.mark_outdated(tmp_path / "none.html", outdated=True)
+    assert list(tmp_path.iterdir()) == [page]
+
+
+def test_a_mark_that_is_there_already_does_not_write_the_page_again(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_bytes(b"<body>\n")
+    for outdated in (False, True):
+        files.mark_outdated(page, outdated=outdated)
+        os.utime(page, (1, 1))
+        files.mark_outdated(page, outdated=outdated)
+        assert page.stat().st_mtime == 1
+
+
+@pytest.mark.parametrize(("before", "made_from"), [(0, True), (1000, True), (5000, False)])
+def test_only_the_head_of_a_page_tells_what_it_was_made_from(tmp_path, before, made_from):
+    page = tmp_path / "report.html"
+    page.write_text(" " * before + "0123456789abcdef")
+    assert files.is_made_from(page, "0123456789abcdef") == made_from
+    assert not files.is_made_from(page, "fedcba9876543210")
+
+
+@pytest.mark.parametrize(
+    ("results", "notes", "refused"),
+    [
+        ([], [], False),
+        (["logs/list.log"], [], False),
+        (["recordings.csv"], ["metadata/a"], False),
+        (["recordings.csv"], ["incomplete/a"], False),
+        (["recordings.csv"], [], True),
+        (["recordings.csv"], ["log/a", "metadata/"], True),
+    ],
+)
+def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results, notes, refused):
+    for name in (*(f"results/{each}" for each in results), *(f"notes/{each}" for each in notes)):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).mkdir() if name.endswith("/") else (tmp_path / name).touch()
+    if refused:
+        with pytest.raises(CapsuleError, match=r"remove .*results/ and run again"):
+            files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
+    else:
+        files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
+
+
+def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
+    (tmp_path / "run 1").mkdir()
+    files.refuse_folders(tmp_path, tmp_path / "run 1")
+    (tmp_path / "{run}").mkdir()
+    with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
+        files.refuse_folders(tmp_path, tmp_path / "{run}")
+
+
+def test_a_folder_that_cannot_be_written_is_refused_with_the_way_out(tmp_path, monkeypatch):
+    # Permissions do not bind the administrator, who runs some of these tests.
+    monkeypatch.setattr(os, "access", lambda path, mode: not (path == tmp_path and mode == os.W_OK))
+    with pytest.raises(CapsuleError, match=r"cannot be written, .*capsule new NAME"):
+        files.refuse_folders(Path("/"), tmp_path)
+
+
+@pytest.mark.parametrize("error", [ValueError("bad\n" * 99), KeyError("size_mm"), MemoryError()])
+def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, monkeypatch, error):
+    monkeypatch.setattr(files, "_read_results", {})
+    tables = [tmp_path / f"{name}.csv" for name in ("one", "two")]
+    for path in (*tables, *(tmp_path / f"checks/{run}.csv" for run in range(9))):
+        files.write_csv(path, ["value"], [{"value": 1}])
+        files.read_or_explain(path, files.read_csv)
+    with pytest.raises(CapsuleError) as caught, files.explaining_damage():
+        raise error
+    told = str(caught.value)
+    assert f"read were {tables[0]}, {tables[1]}, {tmp_path / 'checks'}/; capsule verify" in told
+    assert f"{type(error).__name__} in test_files.py, line " in told
+    assert "\n" not in told
+    assert len(told) < 700 + len(str(tmp_path)) * 3
+
+
+def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "_read_results", {})
+    # A schema, or the settings of a survey: nobody could make these again.
+    files.write_json(tmp_path / "settings.json", {})
+    assert files.read_json(tmp_path / "settings.json") == {}
+    with pytest.raises(KeyError), files.explaining_damage():
+        raise KeyError("typo")
+
+
+@pytest.mark.parametrize("name", ["", "metadata", "iocache/latest.pkl"])
+def test_notes_of_another_user_that_cannot_be_written_are_named(tmp_path, monkeypatch, name):
+    path = tmp_path / ".snakemake" / name
+    path.mkdir(parents=True)
+    monkeypatch.setattr(os, "access", lambda each, mode: each != path)
+    with pytest.raises(CapsuleError) as caught:
+        files.refuse_folders(Path("/"), tmp_path)
+    assert str(caught.value).startswith(f"{path} cannot be written")

@@ -1,0 +1,1 @@
+"""Configuration, keys, locks, and the start and end of a run."""

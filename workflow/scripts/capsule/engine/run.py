@@ -1,0 +1,279 @@
+"""Start and end of a run of the workflow: lock, free disk space, Slurm's jobs, and a summary.
+
+A dry run calls nothing here. The Snakefile uses this module, so it imports only fast modules.
+"""
+
+import atexit
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+from capsule.engine.locks import RUN_LOCK, hold_run_lock
+from capsule.errors import CapsuleError
+from capsule.evaluation.confounded import confounded_keys, in_words
+from capsule.kinds import Settings
+from capsule.recordings.held_out import unknown_sessions
+from capsule.store import files
+from capsule.store.results import SURVEY_VALUES, OfArchive, batch_size, left_over
+from capsule.survey.listed import Surveys
+
+# With less free space than this, a run stops before its first job.
+_FULL_DISK_BYTES = 1_000_000
+# Snakemake's plugin for Slurm keeps its logs here, so the folder exists where jobs were submitted.
+LOGS = Path(".snakemake/slurm_logs")
+# The plugin names all jobs of a run by one random number (UUID), sometimes behind a prefix.
+_NAME = re.compile(r"\S*[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+_SECONDS = 60
+# Lines that Slurm writes into the log of a job that it ends, each with the remedy.
+_ENDS = (
+    (
+        re.compile(r"JOB (\d+) ON \S+ CANCELLED AT \S+ DUE TO TIME LIMIT"),
+        "at its time limit; allow more minutes, "
+        "for example --default-resources mem_mb=500 runtime=120",
+    ),
+    (
+        re.compile(r"oom.kill event\(s\) in (?:StepId=|step )(\d+)"),
+        "because it needed more memory than it had asked for; allow more megabytes, "
+        "for example --default-resources mem_mb=2000 runtime=30",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the workflow.
+
+    Attributes
+    ----------
+    raw, results, sessions : str
+        The folders of the recordings, the results and the surveys.
+    config : mapping
+        The configuration.
+    size : int
+        Largest number of recordings in a batch.
+    batches, described : mapping of str to sequence of str
+        The recordings of each batch, and of each batch of the rule describe.
+    surveys : Surveys
+        The surveys.
+    without_effect : sequence of str
+        Lines on the configuration, from `capsule.engine.configuration.without_effect`.
+    """
+
+    raw: str
+    results: str
+    sessions: str
+    config: Settings
+    size: int
+    batches: Mapping[str, Sequence[str]]
+    described: Mapping[str, Sequence[str]]
+    surveys: Surveys
+    without_effect: Sequence[str] = ()
+    # The lock ends when its file is closed.
+    _held: list[IO[bytes]] = field(default_factory=list)
+
+    @property
+    def page(self) -> Path:
+        """The report."""
+        return Path(self.results) / OfArchive.REPORT
+
+    def begin(self) -> None:
+        """Take the folder's lock, tidy the results, and mark the report as out of date.
+
+        Raises
+        ------
+        CapsuleError
+            Another run or Slurm's jobs of a killed one use the folder, or the disk is full.
+        """
+        self._held.append(hold_run_lock())
+        if jobs := unfinished_jobs(Path.cwd()):
+            raise CapsuleError(
+                f"Slurm jobs of a run that was killed still use this folder ({', '.join(jobs)}); "
+                f"wait until they have ended, or end them: scancel {' '.join(jobs)}"
+            )
+        files.tidy(Path(self.results))
+        # Snakemake itself can end on a full disk without telling that a run has failed.
+        atexit.register(self._explain_full_disk)
+        if self._free_bytes() < _FULL_DISK_BYTES:
+            raise CapsuleError(
+                "no space left on device, nothing was started; free some space and run again"
+            )
+        self._tell_new_size()
+        for line in self.without_effect:
+            _tell(line)
+        files.mark_outdated(self.page, outdated=True)
+
+    def succeed(self, key: str) -> None:
+        """Print a summary, and remove the mark of a report that was made from this key."""
+        try:
+            with files.explaining_damage():
+                self._summarize_recordings()
+                self._summarize_surveys()
+                self._tell_leftovers()
+        except CapsuleError as error:
+            _tell(files.error_line(error))
+        if not self.page.exists():
+            return
+        if files.is_made_from(self.page, key):
+            files.mark_outdated(self.page, outdated=False)
+            _tell(f"The report: {self.page}")
+        else:
+            _tell(f"{self.page} is out of date; make it again: snakemake -c2 {self.page}")
+
+    def fail(self) -> None:
+        """Explain how Slurm has ended jobs of this run."""
+        for line in explain_ends(Path.cwd(), RUN_LOCK.stat().st_mtime):
+            _tell(line)
+
+    def _free_bytes(self) -> int:
+        """Return the free bytes on the disk of the results or of the working directory."""
+        places = [place for place in (".", self.results) if Path(place).exists()]
+        return min(shutil.disk_usage(place).free for place in places)
+
+    def _explain_full_disk(self) -> None:
+        """Print an error if the disk is full; the logs may have no room left for it."""
+        free = self._free_bytes()
+        if free < _FULL_DISK_BYTES:
+            _tell(
+                f"The disk is full: only {free / 1e6:.1f} MB are free. Free some space and run the "
+                "same command again: finished results are kept."
+            )
+
+    def _tell_new_size(self) -> None:
+        """Print that the archive has passed a limit, so that its jobs take more recordings."""
+        table = Path(self.results) / OfArchive.RECORDINGS
+        if table.exists() and self.config["recordings_per_job"] == "auto":
+            earlier = batch_size(len(files.read_or_explain(table, files.read_csv)), "auto")
+            if earlier != self.size:
+                _tell(
+                    f"{sum(map(len, self.batches.values()))} recordings: each job now takes up to "
+                    f"{self.size} instead of {earlier}, so everything is made once more."
+                )
+
+    def _summarize_recordings(self) -> None:
+        """Print the recordings that were rejected, and the files that were passed over."""
+        table, others = (
+            Path(self.results) / name for name in (OfArchive.RECORDINGS, OfArchive.PASSED_OVER)
+        )
+        if not table.exists() or not others.exists():
+            return
+        rows = files.read_or_explain(table, files.read_csv)
+        rejected = [row for row in rows if row["status"] != "accepted"]
+        _tell(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.")
+        for row in rejected:
+            _tell(f"  rejected: {self.raw}/{row['recording']}: {row['reason']}")
+        for row in rows:
+            if row["near_copies"]:
+                alike = row["near_copies"].replace(" ", ", ")
+                _tell(f"  nearly the same as {alike}: {self.raw}/{row['recording']}")
+        for session in unknown_sessions(rows, self.config["evaluation"]["held_out"]):
+            _tell(f"  evaluation.held_out: no labelled recording names the session {session!r}")
+        by_name = {row["recording"]: row for row in rows}
+        if said := in_words(confounded_keys(by_name, self.config["evaluation"]["held_out"])):
+            _tell(f"  confounded: among the recordings that teach, {said}")
+        for row in files.read_or_explain(others, files.read_csv):
+            _tell(f"  passed over: {self.raw}/{row['path']}: {row['reason']}")
+
+    def _summarize_surveys(self) -> None:
+        """Print the surveys that are not in the report, each with the reason."""
+        problems = dict(self.surveys.passed_over)
+        for name in self.surveys.names:
+            values = Path(self.results) / OfArchive.SURVEYS / name / SURVEY_VALUES
+            if values.exists():
+                content = files.read_or_explain(values, files.read_json)
+                if problem := content.get("problem"):
+                    problems[name] = f"cannot be read: {problem}"
+        for name, problem in sorted(problems.items()):
+            _tell(f"  survey passed over: {self.sessions}/{name}: {problem}")
+
+    def _tell_leftovers(self) -> None:
+        """Print how many results are of recordings, or of batches, that are gone."""
+        left = left_over(Path(self.results), self.size, self.batches, self.described)
+        if left:
+            _tell(
+                f"{len(left)} files are of recordings or batches that are gone, and are not used, "
+                f"such as {left[0]}"
+            )
+
+
+def _tell(line: str) -> None:
+    """Print a line where Snakemake prints its own."""
+    print(line, file=sys.stderr)
+
+
+def unfinished_jobs(folder: Path) -> tuple[str, ...]:
+    """Return the Slurm jobs that Snakemake has submitted in a folder and that have not ended.
+
+    Parameters
+    ----------
+    folder : Path
+        The working directory of the runs.
+
+    Returns
+    -------
+    tuple of str
+        The numbers of the jobs; empty if nothing was submitted from this folder, or if Slurm does
+        not answer, which is printed.
+    """
+    squeue = shutil.which("squeue")
+    if squeue is None or not (folder / LOGS).is_dir():
+        return ()
+    command = [squeue, "--me", "--noheader", "--sort=i", "--format=%A %j %Z"]
+    try:
+        answer = subprocess.run(
+            command, capture_output=True, text=True, timeout=_SECONDS, check=True
+        ).stdout
+    except (OSError, subprocess.SubprocessError) as error:
+        # The last line of squeue says why; those above it, what it has tried.
+        reason = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
+        print(
+            f"warning: squeue does not answer ({reason}); make sure that no Slurm job of an "
+            "earlier run still uses this folder",
+            file=sys.stderr,
+        )
+        return ()
+    return jobs_in_answer(answer, folder)
+
+
+def jobs_in_answer(answer: str, folder: Path) -> tuple[str, ...]:
+    """Return the numbers of Snakemake's jobs in a folder, from lines of number, name and folder."""
+    rows = [line.split(maxsplit=2) for line in answer.splitlines()]
+    return tuple(
+        dict.fromkeys(
+            row[0]
+            for row in rows
+            if len(row) == 3
+            and _NAME.fullmatch(row[1])
+            and Path(row[2]).resolve() == folder.resolve()
+        )
+    )
+
+
+def explain_ends(folder: Path, since: float) -> list[str]:
+    """Return a line for each job that Slurm has ended, with the remedy.
+
+    Parameters
+    ----------
+    folder : Path
+        The working directory of the run.
+    since : float
+        Time stamp of the start of the run; older logs are of earlier runs.
+    """
+    logs = sorted((folder / LOGS).rglob("*.log"))
+    return [
+        f"Slurm has ended job {job} ({path.parent.relative_to(folder / LOGS)}) {remedy}. "
+        "Finished results are kept."
+        for path in logs
+        if path.stat().st_mtime >= since
+        for job, remedy in ends_in_log(path.read_text(errors="replace"))
+    ]
+
+
+def ends_in_log(text: str) -> list[tuple[str, str]]:
+    """Return the number of the job and the remedy for each way in which Slurm has ended it."""
+    matches = ((pattern.search(text), remedy) for pattern, remedy in _ENDS)
+    return [(match[1], remedy) for match, remedy in matches if match]
