@@ -136,12 +136,12 @@ def test_every_package_of_the_library_has_its_page_or_is_named_as_internal():
         re.search(r"filled: modules of (\S+) ", path.read_text(encoding="utf-8"))[1]
         for path in (DOCS / "modules").glob("*.md")
     }
-    without = (DOCS / "modules.md").read_text(encoding="utf-8").partition("Six more packages")[2]
+    without = (DOCS / "modules.md").read_text(encoding="utf-8").partition("More packages serve")[2]
     named = set(re.findall(r"`(capsule\.\w+)`", without))
     library = ROOT / "workflow/scripts/capsule"
     packages = {path.parent.relative_to(library.parent) for path in library.rglob("__init__.py")}
-    assert len(named) == 6 and not shown & named
-    assert shown | named == {".".join(each.parts) for each in packages}
+    assert not shown & named
+    assert shown | named | {"capsule"} == {".".join(each.parts) for each in packages}
 
 
 @pytest.mark.parametrize("name", NAMES)
