@@ -51,7 +51,8 @@ def test_every_template_is_included_or_imported():
 def test_the_code_of_every_rule_is_named_with_its_checksum():
     checksums = page_files.code_checksums()
     rules = {f"workflow/scripts/{name}.py" for name in page_files.RULE_SCRIPTS}
-    modules = {f"workflow/scripts/capsule/{name}.py" for name in ("store/files", "figures/draw_curves")}
+    named = ("store/files", "figures/draw_curves")
+    modules = {f"workflow/scripts/capsule/{name}.py" for name in named}
     assert rules | modules <= checksums.keys()
     content = (ROOT / "workflow/scripts/fit.py").read_bytes()
     assert checksums["workflow/scripts/fit.py"] == hashlib.sha256(content).hexdigest()
