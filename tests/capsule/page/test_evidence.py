@@ -1,6 +1,7 @@
 """Tests of the data that the page holds of each recording: complete, and small."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -129,14 +130,15 @@ def two_sensors(height, spacing=40.0):
 
 
 def test_a_fold_has_the_templates_of_the_recordings_that_taught():
-    taught = {"1mm/a": two_sensors(0.2), "3mm/a": two_sensors(1.0), "3mm/b": two_sensors(0.8, 44)}
+    wide = replace(two_sensors(0.8, 44), horizontal_spread=np.full(2, 20.0))
+    taught = {"1mm/a": two_sensors(0.2), "3mm/a": two_sensors(1.0), "3mm/b": wide}
     blank = dict.fromkeys(["near_copies", "site", "session", "readings_sha256"], "")
     accepted = {name: {"size_mm": name[0], **blank} for name in taught}
     accepted["unlabelled/p"] = {"size_mm": "", **blank}
     rules = {"schemes": ["leave_one_out"], "most_folds": 500, "held_out": [], "groups": []}
-    found = fold_templates(taught, accepted, rules)
     by_size = {1.0: [taught["1mm/a"]], 3.0: [taught["3mm/a"], taught["3mm/b"]]}
     templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
+    found = fold_templates(templates, taught, accepted, rules)
     for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
         assert np.allclose(
             render(particle_of(found["unlabelled/p"]["all"][size]), U, LENGTH), matrix

@@ -1,7 +1,7 @@
 """Templates: the averaged particle of each nodule size (eq. barTheta, eq. averagingProcess)."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class ParticleTotal:
     Attributes
     ----------
     vector : (4 S - 1,) array
-        Sum of the parameter vectors.
+        Sum of what is averaged: the parameters A and Delta mu, and the variances sigma^2.
     count : int
         Q, the number of recordings in the sum.
     """
@@ -27,18 +27,34 @@ class ParticleTotal:
     count: int
 
     def mean(self) -> Particle:
-        """Return the particle with every parameter averaged (eq. averagingProcess).
+        """Return the averaged particle (eq. barTheta, eq. averagingProcess).
 
+        A and Sigma are averaged. Sigma holds variances, so a sigma is the root of the mean square.
         Delta mu is averaged; the columns of the peaks are its sums. If there is no recording,
         every parameter is NaN.
         """
         if self.count == 0:
             return Particle.from_vector(np.full_like(self.vector, np.nan))
-        return Particle.from_vector(self.vector / self.count)
+        mean = Particle.from_vector(self.vector / self.count)
+        return replace(
+            mean,
+            vertical_spread=np.sqrt(mean.vertical_spread),
+            horizontal_spread=np.sqrt(mean.horizontal_spread),
+        )
 
     def without(self, particle: Particle) -> "ParticleTotal":
         """Return the sum without the particle of one recording."""
-        return ParticleTotal(self.vector - particle.to_vector(), self.count - 1)
+        return ParticleTotal(self.vector - _averaged(particle), self.count - 1)
+
+
+def _averaged(particle: Particle) -> FloatArray:
+    """Return what is averaged of a particle: its parameters, with variances for the spreads."""
+    squared = replace(
+        particle,
+        vertical_spread=particle.vertical_spread**2,
+        horizontal_spread=particle.horizontal_spread**2,
+    )
+    return squared.to_vector()
 
 
 def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:
@@ -59,7 +75,7 @@ def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
     sensors : int
         S, needed if there is no particle.
     """
-    vectors = [particle.to_vector() for particle in particles]
+    vectors = [_averaged(particle) for particle in particles]
     vector = np.sum(vectors, axis=0) if vectors else np.zeros(4 * sensors - 1)
     return ParticleTotal(vector, len(vectors))
 
@@ -90,8 +106,10 @@ class TemplateSet:
     matrices: tuple[FloatArray, ...]
     first_peak: int
 
-    def without(self, left_out: Iterable[tuple[float, Particle | None]]) -> tuple[FloatArray, ...]:
-        """Return the templates without some recordings.
+    def totals_without(
+        self, left_out: Iterable[tuple[float, Particle | None]]
+    ) -> tuple[ParticleTotal, ...]:
+        """Return the sums without some recordings.
 
         Parameters
         ----------
@@ -101,17 +119,29 @@ class TemplateSet:
 
         Returns
         -------
-        tuple of B (S, L) arrays
-            The same array objects for sizes that lose no recording; NaN for a size that loses all.
+        tuple of B ParticleTotal
+            The same objects for sizes that lose no recording.
         """
-        matrices, changed = list(self.matrices), dict[int, ParticleTotal]()
+        remaining = list(self.totals)
         for size_mm, particle in left_out:
             if size_mm > 0 and particle is not None:
                 index = self.sizes_mm.index(size_mm)
-                changed[index] = changed.get(index, self.totals[index]).without(particle)
-        for index, remaining in changed.items():
-            matrices[index] = render(remaining.mean(), self.first_peak, matrices[index].shape[1])
-        return tuple(matrices)
+                remaining[index] = remaining[index].without(particle)
+        return tuple(remaining)
+
+    def without(self, left_out: Iterable[tuple[float, Particle | None]]) -> tuple[FloatArray, ...]:
+        """Return the templates without some recordings, given as for `totals_without`.
+
+        Returns
+        -------
+        tuple of B (S, L) arrays
+            The same array objects for sizes that lose no recording; NaN for a size that loses all.
+        """
+        remaining = self.totals_without(left_out)
+        return tuple(
+            matrix if now is before else render(now.mean(), self.first_peak, matrix.shape[1])
+            for matrix, before, now in zip(self.matrices, self.totals, remaining, strict=True)
+        )
 
 
 def template_options(settings: Settings) -> Cells:

@@ -18,6 +18,7 @@ from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
 from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
+from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
 from capsule.page.packing import rounded, to_json
 from capsule.page.rates import ALL
 from capsule.page.recordings import known_or_none, seven_digits
@@ -72,7 +73,8 @@ class StoredRecordings:
             for name, particle in self._particles.items()
             if not accepted[name]["no_verdict"]
         }
-        self.templates = fold_templates(taught, accepted, settings["evaluation"])
+        templates = build_templates(by_size(taught), **template_options(settings))
+        self.templates = fold_templates(templates, taught, accepted, settings["evaluation"])
         plot_data = results.described(PLOT_DATA, accepted, files.read_json)
         self.drawn: Mapping[str, str] = {name: each["drawn"] for name, each in plot_data.items()}
         self.qualities: Mapping[str, str] = {
@@ -93,14 +95,19 @@ class StoredRecordings:
 
 
 def fold_templates(
-    particles: Mapping[str, Particle], accepted: Mapping[str, Row], rules: Settings
+    templates: TemplateSet,
+    particles: Mapping[str, Particle],
+    accepted: Mapping[str, Row],
+    rules: Settings,
 ) -> dict[str, dict[str, dict[float, bytes]]]:
-    """Return the averaged particles that judged each recording (eq. averagingProcess).
+    """Return the averaged particles that judged each recording.
 
     Each is the content of its vector of parameters, so that equal ones are found again.
 
     Parameters
     ----------
+    templates : TemplateSet
+        The templates of all recordings that teach.
     particles : mapping of str to Particle
         The optimal particle of each recording that teaches, by recording.
     accepted : mapping of str to mapping
@@ -118,14 +125,16 @@ def fold_templates(
     # Scheme, judged recordings, and the labelled recordings that do not teach.
     every = [(fold.scheme, fold.judged, fold.left_out) for fold in folds_of(labelled, rules)]
     every += [(ALL, tuple(some), out) for out, some in unlabelled_folds(unlabelled, accepted)]
-    vectors = pd.DataFrame({name: each.to_vector() for name, each in particles.items()}).T
-    sizes_mm = pd.Series(sizes_of(particles), dtype=float)
+    sizes_mm = sizes_of(particles)
     found: dict[str, dict[str, dict[float, bytes]]] = {name: {} for name in accepted}
     for scheme, judged, left_out in every:
-        means = vectors.drop(index=list(left_out), errors="ignore").groupby(sizes_mm).mean()
+        # In the order of the archive, because rounding makes a sum depend on the order.
+        apart = [name for name in accepted if name in left_out and name in particles]
+        remaining = templates.totals_without((sizes_mm[name], particles[name]) for name in apart)
         averaged = {
-            float(size_mm): mean.tobytes()
-            for size_mm, mean in zip(means.index, means.to_numpy(), strict=True)
+            size: total.mean().to_vector().tobytes()
+            for size, total in zip(templates.sizes_mm, remaining, strict=True)
+            if total.count
         }
         # The recordings that a fold judges share its templates.
         for name in judged:
