@@ -134,6 +134,21 @@ def test_the_passes_over_a_site_stay_together(archive):
     assert len(judged.tables["summary"]) == 2
 
 
+@pytest.mark.parametrize("detector", ["diagonal", "taught"])
+def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive, detector):
+    judged = capsule.judge(archive, capsule.DetectorEstimator(detector, archive.settings))
+    of_all = capsule.judge(archive).predictions
+    own = of_all[(of_all["detector"] == detector) & (of_all["scheme"] == "leave_one_out")]
+    for column in ("predicted_mm", "score", "threshold", "probability", "estimate_high_mm"):
+        np.testing.assert_array_equal(judged.predictions[column], own[column])
+
+
+def test_the_groups_are_the_places(archive):
+    sites = [archive.headers[name]["site"] for name in archive.labelled]
+    assert len(set(archive.groups)) == len(set(sites)) == 10
+    assert len(set(zip(archive.groups.tolist(), sites, strict=True))) == 10
+
+
 def test_leave_one_out_judges_each_recording_once_by_all_others(archive):
     seen = []
     for taught, judged in capsule.folds(archive).split():

@@ -76,6 +76,8 @@ class LoadedArchive:
         The ``# key: value`` lines of each accepted recording.
     labelled, unlabelled : list of str
         The accepted recordings of known size, and the others.
+    teaching : list of str
+        The labelled recordings that are not held out (`evaluation.held_out`).
     """
 
     def __init__(
@@ -97,6 +99,8 @@ class LoadedArchive:
         self._described = ByRecording(zip(accepted, seen, strict=True))
         self.labelled = list(sizes_of(accepted))
         self.unlabelled = [name for name in accepted if size_mm(name) is None]
+        held_out = settings["evaluation"]["held_out"]
+        self.teaching = list(teaching({name: self._rows[name] for name in self.labelled}, held_out))
 
     def __repr__(self) -> str:
         labels = dict.fromkeys(name.partition("/")[0] for name in self.readings)
@@ -123,6 +127,15 @@ class LoadedArchive:
     def y(self) -> np.ndarray:
         """True sizes of the labelled recordings in mm, 0 for no nodule, (n,)."""
         return np.array([size_mm(name) for name in self.labelled], dtype=np.float64)
+
+    @property
+    def groups(self) -> np.ndarray:
+        """The place of each labelled recording, (n,): a site, or recordings that are near copies.
+
+        It is for the argument ``groups=`` of scikit-learn's splitters and of our estimators.
+        """
+        places = places_of(self.index(self.readings))
+        return np.array([places[name] for name in self.labelled])
 
     @property
     def preprocess_options(self) -> Cells:

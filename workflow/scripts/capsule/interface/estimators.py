@@ -33,7 +33,13 @@ try:
     from sklearn.base import BaseEstimator, TransformerMixin, clone, is_classifier, is_regressor
     from sklearn.utils import Tags
     from sklearn.utils.metaestimators import available_if
-    from sklearn.utils.validation import check_is_fitted, validate_data
+    from sklearn.utils.validation import (
+        check_consistent_length,
+        check_is_fitted,
+        column_or_1d,
+        has_fit_parameter,
+        validate_data,
+    )
 except ImportError:
     raise not_installed("the estimators need scikit-learn", "learn") from None
 
@@ -128,7 +134,7 @@ class DetectorEstimator(_OfReadings):
         tags.target_tags.positive_only = True
         return tags
 
-    def fit(self, X: object, y: object) -> "DetectorEstimator":
+    def fit(self, X: object, y: object, groups: object = None) -> "DetectorEstimator":
         """Learn from recordings of known size.
 
         Parameters
@@ -137,6 +143,9 @@ class DetectorEstimator(_OfReadings):
             Readings, one recording per row; NaN where a reading is missing.
         y : (n,) array
             Sizes of the nodules in mm, 0 for none.
+        groups : (n,) array, optional
+            The place of each recording, such as ``archive.groups``: passes over one place share its
+            label. If not given, each recording is a place of its own.
 
         Raises
         ------
@@ -148,20 +157,23 @@ class DetectorEstimator(_OfReadings):
             raise ArgumentError(
                 f"y holds {sizes_mm.min():g}; sizes are 0 (no nodule) or more, in mm"
             )
-        pairs = zip(self._described(rows), sizes_mm.astype(float).tolist(), strict=True)
-        usable = [(each, size_mm) for each, size_mm in pairs if not each.no_verdict]
+        places = range(len(rows)) if groups is None else column_or_1d(groups).tolist()
+        check_consistent_length(rows, places)
+        seen = zip(self._described(rows), sizes_mm.astype(float).tolist(), places, strict=True)
+        usable = [each for each in seen if not each[0].no_verdict]
         # Sort, because the sum of the same numbers depends on their order.
-        usable.sort(key=lambda pair: (pair[0].name, pair[1]))
+        usable.sort(key=lambda each: (each[0].name, each[1]))
         # Number the names, because the same readings may occur twice.
-        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
-        known_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
-        groups: dict[float, list[Particle]] = {}
+        named = {f"{each.name} {turn}": each for turn, (each, *_) in enumerate(usable)}
+        known_mm = {name: size for name, (_, size, _) in zip(named, usable, strict=True)}
+        place_of = {name: str(place) for name, (*_, place) in zip(named, usable, strict=True)}
+        particles: dict[float, list[Particle]] = {}
         for name, each in named.items():
             if known_mm[name] > 0 and detector_row(self.detector).by_templates:
-                groups.setdefault(known_mm[name], []).append(each.fit.particle)
+                particles.setdefault(known_mm[name], []).append(each.fit.particle)
         settings = self._settings()
-        templates = build_templates(groups, **template_options(settings))
-        archive = TrainingArchive(known_mm, named, templates, {}, settings)
+        templates = build_templates(particles, **template_options(settings))
+        archive = TrainingArchive(known_mm, named, templates, {}, settings, places=place_of)
         detector = detector_class(self.detector)
         # The stored values are all that a verdict needs, and they can be pickled.
         self.model_ = detector.restored(detector.taught(archive).stored(), templates)
@@ -305,7 +317,10 @@ class EstimatorAsDetector(Detectors):
             return None
         sizes_mm = self._loaded.y
         wanted = self._numbers if is_classifier(self._estimator) else sizes_mm
-        fitted = clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+        options = {}
+        if has_fit_parameter(self._estimator, "groups"):
+            options["groups"] = self._loaded.groups[teach]
+        fitted = clone(self._estimator).fit(self._loaded.X[teach], wanted[teach], **options)
         return fitted, float((sizes_mm[teach] > 0).mean())
 
     def _verdicts(self, fitted: BaseEstimator, share: float, rows: FloatArray) -> list[Verdict]:
