@@ -1,6 +1,7 @@
 """Recorder and survey on the real firmware: what moves stops, whoever dies and whenever."""
 
 import itertools
+import os
 import signal
 import time
 
@@ -23,14 +24,14 @@ SPEED = 4
 class DrivenBench:
     """A logger and a peristalsis board, both with their firmware, and a recorder."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, **settings):
         self.logger = emulated.EmulatedBoard(emulated.LOGGER)
         self.motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
         self.cable = TerminalCable(self.logger, folder / "ttyACM0")
         self.wave = TerminalCable(self.motor, folder / "ttyACM1")
         self.bench = Workbench(self.cable, self.wave, world=Clock(self.logger), speed=SPEED)
         ports = ("--port", self.cable.port, "--drive", self.wave.port)
-        self.recorder = Recorder(folder, *ports, "--size", "3")
+        self.recorder = Recorder(folder, *ports, "--size", "3", **settings)
 
     def run(self, until):
         """Run in step with the recorder until a condition holds."""
@@ -149,6 +150,38 @@ def test_ctrl_c_is_heard_at_once_while_a_board_comes_back(driven):
     driven.recorder.expect(0, "archived")
     driven.pass_by(1.5)
     assert driven.stands()
+
+
+DEAD_DISK = """
+import os, time
+
+fsync = os.fsync
+def hang(descriptor):
+    while os.path.exists({dead!r}):
+        time.sleep(0.01)
+    fsync(descriptor)
+os.fsync = hang
+"""
+
+
+def test_a_disk_that_hangs_lets_no_wave_run_on_and_a_second_ctrl_c_ends_at_once(tmp_path):
+    dead = tmp_path / "dead"
+    (tmp_path / "sitecustomize.py").write_text(DEAD_DISK.format(dead=str(dead)))
+    driven = DrivenBench(tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)})
+    driven.run(lambda: driven.samples() > 20)
+    driven.bench.speed = 1
+    dead.touch()
+    driven.bench.run_for(0.5)
+    driven.recorder.press_ctrl_c()
+    hung_s = driven.bench.now_s
+    driven.bench.run(lambda: driven.motor.coils == 0)
+    assert driven.bench.now_s - hung_s < LEASE_AND_RAMP_S
+    assert driven.stands()
+    assert not driven.recorder.done()
+    driven.recorder.press_ctrl_c()
+    driven.bench.run(driven.recorder.done)
+    driven.recorder.expect(130)
+    assert len(driven.recorder.parts()) == 1
 
 
 SURVEY = {

@@ -35,9 +35,24 @@ def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(
     surveyor = bench.survey("--goto", 22)
     surveyor.run(lambda: bench.gut.head_mm > 12)
     bench.cables.wave.press_reset()
-    surveyor.expect(0, "was reset", "starts it again")
+    surveyor.expect(0, "was reset", "starts the wave again")
     assert bench.at_rest()
     assert bench.gut.head_mm == pytest.approx(22.0, abs=5)
+
+
+def test_a_peristalsis_board_whose_supply_is_weak_is_started_three_times_again(emulated_rig):
+    bench = emulated_rig("wave")
+    surveyor = bench.survey("--goto", 22)
+    surveyor.run(lambda: bench.gut.head_mm > 5)
+    starts = 1
+    while surveyor.returncode is None:
+        bench.cables.wave.press_reset()
+        surveyor.run(lambda: bench.wave_board.coils == 0)
+        surveyor.run(lambda: bench.wave_board.coils != 0)
+        starts += bench.wave_board.coils != 0
+    assert starts == 1 + 3
+    surveyor.expect(1, "check its supply")
+    assert bench.wave_board.coils == 0
 
 
 def test_an_end_switch_that_never_says_folded_is_given_up_after_three_tries(emulated_rig):

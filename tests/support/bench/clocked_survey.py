@@ -6,6 +6,7 @@ for the time that it would wait.
 """
 
 import json
+import math
 import os
 import socket
 import struct
@@ -63,6 +64,7 @@ def survey_by(clock: BenchClock, arguments: list[str]) -> None:
     Line.receive, Line.send = patient_receive, counted_send
     AWAKE.__init__()
     survey_run.datetime = BenchDatetime
+    wave.HANGS_AFTER_S = math.inf  # the main thread waits for the bench, by the computer's clock
     survey_bench.LOOK_EVERY_S = fold.LOOK_EVERY_S = LOOK_EVERY_S
     cli.main(["survey", *arguments])
 
@@ -92,7 +94,7 @@ def serve(connection: socket.socket) -> None:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
-    from capsule.bench import fold, survey_bench, survey_run
+    from capsule.bench import fold, survey_bench, survey_run, wave
     from capsule.bench.clock import AWAKE
     from capsule.bench.line import Line
     from capsule.bench.protocol import encode

@@ -1,6 +1,10 @@
 """The computer's clocks, for gaps in recordings and for waiting times, and requests to stop."""
 
+import os
 import signal
+import socket
+import sys
+import threading
 import time
 from types import FrameType
 
@@ -54,11 +58,27 @@ class PauseWatch:
         return passed_s if passed_s > LONGEST_STOP_S else 0.0
 
 
+_LAST_WORDS = (
+    b"\nerror: ended at once by a second Ctrl-C: the boards stop by themselves within seconds; for "
+    b"the samples on the disk, run: capsule record --recover, or capsule survey --resume\n"
+)
+
+
 class StopRequest:
-    """A request by Ctrl-C, SIGTERM or SIGHUP to end the recording; `reason` names it."""
+    """A request by Ctrl-C, SIGTERM or SIGHUP to end the recording; `reason` names it.
+
+    The second Ctrl-C ends the program at once, even if its main thread hangs in a call of the
+    system: a thread of its own counts them.
+    """
 
     def __init__(self) -> None:
         self.reason = ""
+        heard, told = socket.socketpair()
+        told.setblocking(False)
+        # Python writes the number of each signal, whatever the main thread does.
+        signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+        self._told = told  # stays open
+        threading.Thread(target=_end_at_the_second, args=(heard,), daemon=True).start()
         for name in ("SIGINT", "SIGTERM", "SIGHUP"):
             if hasattr(signal, name):
                 signal.signal(getattr(signal, name), self._note)
@@ -66,3 +86,11 @@ class StopRequest:
     def _note(self, number: int, frame: FrameType | None) -> None:
         del frame
         self.reason = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+
+
+def _end_at_the_second(heard: socket.socket) -> None:
+    pressed = 0
+    while pressed < 2:
+        pressed += heard.recv(1) == bytes([signal.SIGINT])
+    os.write(sys.stderr.fileno(), _LAST_WORDS)
+    os._exit(128 + signal.SIGINT)

@@ -141,6 +141,7 @@ def _former_signals() -> Iterator[None]:
     try:
         yield
     finally:
+        signal.set_wakeup_fd(-1)  # the recorder counts no more
         signal.signal(signal.SIGINT, former[0])
         signal.signal(signal.SIGTERM, former[1])
 

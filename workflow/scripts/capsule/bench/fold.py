@@ -25,6 +25,8 @@ FAULT_LASTS_S = 30.0
 _FAULT = "fault"
 # The start of the refusal by which the board protects its motor from heat; seconds follow.
 HAS_TO_REST = "the motor has to rest"
+# A board that is reset more often has a weak supply; each time it lets the origami go.
+MOST_RESETS = 3
 # The fault of a board whose memory is new, emptied or damaged.
 NOT_SET_UP = "not set up"
 # The refusal of a board that cannot keep how far its thread is wound.
@@ -52,7 +54,7 @@ class FoldBoard:
 
     def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
         self._board, self._log, self._tell = board, log, tell
-        self._told, self._rests = "", False
+        self._told, self._rests, self._resets = "", False, 0
         self._heard_s = self._sound_s = self._asked_s = AWAKE.now_s()
         self.last: FoldState | None = None
 
@@ -114,6 +116,11 @@ class FoldBoard:
                 "or damaged, so it does not move; see that the origami is unfolded and its thread "
                 "slack, then set it up with capsule survey --fold-set-up"
             )
+        if self._resets > MOST_RESETS:
+            return SurveyFaultError(
+                f"the fold board at {self._board.port} was reset {self._resets} times; check its "
+                "supply and its cable"
+            )
         if self._told == MEMORY_FAILS:
             return SurveyFaultError(
                 f"the fold board at {self._board.port} cannot write its memory, so it folds no "
@@ -147,6 +154,7 @@ class FoldBoard:
 
     def _note_state(self, state: FoldState) -> None:
         self._heard_s = AWAKE.now_s()
+        self._resets += self.last is not None and state.device_ms < self.last.device_ms
         if state.state != _FAULT:
             self._sound_s = self._heard_s
         elif self.last is None or self.last.state != _FAULT:

@@ -1,5 +1,6 @@
 """The peristalsis board: start the wave, renew its lease, watch it, and stop it."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -26,6 +27,10 @@ LEASE_S = 5
 # The board is asked so often even if the program does something else, such as a slow write.
 RENEW_AFTER_S = 1.5
 LOOK_EVERY_S = 0.25
+# A main thread that has not served the wave for so long hangs, as in a write to a dead disk.
+HANGS_AFTER_S = 4.0
+# After so many starts, a wave that stops again stays stopped: a weak supply resets its board.
+MOST_RESTARTS = 3
 ASK_EVERY_S = 0.2
 SILENT_AFTER_S = 5.0
 # The wave runs on meanwhile.
@@ -61,9 +66,9 @@ class Drive:
     """The wave, which a peristalsis board drives.
 
     The board has a lease: it stops the wave by itself if this program dies or is stopped. A thread
-    renews the lease while the main thread is busy. It asks for the position only if nothing was
-    sent for `RENEW_AFTER_S`, and never starts a wave: a wave whose lease has ended stays stopped.
-    If the program is killed or stopped, the thread is too.
+    renews the lease while the main thread is busy, but stops the wave if the main thread hangs. It
+    asks for the position only if nothing was sent for `RENEW_AFTER_S`, and never starts a wave: a
+    wave whose lease has ended stays stopped. If the program is killed or stopped, so is the thread.
 
     Parameters
     ----------
@@ -78,6 +83,9 @@ class Drive:
     def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
         self._board, self._wave, self._tell = board, wave, tell
         self._unleased = threading.Event()
+        # Looks of the thread since the main thread last served the wave; no clock: a program that
+        # was stopped (Ctrl-Z) does not hang.
+        self._looks = 0
         self._asked_s = 0.0
         self._heard_s = AWAKE.now_s()
         self._left = False
@@ -114,12 +122,18 @@ class Drive:
 
     def _renew(self) -> None:
         while not self._unleased.wait(LOOK_EVERY_S):
-            try:
-                line = self._board.line
-                if time.monotonic() - line.sent_s > RENEW_AFTER_S:
-                    line.send("position")
-            except LineLostError:
-                continue  # the main thread notices it, and says so
+            self.look()
+
+    def look(self) -> None:
+        """Renew the lease if nothing else did; stop the wave if the main thread hangs."""
+        self._looks += 1
+        # The main thread notices a lost line, and says so.
+        with contextlib.suppress(LineLostError):
+            line = self._board.line
+            if self._looks * LOOK_EVERY_S > HANGS_AFTER_S:
+                line.send("stop")
+            elif time.monotonic() - line.sent_s > RENEW_AFTER_S:
+                line.send("position")
 
     def leave(self) -> str:
         """Stop the wave, wait, and close the port; return a warning if the board does not obey.
@@ -155,6 +169,7 @@ class Drive:
 
     def _serve(self) -> list[Arrival]:
         """Ask for the position of the wave, which renews the lease, and read the board's frames."""
+        self._looks = 0
         now_s = AWAKE.now_s()
         if now_s - self._asked_s >= ASK_EVERY_S:
             self._asked_s = now_s
@@ -210,8 +225,8 @@ class WatchedDrive(Drive):
         if self._position is not None and self._position.state != RUNNING:
             return (
                 "warning: no wave runs: the peristalsis board was reset, or this program was "
-                "stopped for longer than the wave's lease. The recorder does not start it again; "
-                "end the recording with Ctrl-C, and record anew"
+                "stopped or hung for longer than the wave's lease. The recorder does not start it "
+                "again; end the recording with Ctrl-C, and record anew"
             )
         return ""
 
@@ -254,6 +269,7 @@ class SurveyDrive(Drive):
         self._log = log
         self._connections = board.connections
         self._wanted = True
+        self._restarts = 0
         # Whether the program was stopped, and has not seen the wave since.
         self._unseen = False
         self._known_s = self._heard_s
@@ -300,7 +316,7 @@ class SurveyDrive(Drive):
             self._connections = self._board.connections
             self._phase.begin_anew()
             self._check_seen()
-            self._run_again()
+            self._run_again("is back")
         self._board.send_pending()
 
     def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
@@ -317,6 +333,12 @@ class SurveyDrive(Drive):
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
         now_s = AWAKE.now_s()
+        if self._restarts > MOST_RESTARTS:
+            return AcquisitionError(
+                f"the wave stopped {self._restarts} times, and was started again {MOST_RESTARTS} "
+                f"times: the peristalsis board at {self._board.port} was reset or unplugged again "
+                "and again; check its supply and its cable"
+            )
         if self._wanted and now_s - self._heard_s > patience_s:
             return BoardLostError(
                 f"the peristalsis board at {self._board.port} has sent nothing for "
@@ -343,13 +365,10 @@ class SurveyDrive(Drive):
         if not runs:
             self._check_seen()
         self._unseen = False
-        if self._wanted and not self._board.pending and not runs:
-            self._tell(
-                "the peristalsis board "
-                + ("had stopped the wave" if continues else "was reset")
-                + ", so the survey starts it again"
-            )
-            self._run_again()
+        if not continues:
+            self._run_again("was reset")
+        elif not runs and not self._board.pending:
+            self._run_again("had stopped the wave")
 
     def _check_seen(self) -> None:
         """Raise an error if the wave has stopped while nobody watched: a person must start it."""
@@ -359,6 +378,11 @@ class SurveyDrive(Drive):
                 "bench, then continue the session: capsule survey --resume"
             )
 
-    def _run_again(self) -> None:
-        if self._wanted:
+    def _run_again(self, because: str) -> None:
+        """Start the wave again, but not for ever."""
+        if not self._wanted or self._restarts > MOST_RESTARTS:
+            return
+        self._restarts += 1
+        if self._restarts <= MOST_RESTARTS:
+            self._tell(f"the peristalsis board {because}, so the survey starts the wave again")
             self._board.want(*self._wave.commands, f"lease,{LEASE_S}", "start")

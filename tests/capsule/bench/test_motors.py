@@ -1,0 +1,213 @@
+"""What the computer does for the boards with motors: leases, hangs, resets, refusals."""
+
+import signal
+import subprocess
+import sys
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capsule.bench import wave
+from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
+from capsule.bench.board import Board
+from capsule.bench.fold import FoldBoard
+from capsule.bench.line import Arrival
+from capsule.bench.protocol import FrameParser, Identity, encode
+from capsule.bench.survey_bench import BoardBench
+from capsule.bench.wave import SurveyDrive, WatchedDrive, Wave
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
+from capsule.survey.cycle import Cycle
+from capsule.survey.pilot import Pilot
+from capsule.survey.survey_log import FOLDED, FOLDING, Readings
+from capsule.survey.way_back import Leg
+from support.bench.scripted import ENTRIES
+
+LOG = SimpleNamespace(note=lambda text: None)
+IDENTITY = Identity("peristalsis", {"wavelength_mm": "80.000"})
+DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
+WAVE = Wave(25.0, 25.0, "forward")
+
+
+class Line:
+    """A line whose board obeys everything at once, and sends the frames of a test.
+
+    Attributes
+    ----------
+    frames : list of str
+        Frames to be received.
+    sent : list of str
+        Commands to the board.
+    renewed : threading.Event
+        Set when the board is asked for the position of the wave.
+    """
+
+    port, baud = "/dev/board", 0
+
+    def __init__(self):
+        self.frames, self.sent, self.sent_s = [], [], -100.0
+        self.renewed = threading.Event()
+
+    def receive(self, timeout_s=0.0):
+        """Return what the board has sent."""
+        received, self.frames = b"".join(map(encode, self.frames)), []
+        return [Arrival(event, 0.0) for event in FrameParser().feed(received)]
+
+    def send(self, payload):
+        """Take a command, and confirm it."""
+        self.sent.append(payload)
+        if payload == "position":
+            self.renewed.set()
+        else:
+            self.frames.append(f"A,{payload}")
+
+    def close(self):
+        """Close the line."""
+        return []
+
+
+@pytest.fixture
+def line():
+    return Line()
+
+
+def board(line, identity=IDENTITY, **settings):
+    return Board(line, identity, lambda text: None, **settings)
+
+
+# Kills: a lease of 50 s, and a start without the thread that renews the lease.
+def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_busy(
+    line, monkeypatch
+):
+    monkeypatch.setattr(wave, "LOOK_EVERY_S", 0.001)
+    drive = WatchedDrive(board(line), WAVE)
+    drive.set_up()
+    drive.start()
+    assert line.sent[-3:-1] == ["speed,25", "lease,5"]
+    assert line.renewed.wait(10)
+    assert drive.leave() == ""
+    assert line.sent[-1] == "stop"
+
+
+# Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one.
+def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
+    drive = WatchedDrive(board(line), WAVE)
+    looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
+    for _ in range(3 * looks):
+        drive.look()
+        drive.watch()
+    assert "stop" not in line.sent
+    line.sent.clear()
+    for _ in range(looks):
+        drive.look()
+    assert line.sent[0] == "position"
+    assert line.sent[-1] == "stop"
+    drive.watch()
+    drive.look()
+    assert line.sent[-1] != "stop"
+
+
+HANGS = """
+import ctypes, time
+from capsule.bench.clock import StopRequest
+stop, libc, mutex = StopRequest(), ctypes.CDLL(None), ctypes.create_string_buffer(256)
+print("ready", flush=True)
+while not stop.reason:
+    time.sleep(0.01)
+print(stop.reason, flush=True)
+for _ in range(2):
+    libc.pthread_mutex_lock(mutex)  # the second call never returns, and no signal ends it
+"""
+
+
+# Kills: a handler in Python, which a main thread that hangs in the system never runs.
+@pytest.mark.skipif(sys.platform != "linux", reason="needs the mutexes of Linux")
+def test_a_second_ctrl_c_ends_a_program_that_hangs():
+    program = subprocess.Popen(
+        [sys.executable, "-c", HANGS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    for said in ("ready", "Ctrl-C"):
+        assert program.stdout.readline().strip() == said
+        program.send_signal(signal.SIGINT)
+    assert "ended at once by a second Ctrl-C" in program.communicate(timeout=60)[1]
+    assert program.returncode == 130
+
+
+def reset_again_and_again(line, drive, times):
+    """Let the peristalsis board be reset; return how often the wave was started for that."""
+    line.sent.clear()
+    for number in range(times):
+        line.frames.append(f"P,{9000 - number},10,0.6,25.0,running,")
+        drive.serve()
+        line.frames.append("P,20,0,0.0,0.0,stopped,")
+        for _ in range(10):
+            drive.serve()
+    return line.sent.count("start")
+
+
+# Kills: a wave that is started again for ever.
+def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
+    told = []
+    drive = SurveyDrive(board(line), WAVE, LOG, told.append)
+    assert reset_again_and_again(line, drive, 3) == 3
+    assert drive.trouble(60) is None
+    assert reset_again_and_again(line, drive, 22) == 0
+    with pytest.raises(AcquisitionError, match="/dev/board was reset or unplugged"):
+        raise drive.trouble(60)
+    assert len(told) == 3
+
+
+# Kills: a fold that is begun for ever.
+def test_a_fold_board_that_is_reset_again_and_again_is_given_up(line):
+    fold = FoldBoard(board(line, insists=True), LOG, lambda text: None)
+    for _ in range(4):
+        assert fold.trouble(60) is None
+        line.frames = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
+        fold.serve()
+    with pytest.raises(SurveyFaultError, match="was reset 4 times; check its supply"):
+        raise fold.trouble(60)
+
+
+# Kills: a survey that never holds the lease of its fold: pilot, bench or fold board.
+@pytest.mark.parametrize("state", ["folding", "returning"])
+def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
+    boards = {"fold": board(line, insists=True), "peristalsis": board(Line())}
+    boards["logger"] = board(Line(), Identity("logger", ENTRIES))
+    stop = SimpleNamespace(reason="")
+    bench = BoardBench(boards, WAVE, LOG, lambda text: None, stop, patience_s=60.0)
+    pilot = Pilot(DETECTOR, 10.0)
+    pilot.cycle, pilot._leg = Cycle(state), Leg(0.0, begun_s=0.0, planned_s=30.0)
+    time_s, nothing = np.arange(pilot.every) / 10.0, np.full((4, pilot.every), np.nan)
+    fold = FOLDED if state == "returning" else FOLDING
+    for _ in range(9):
+        for command in pilot.tick(Readings(time_s, nothing, nothing[0], fold)):
+            bench.tell(command)
+        time_s = time_s + pilot.every / 10.0
+    assert line.sent == 9 * ["hold"]
+    assert pilot.every / 10.0 < 5.0 / 2
+
+
+# Kills: a survey that goes on with a board whose refusals only a person can end.
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [
+        (["F,10,0,unfolded,fault", "E,fold,not set up"], "is not set up.*--fold-set-up"),
+        (
+            ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"],
+            "cannot write its memory.*replace the board",
+        ),
+    ],
+)
+def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
+    told = []
+    fold = FoldBoard(board(line, insists=True), LOG, told.append)
+    line.frames = ["F,5,0,unfolded,unfolded"]
+    fold.serve()
+    assert fold.trouble(60) is None
+    line.frames = frames
+    fold.serve()
+    with pytest.raises(SurveyFaultError, match=f"/dev/board {words}"):
+        raise fold.trouble(60)
+    assert told
