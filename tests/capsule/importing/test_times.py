@@ -1,5 +1,7 @@
 """Times of any unit become seconds, or the refusal names those that fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,8 +16,7 @@ TIME_S = np.arange(50) / 10
 
 
 def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
-    keys = checked_keys(said, SETTINGS)
-    keys.rate_hz = configured_hz
+    keys = replace(checked_keys(said, SETTINGS), rate_hz=configured_hz)
     return read_time(table_of([(name, values, unit)], "", rate_hz=rate_hz), 0, keys)
 
 

@@ -3,11 +3,11 @@
 import re
 from collections import Counter, defaultdict
 from collections.abc import Collection
-from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table
 from capsule.importing.text import STAMP_NAME
 from capsule.importing.times import text_kind
@@ -27,9 +27,7 @@ _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
 
 
-def choose_columns(
-    table: Table, keys: SimpleNamespace
-) -> tuple[int | None, tuple[int, ...], int | None]:
+def choose_columns(table: Table, keys: Keys) -> tuple[int | None, tuple[int, ...], int | None]:
     """Return the columns of time, sensors and run, by lab.yaml, then by names, then by position.
 
     Of the keys, ``time``, ``sensors``, ``run_column`` and ``sensor_count`` are used.

@@ -7,7 +7,6 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, TextIO
 
 import numpy as np
@@ -18,7 +17,7 @@ from capsule.engine.configuration import read_config_file, read_settings
 from capsule.engine.project import config_file
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.formats import read_source
-from capsule.importing.lab_yaml import checked_keys, keep_map, lab_schema
+from capsule.importing.lab_yaml import Keys, checked_keys, keep_map, lab_schema
 from capsule.importing.runs import Reading, as_map, joined, read_columns, runs_of
 from capsule.importing.table import QuestionError, choose_tables, naming
 from capsule.recordings.acceptance import readings_of
@@ -314,7 +313,7 @@ def _checksum(content: bytes) -> str:
     return hashlib.sha256(b"\n".join(lines)).hexdigest()
 
 
-def _reading_lines(reading: Reading, keys: SimpleNamespace) -> Iterator[str]:
+def _reading_lines(reading: Reading, keys: Keys) -> Iterator[str]:
     """Yield lines on how a table was read: the keys of lab.yaml, and the reasons."""
     table = reading.table
     used = {reading.time, reading.run, *reading.sensors}

@@ -17,12 +17,12 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
 from capsule.importing.table import Table
 from capsule.importing.text import read_rows, read_text
@@ -56,7 +56,7 @@ _NO_TABLE = {
 _Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
 
 
-def read_source(path: Path, keys: SimpleNamespace) -> tuple[list[Table], str]:
+def read_source(path: Path, keys: Keys) -> tuple[list[Table], str]:
     """Return the tables in a file of any format, and the SHA-256 of the file's content.
 
     The file can be the folder of a bag of ROS 2, too.
@@ -159,14 +159,14 @@ def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
     return [(f"{name}({n})", column, unit) for n, column in enumerate(tall.T, start=1)]
 
 
-def _read_numpy(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
+def _read_numpy(content: bytes, _: Keys) -> Iterator[Table]:
     """Read the array of numpy's file format; fields of a structured array are columns."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
     if columns := _array_columns("column", array, ""):
         yield table_of(columns, label="", kind="")
 
 
-def _read_matlab(content: bytes, _: SimpleNamespace) -> list[Table]:
+def _read_matlab(content: bytes, _: Keys) -> list[Table]:
     """Read a MATLAB file up to version 7.2; fields of a structure are named ``run.time``."""
     from scipy.io import loadmat
 
@@ -241,7 +241,7 @@ def _hdf_nodes(content: bytes) -> Iterator[tuple[str, Any]]:
             yield path, file[path]
 
 
-def _read_hdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
+def _read_hdf(content: bytes, _: Keys) -> Iterator[Table]:
     """Read HDF5, with the attributes ``unit``, ``rate`` and ``started``; and MATLAB from 7.3 on."""
     import h5py
 
@@ -271,7 +271,7 @@ def _decoded(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _read_nwb(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
+def _read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
     import h5py
 
@@ -292,7 +292,7 @@ def _read_nwb(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
             yield table_of(columns, name, started=started, rate_hz=rate_hz)
 
 
-def _read_tdms(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
+def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
     """Read the groups of LabVIEW's TDMS; the channels of one length in a group are a table."""
     import nptdms
 
@@ -315,7 +315,7 @@ def _read_tdms(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
             yield table_of(columns, label, started=started, rate_hz=rate_hz)
 
 
-def _read_xdf(content: bytes, _: SimpleNamespace) -> Iterator[Table]:
+def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
     """Read the streams of XDF; pyxdf brings the time stamps to one clock, without jitter."""
     import pyxdf
 
@@ -341,7 +341,7 @@ def _first(values: Any) -> Any:
     return (values[0] if values else "") if isinstance(values, list) else values or ""
 
 
-def _read_excel(content: bytes, keys: SimpleNamespace) -> Iterator[Table]:
+def _read_excel(content: bytes, keys: Keys) -> Iterator[Table]:
     """Read the sheets of a workbook, with the values that formulas had when it was saved."""
     import openpyxl
 
@@ -382,7 +382,7 @@ def _listing_of_bag(path: Path) -> bytes | None:
     )
 
 
-def _read_bag(path: Path, _: SimpleNamespace) -> Iterator[Table]:
+def _read_bag(path: Path, _: Keys) -> Iterator[Table]:
     """Read the topics of a bag of ROS 1 or ROS 2; each number in a message becomes a column."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore

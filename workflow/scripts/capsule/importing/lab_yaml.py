@@ -1,8 +1,9 @@
 """Read, check and write lab.yaml, with which a laboratory describes its files."""
 
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import yaml
@@ -16,24 +17,62 @@ from capsule.store.files import write_new
 _HEAD = "# How capsule import reads your files; docs/import.md explains each key.\n"
 
 
+@dataclass(frozen=True)
+class Keys:
+    """How files are read: the keys of lab.yaml, None if not set, and what the configuration says.
+
+    Attributes
+    ----------
+    given : mapping
+        The keys that are set.
+    sensor_count : int
+        Number of sensors in a file.
+    rate_hz, rate_tolerance, full_scale : float
+        The configuration's keys of the sections ``recording`` and ``diagonal``.
+    """
+
+    given: Settings
+    sensor_count: int
+    rate_hz: float
+    rate_tolerance: float
+    full_scale: float
+    encoding: str | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+    thousands: str | None = None
+    skip_lines: int | None = None
+    missing: Sequence[str | float] | None = None
+    sheet: str | None = None
+    variable: str | None = None
+    time: str | int | None = None
+    time_unit: str | None = None
+    date_order: str | None = None
+    rate: float | None = None
+    sensors: Sequence[str | int] | None = None
+    per_sensor: bool | None = None
+    unit: str | None = None
+    adc_bits: int | None = None
+    vref_v: float | None = None
+    series_ohm: float | None = None
+    run_column: str | int | None = None
+    run_gap_s: float | None = None
+    source: str | None = None
+    site: str | None = None
+    session: str | None = None
+    setup: str | None = None
+
+
 def lab_schema() -> dict[str, Any]:
     """Read the JSON Schema of lab.yaml."""
     schema: dict[str, Any] = json.loads((SCHEMAS / "lab.schema.json").read_text("utf-8"))
     return schema
 
 
-def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
+def checked_keys(content: Settings, settings: Settings) -> Keys:
     """Return the keys by which files are read: those of lab.yaml, and those of the configuration.
 
     Options of the command override the values of lab.yaml in `content`. Of the configuration, the
     sections ``recording`` and ``diagonal`` are used.
-
-    Returns
-    -------
-    SimpleNamespace
-        One attribute per key of lab.yaml, None if it is not set; `content` as ``given``; and of the
-        configuration ``sensor_count`` (of a file), ``rate_hz``, ``rate_tolerance`` and
-        ``full_scale``.
 
     Raises
     ------
@@ -43,8 +82,8 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     schema, rules = lab_schema(), settings["recording"]
     if faults := sorted(faults_of(content, schema)):
         raise CapsuleError("; ".join(f"{key}: {text}" for key, text in faults))
-    keys = SimpleNamespace(
-        **{key: content.get(key) for key in schema["properties"]},
+    keys = Keys(
+        **content,
         given=content,
         sensor_count=1 if content.get("per_sensor") else rules["sensors"],
         rate_hz=rules["rate_hz"],
@@ -71,12 +110,14 @@ def checked_keys(content: Settings, settings: Settings) -> SimpleNamespace:
     return keys
 
 
-def keep_map(path: Path, content: dict[str, Any]) -> str:
+def keep_map(path: Path, content: Settings) -> str:
     """Write lab.yaml, or leave an existing file unchanged; return a message for the user.
 
     The message is empty if the existing file holds the same keys.
     """
-    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    text = yaml.safe_dump(
+        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
+    )
     try:
         write_new(path, (_HEAD + text).encode("utf-8"))
     except FileExistsError:

@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 from capsule.engine.forks import Forks
 from capsule.engine.project import not_installed
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import Table
 from capsule.store.files import in_short
 
@@ -25,7 +25,7 @@ _SECONDS, _SECONDS_A_MB, _SECONDS_A_MB_OF_CELLS = 4, 5, 30
 # Memory that a file may take, and more for the copies of its content.
 _BYTES, _COPIES = 800_000_000, 4
 _LONGEST_REASON = 100
-Reader: TypeAlias = Callable[[Any, SimpleNamespace], Iterable[Table]]
+Reader: TypeAlias = Callable[[Any, Keys], Iterable[Table]]
 
 
 def limit_process(name: str, source: bytes | Path) -> None:
@@ -55,7 +55,7 @@ def limit_process(name: str, source: bytes | Path) -> None:
             resource.setrlimit(kind, (most, most))
 
 
-def read_apart(name: str, read: Reader, source: Any, keys: SimpleNamespace) -> list[Table]:
+def read_apart(name: str, read: Reader, source: Any, keys: Keys) -> list[Table]:
     """Return the tables in a file, its content or its path, that a function reads.
 
     Raises

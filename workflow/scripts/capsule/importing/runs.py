@@ -3,12 +3,12 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.columns import NO_TIME, choose_columns
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far, naming
 from capsule.importing.times import Clock, later, read_time
@@ -64,7 +64,7 @@ class Reading:
     resampled: str = ""
 
 
-def read_columns(table: Table, keys: SimpleNamespace) -> Reading:
+def read_columns(table: Table, keys: Keys) -> Reading:
     """Return how to read the columns of a table, and the samples in it.
 
     Raises
@@ -82,7 +82,7 @@ def read_columns(table: Table, keys: SimpleNamespace) -> Reading:
     return Reading(table, time, run, sensors, columns, clock, unit, reason, values)
 
 
-def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
+def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
     """Return one reading from those of S files, one for each sensor, in the sensors' order.
 
     Raises
@@ -127,7 +127,7 @@ def joined(readings: Sequence[Reading], keys: SimpleNamespace) -> Reading:
 
 
 def runs_of(
-    reading: Reading, origin: dict[str, str], keys: SimpleNamespace
+    reading: Reading, origin: dict[str, str], keys: Keys
 ) -> Iterator[tuple[str, Recording, list[str]]]:
     """Yield the runs of a table: name within the file, recording, and notes for the user.
 
@@ -159,7 +159,7 @@ def runs_of(
         yield label, Recording(np.round(time_s - time_s[0], 9), values, header), remarks
 
 
-def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterator[str]:
+def _remarks(reading: Reading, run: Recording, keys: Keys) -> Iterator[str]:
     """Yield notes for the user, such as on a first sample or a gap that looks wrong."""
     header, values = run.header, run.values
     if reading.table.remark:
@@ -199,7 +199,7 @@ def _remarks(reading: Reading, run: Recording, keys: SimpleNamespace) -> Iterato
         )
 
 
-def _split(reading: Reading, keys: SimpleNamespace) -> Iterator[tuple[str, slice]]:
+def _split(reading: Reading, keys: Keys) -> Iterator[tuple[str, slice]]:
     """Yield name and rows of each run, split by the run column, then by gaps."""
     steps = np.diff(reading.clock.time_s)
     names = np.full(steps.size + 1, "", dtype=object)
@@ -222,7 +222,7 @@ def _split(reading: Reading, keys: SimpleNamespace) -> Iterator[tuple[str, slice
 
 
 def _header(
-    reading: Reading, origin: dict[str, str], keys: SimpleNamespace, label: str, first_s: float
+    reading: Reading, origin: dict[str, str], keys: Keys, label: str, first_s: float
 ) -> dict[str, str]:
     """Return the header of a run: how it was read; the file's header lines, or else lab.yaml's."""
     table, clock, notes = reading.table, reading.clock, reading.table.notes
@@ -251,7 +251,7 @@ def _header(
     return header
 
 
-def as_map(reading: Reading, keys: SimpleNamespace) -> dict[str, object]:
+def as_map(reading: Reading, keys: Keys) -> dict[str, object]:
     """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
     table, clock = reading.table, reading.clock
     content = dict(table.reading) | {

@@ -5,11 +5,11 @@ import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
@@ -144,7 +144,7 @@ class Table:
         return numbers
 
 
-def choose_tables(tables: Sequence[Table], keys: SimpleNamespace) -> list[Table]:
+def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
     """Return the tables of a file that are runs: the named one, all, or the only one that fits.
 
     Raises

@@ -12,12 +12,12 @@ from array import array
 from collections import Counter, deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
-from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table, is_far
 from capsule.importing.units import unit_of
 from capsule.recordings.recording import DECISIVE, LARGEST_NUMBER
@@ -111,7 +111,7 @@ class _Dialect(NamedTuple):
         return value if abs(value) <= LARGEST_NUMBER else np.inf
 
 
-def _plain(keys: SimpleNamespace) -> _Dialect:
+def _plain(keys: Keys) -> _Dialect:
     """Return the dialect without a delimiter, with points in its numbers, and the marks.
 
     A number among the marks of a missing sample matches all its spellings: -999 is also -999.0.
@@ -121,7 +121,7 @@ def _plain(keys: SimpleNamespace) -> _Dialect:
     return way._replace(missing={*_MISSING, *words, *filter(np.isfinite, map(way.number, words))})
 
 
-def read_text(content: bytes, keys: SimpleNamespace) -> Table:
+def read_text(content: bytes, keys: Keys) -> Table:
     """Read the table of a text file; in the log of a serial line, pass over broken lines.
 
     Raises
@@ -153,7 +153,7 @@ def read_text(content: bytes, keys: SimpleNamespace) -> Table:
     return _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
 
 
-def read_rows(rows: _Rows, keys: SimpleNamespace, title: str) -> Table:
+def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
     """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
 
     `rows` holds the number of each row, and its cells; all rows have the same number of cells.
@@ -249,7 +249,7 @@ def _labels(line: str) -> tuple[str, ...]:
     return tuple(label for label, _ in _LABELLED.findall(line))
 
 
-def _guess_dialect(lines: Sequence[_Line], plain: _Dialect, keys: SimpleNamespace) -> _Dialect:
+def _guess_dialect(lines: Sequence[_Line], plain: _Dialect, keys: Keys) -> _Dialect:
     """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
     ways = _distinct(few, plain, keys)
@@ -268,7 +268,7 @@ def _guess_dialect(lines: Sequence[_Line], plain: _Dialect, keys: SimpleNamespac
     return ways[0]
 
 
-def _distinct(lines: Sequence[_Line], plain: _Dialect, keys: SimpleNamespace) -> list[_Dialect]:
+def _distinct(lines: Sequence[_Line], plain: _Dialect, keys: Keys) -> list[_Dialect]:
     """Try each dialect; return those that read different numbers, one of each."""
     # A point is a decimal sign, unless commas appear, too.
     both = any("," in text and "." in text for _, text in lines)
@@ -398,7 +398,7 @@ def _table(
     above: Iterable[list[str]],
     rows: Iterator[tuple[int, list[str]]],
     dialect: _Dialect,
-    keys: SimpleNamespace,
+    keys: Keys,
     stamps: Mapping[int, str],
     *,
     is_log: bool = False,

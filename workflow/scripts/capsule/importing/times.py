@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.units import split_unit, unit_of
 
@@ -73,7 +73,7 @@ class Clock:
     date_order: str = ""
 
 
-def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
+def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
     """Return the time of each sample, from a column or, without an index, from the sampling rate.
 
     Of the keys, ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
@@ -117,7 +117,7 @@ def read_time(table: Table, index: int | None, keys: SimpleNamespace) -> Clock:
     return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
 
 
-def _rate(table: Table, keys: SimpleNamespace, question: str) -> tuple[float, str]:
+def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
     """Return the sampling rate in Hz and where it comes from; ask for it if it is unknown."""
     rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
     low, high = _POSSIBLE_HZ
@@ -131,7 +131,7 @@ def _rate(table: Table, keys: SimpleNamespace, question: str) -> tuple[float, st
     return rate, told
 
 
-def _unit(table: Table, index: int, keys: SimpleNamespace) -> tuple[str, str]:
+def _unit(table: Table, index: int, keys: Keys) -> tuple[str, str]:
     """Return the unit of a column of numbers, and the reason."""
     steps = np.diff(table.columns[index])
     step = float(np.median(steps))
@@ -178,7 +178,7 @@ def text_kind(table: Table, index: int) -> str:
     return next(fitting, "") if texts else ""
 
 
-def _from_texts(table: Table, index: int, keys: SimpleNamespace) -> Clock:
+def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
     """Return the time from dates or times of day; of the orders of a date, one must fit."""
     texts = [text.strip() for text in table.texts(index)]
     kind = keys.time_unit or text_kind(table, index) or "date"

@@ -2,11 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.recordings.names import displayed
 
@@ -72,7 +72,7 @@ def unit_of(text: str) -> str | None:
     return _UNITS.get(text.strip().strip("[]()<>").strip().lower())
 
 
-def reading_unit(table: Table, sensors: Sequence[int], keys: SimpleNamespace) -> tuple[str, str]:
+def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str, str]:
     """Return the unit of the sensors' readings, as lab.yaml names it, and the reason for it.
 
     `sensors` holds the indices of the columns. Of the keys, ``unit`` and ``full_scale`` are used.
