@@ -2,7 +2,8 @@
 
     python tests/benchmarks/compare_intervals.py
 
-Rates: each place has a share of its own, from a beta distribution; its passes are drawn from it.
+Rates: each place has a share of its own, from a beta distribution; its passes are drawn from it,
+as many over each place, or many over a few places and one over all others.
 Areas: normal scores, with a part that all passes over a place share. New specificities: thresholds
 at a rank of healthy scores. The worst case stands first.
 """
@@ -21,7 +22,7 @@ sys.path[:0] = map(str, FOLDERS)
 from judge_report import table
 
 from capsule.arguments import natural
-from capsule.evaluation.intervals import Interval, auc_interval, new_specificity, rate_of
+from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of
 from capsule.seeding import generator
 
 LEVEL = 0.95
@@ -29,6 +30,8 @@ SHARES = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
 CORRELATIONS = (0.05, 0.2, 0.5, 0.8)
 PLACES = (5, 8, 12, 20, 40)
 PASSES = (2, 4, 10)
+# Number of places, and of those with several passes, and how many; the others have one.
+UNEVEN = ((10, 1, 15), (10, 3, 15), (20, 1, 30), (20, 10, 5), (40, 2, 20))
 AREAS = (0.6, 0.76, 0.9, 0.95, 0.98)
 # Number of healthy places and of nodules, passes over each, correlation, spread of the nodules.
 DESIGNS = (
@@ -43,12 +46,13 @@ DESIGNS = (
 
 
 def main() -> None:
-    """Print the three tables."""
+    """Print the four tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--archives", type=natural, default=1000, help="of each case")
     archives = parser.parse_args().archives
     for title, rows in (
         ("A rate over places", rates(archives)),
+        ("A rate over places of which some have many passes", uneven_rates(archives)),
         ("An area under the curve", areas(archives)),
         ("The specificity of a new patient, central 90 %", specificities(archives)),
     ):
@@ -70,15 +74,15 @@ def rates(archives: int) -> list[dict[str, object]]:
         cases: dict[str, list[float]] = {"over places": [], "plainly": []}
         names = []
         for passes in PASSES:
-            clusters = np.repeat(np.arange(places), passes)
+            numbers = np.repeat(np.arange(places), passes)
             for correlation in CORRELATIONS:
                 for share in SHARES:
                     names.append(f"{passes} passes, correlation {correlation}, rate {share}")
                     drawn = [
-                        _hits(names[-1], each, places, passes, share, correlation)
+                        _hits(names[-1], each, numbers, share, correlation)
                         for each in range(archives)
                     ]
-                    for name, of in (("over places", clusters), ("plainly", None)):
+                    for name, of in (("over places", Units.of_places(numbers)), ("plainly", None)):
                         intervals = (rate_of(hits, of, LEVEL) for hits in drawn)
                         cases[name].append(held(intervals, share))
         row: dict[str, object] = {"places": str(places)}
@@ -88,13 +92,46 @@ def rates(archives: int) -> list[dict[str, object]]:
     return _worst_first(rows, "over places: worst")
 
 
+def uneven_rates(archives: int) -> list[dict[str, object]]:
+    """Return how often the interval of a rate holds it, if some places have many passes.
+
+    ``recordings weighed`` is the interval over the same clusters in which each pass weighs as much.
+    """
+    rows = []
+    for places, several, passes in UNEVEN:
+        numbers = np.repeat(np.arange(places), [1] * (places - several) + [passes] * several)
+        ways = {
+            "places weighed": Units.of_places(numbers),
+            "recordings weighed": Units(np.ones(numbers.size), numbers),
+        }
+        cases: dict[str, list[float]] = {way: [] for way in ways}
+        names = []
+        for correlation in CORRELATIONS:
+            for share in SHARES:
+                names.append(f"correlation {correlation}, rate {share}")
+                case = f"{several} of {passes} passes, {names[-1]}"
+                drawn = [_hits(case, each, numbers, share, correlation) for each in range(archives)]
+                for way, units in ways.items():
+                    cases[way].append(held((rate_of(hits, units, LEVEL) for hits in drawn), share))
+        row: dict[str, object] = {
+            "places": str(places),
+            "of these": f"{several} of {passes} passes",
+        }
+        for way, coverage in cases.items():
+            row[f"{way}: worst"], row[f"{way}: mean"] = min(coverage), float(np.mean(coverage))
+        rows.append(row | {"worst case": names[int(np.argmin(cases["places weighed"]))]})
+    return _worst_first(rows, "places weighed: worst")
+
+
 def _hits(
-    case: str, archive: int, places: int, passes: int, share: float, correlation: float
+    case: str, archive: int, places: np.ndarray, share: float, correlation: float
 ) -> np.ndarray:
-    numbers = generator(archive, "rate", str(places), case)
+    """Return whether each pass is a hit; `places` holds the place of each."""
+    count = int(places.max()) + 1
+    numbers = generator(archive, "rate", str(count), case)
     both = (1 - correlation) / correlation
-    of_place = numbers.beta(share * both, (1 - share) * both, places)
-    return numbers.random(places * passes) < np.repeat(of_place, passes)
+    of_place = numbers.beta(share * both, (1 - share) * both, count)
+    return numbers.random(places.size) < of_place[places]
 
 
 def areas(archives: int) -> list[dict[str, object]]:
@@ -113,9 +150,8 @@ def areas(archives: int) -> list[dict[str, object]]:
                 one = _scores(numbers, healthy, passes, correlation)
                 other = apart + spread * _scores(numbers, nodules, passes, correlation)
                 places = np.repeat(np.arange(healthy + nodules), passes)
-                intervals.append(
-                    auc_interval(one, other, LEVEL, *np.split(places, [healthy * passes]))
-                )
+                units = map(Units.of_places, np.split(places, [healthy * passes]))
+                intervals.append(auc_interval(one, other, LEVEL, *units))
             coverage.append(held(intervals, area))
         row: dict[str, object] = {"recordings": name, "nodules' spread": f"{spread:g}"}
         row |= {"worst": min(coverage), "at an area of": f"{AREAS[int(np.argmin(coverage))]:g}"}

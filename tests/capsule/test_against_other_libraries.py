@@ -11,7 +11,7 @@ from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
 from capsule.detectors.calibrate import fit_probability, fit_ridge
-from capsule.evaluation.intervals import auc, height_at, rate, ratio_interval
+from capsule.evaluation.intervals import Units, auc, height_at, rate, ratio_interval
 from capsule.evaluation.measures import brier_score, calibration, prevalence_weights, sign_test
 from capsule.evaluation.rates import of_each
 
@@ -108,4 +108,4 @@ def test_whether_one_detector_is_better_than_another(seed):
     first, second = numbers.random(50) < 0.6, numbers.random(50) < 0.8
     table = [[np.sum(a & b) for b in (second, ~second)] for a in (first, ~first)]
     expected = mcnemar(table, exact=True).pvalue
-    assert sign_test(first, second, np.arange(50)) == pytest.approx(expected)
+    assert sign_test(first, second, Units.of_places(np.arange(50))) == pytest.approx(expected)

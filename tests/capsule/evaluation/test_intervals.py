@@ -11,8 +11,11 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import beta, binom, t
 
 from capsule.evaluation.intervals import (
+    Units,
+    auc,
     effective_count,
     gain_interval,
+    height_at,
     lower_bound,
     mean_interval,
     median_interval,
@@ -54,7 +57,7 @@ def test_one_recording_fewer_would_not_do(expected, wanted, confidence):
 def test_clusters_of_one_recording_change_nothing():
     right = np.array([True] * 17 + [False] * 3)
     values = np.arange(20.0) % 7
-    alone = np.arange(20)
+    alone = Units.of_places(np.arange(20))
     assert rate_of(right, alone, 0.95) == rate_of(right, None, 0.95) == rate(17, 20, 0.95)
     for interval in (mean_interval, median_interval):
         assert interval(values, 0.95, alone) == interval(values, 0.95)
@@ -71,7 +74,7 @@ def test_the_effective_count_is_that_of_rao_and_scott():
     assert effect > 3
     shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
     expected = 20 / effect * shrunk
-    clusters = np.repeat(np.arange(5), 4)
+    clusters = Units.of_places(np.repeat(np.arange(5), 4))
     assert effective_count(right, clusters, 0.95) == pytest.approx(expected)
     assert rate_of(right, clusters, 0.95) == rate(13, 20, 0.95, effective=expected)
     plain = rate(13, 20, 0.95)
@@ -81,7 +84,7 @@ def test_the_effective_count_is_that_of_rao_and_scott():
 
 
 def test_a_perfect_rate_rests_on_as_many_recordings_as_there_are_clusters():
-    right, clusters = np.ones(40, dtype=bool), np.repeat(np.arange(5), 8)
+    right, clusters = np.ones(40, dtype=bool), Units.of_places(np.repeat(np.arange(5), 8))
     shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
     assert effective_count(right, clusters, 0.95) == pytest.approx(5 * shrunk)
     value, low, high = rate_of(right, clusters, 0.95)
@@ -90,17 +93,17 @@ def test_a_perfect_rate_rests_on_as_many_recordings_as_there_are_clusters():
 
 def test_passes_that_contradict_each_other_are_never_worth_more_than_single_ones():
     # One of two passes is right at every place: the sums do not scatter at all.
-    right, clusters = np.tile([True, False], 10), np.repeat(np.arange(10), 2)
+    right, clusters = np.tile([True, False], 10), Units.of_places(np.repeat(np.arange(10), 2))
     assert effective_count(right, clusters, 0.95) < 20
 
 
 def test_fewer_than_three_clusters_have_no_interval():
-    right, clusters = np.array([True, True, False, True]), np.array([0, 0, 1, 1])
+    right, clusters = np.array([True, True, False, True]), Units.of_places(np.array([0, 0, 1, 1]))
     value, low, high = rate_of(right, clusters, 0.95)
     assert value == 0.75 and math.isnan(low) and math.isnan(high)
     assert math.isnan(lower_bound(right, clusters))
     # Single recordings keep theirs, however few.
-    assert rate_of(right[:2], clusters[::2], 0.95) == rate(2, 2, 0.95)
+    assert rate_of(right[:2], Units.of_places(np.arange(2)), 0.95) == rate(2, 2, 0.95)
 
 
 def test_the_lower_bound_is_one_sided():
@@ -136,7 +139,7 @@ def test_the_interval_of_the_median_lies_between_two_of_the_values():
 
 def test_repeated_values_tell_no_more_than_the_values_themselves():
     values = generator(1, "repeated").normal(size=12)
-    repeated, clusters = np.repeat(values, 5), np.repeat(np.arange(12), 5)
+    repeated, clusters = np.repeat(values, 5), Units.of_places(np.repeat(np.arange(12), 5))
     mean, low, high = mean_interval(repeated, 0.95, clusters)
     expected = mean_interval(values, 0.95)
     assert mean == pytest.approx(expected[0])
@@ -145,7 +148,9 @@ def test_repeated_values_tell_no_more_than_the_values_themselves():
     plain = median_interval(repeated, 0.95)
     assert low <= plain[1] and high >= plain[2] and high - low > plain[2] - plain[1]
     gains = np.repeat([1.0, 0.0, 0.0, 1.0, 0.0], 6)
-    _, low, high = gain_interval(0 * gains, gains, 0.95, np.repeat(np.arange(5), 6))
+    _, low, high = gain_interval(
+        0 * gains, gains, 0.95, Units.of_places(np.repeat(np.arange(5), 6))
+    )
     assert low < 0 < gain_interval(0 * gains, gains, 0.95)[1]
 
 
@@ -185,7 +190,7 @@ def test_that_range_holds_the_specificity_of_any_scores_as_often_as_it_says():
 @pytest.mark.parametrize(("places", "passes", "share"), [(5, 4, 0.5), (12, 6, 0.8), (20, 3, 0.9)])
 def test_the_interval_of_a_rate_over_places_holds_the_truth(places, passes, share):
     numbers, inside, plainly = generator(1, "places", str(places)), 0, 0
-    clusters = np.repeat(np.arange(places), passes)
+    clusters = Units.of_places(np.repeat(np.arange(places), passes))
     for _ in range(400):
         of_place = numbers.beta(share, 1 - share, places)  # intra-cluster correlation 0.5
         right = numbers.random(places * passes) < np.repeat(of_place, passes)
@@ -195,6 +200,41 @@ def test_the_interval_of_a_rate_over_places_holds_the_truth(places, passes, shar
         plainly += low <= share <= high
     assert inside / 400 >= 0.9
     assert plainly / 400 < 0.87
+
+
+def test_one_place_of_many_passes_weighs_as_any_other():
+    # Of ten places one has 15 passes, so that passes say another rate than places.
+    places = np.array([*range(9), *[9] * 15])
+    numbers, inside, plainly = generator(1, "one place of many passes"), 0, 0
+    for _ in range(1000):
+        of_place = numbers.beta(0.8, 0.2, 10)  # intra-cluster correlation 0.5
+        right = numbers.random(24) < of_place[places]
+        value, low, high = rate_of(right, Units.of_places(places), 0.95)
+        assert value == pytest.approx((right[:9].sum() + right[9:].mean()) / 10)
+        inside += low <= 0.8 <= high
+        _, low, high = rate_of(right, Units(np.ones(24), places), 0.95)
+        plainly += low <= 0.8 <= high
+    assert inside / 1000 >= 0.93
+    assert plainly / 1000 < 0.93
+
+
+def test_weights_of_places_count_in_every_measure():
+    # Three passes over one place, and one over each of three: repeated ones must not count.
+    places = np.array([0, 0, 0, 1, 2, 3])
+    units, values = Units.of_places(places), np.array([5.0, 5.0, 5.0, 1.0, 2.0, 4.0])
+    once = values[2:]
+    assert mean_interval(values, 0.95, units)[0] == pytest.approx(once.mean())
+    assert median_interval(values, 0.95, units)[0] == np.median(once)
+    assert gain_interval(0 * values, values / 5, 0.95, units)[0] == pytest.approx(once.mean() / 5)
+    weights = units.weights, np.ones(4)
+    nodule = np.array([0.0, 3.0, 4.5, 6.0])
+    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule))
+    grid = np.linspace(0, 1, 21)
+    expected = height_at(once, nodule, grid)
+    np.testing.assert_allclose(height_at(values, nodule, grid, weights), expected)
+    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once))
+    expected = height_at(nodule, once, grid)
+    np.testing.assert_allclose(height_at(nodule, values, grid, weights[::-1]), expected)
 
 
 def score_at(hits, count, other_hits, other_count, ratio):
@@ -281,7 +321,8 @@ def test_the_gains_interval_stays_between_losing_all_and_winning_all():
 
 
 def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
-    gains, clusters = np.array([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0]), np.repeat(np.arange(5), 2)
+    gains = np.array([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0])
+    clusters = Units.of_places(np.repeat(np.arange(5), 2))
     size = effective_count(gains, clusters, 0.95, gains.var())
     widened, weights = [*gains, 1, -1], [*[size / 10] * 10, 1, 1]
     centre = np.average(widened, weights=weights)

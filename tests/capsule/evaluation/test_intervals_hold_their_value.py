@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from capsule.evaluation import intervals, measures
 from capsule.evaluation.intervals import (
+    Units,
     gain_interval,
     lower_bound,
     mean_interval,
@@ -95,18 +96,18 @@ CLUSTERED = st.lists(
 @given(CLUSTERED, LEVEL)
 def test_of_anything_over_clusters(values, level):
     shares, clusters = (np.array(each) for each in zip(*values, strict=True))
-    clusters = clusters.astype(int)
+    units = Units.of_places(clusters.astype(int))
     for interval in (
-        rate_of(shares, clusters, level),
-        gain_interval(0 * shares, shares, level, clusters),
-        mean_interval(shares, level, clusters),
-        median_interval(shares, level, clusters),
+        rate_of(shares, units, level),
+        gain_interval(0 * shares, shares, level, units),
+        mean_interval(shares, level, units),
+        median_interval(shares, level, units),
     ):
         value, low, high = interval
         assert math.isnan(low) == math.isnan(high)
         assert math.isnan(low) or low <= value <= high
-    bound = lower_bound(shares, clusters)
-    assert math.isnan(bound) or 0 <= bound <= shares.mean()
+    bound = lower_bound(shares, units)
+    assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)
 
 
 SCORES = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 4)), min_size=1, max_size=12)
@@ -115,9 +116,10 @@ SCORES = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 4)), min_size=1, m
 @given(SCORES, SCORES, st.booleans(), LEVEL)
 def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
     (healthy, one), (nodule, other) = (np.array(each).T for each in (healthy, nodule))
-    clusters = (one, other) if clustered else ()
-    area, low, high = intervals.auc_interval(healthy, nodule, level, *clusters)
-    assert area == intervals.auc(healthy, nodule)
+    units = [Units.of_places(each) for each in (one, other)] if clustered else []
+    area, low, high = intervals.auc_interval(healthy, nodule, level, *units)
+    weights = tuple(each.weights for each in units) if clustered else None
+    assert area == intervals.auc(healthy, nodule, weights)
     assert math.isnan(low) == math.isnan(high)
     assert math.isnan(low) or 0 <= low <= area <= high <= 1
     if not clustered:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from capsule.evaluation.columns import RATES
-from capsule.evaluation.intervals import lower_bound, rate, rate_of
+from capsule.evaluation.intervals import Units, lower_bound, rate, rate_of
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.rates import cluster_unit, is_right, of_each
 
@@ -134,7 +134,8 @@ def test_the_interval_of_a_rate_is_over_places():
     table_of = predictions(pairs)
     index = index_of(table_of["recording"], site=["a", "a", "b", "b", "c", "c", "d", "d"])
     (row,) = rate_tables(table_of, [0.0, 1.0], RULES, index)["specificity"].to_dict("records")
-    right, places = np.array([True] * 6 + [False] * 2), np.repeat(np.arange(4), 2)
+    right = np.array([True] * 6 + [False] * 2)
+    places = Units.of_places(np.repeat(np.arange(4), 2))
     expected = rate_of(right, places, 0.95)
     assert [row[f"specificity{end}"] for end in ("", "_low", "_high")] == list(expected)
     assert row["specificity_at_least"] == lower_bound(right, places)

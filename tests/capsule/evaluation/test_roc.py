@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from capsule.evaluation import intervals
-from capsule.evaluation.intervals import normal_quantile, student_factor
+from capsule.evaluation.intervals import Units, normal_quantile, student_factor
 from capsule.seeding import generator
 
 SCORES = st.lists(st.integers(0, 9), min_size=1, max_size=12).map(np.array)
@@ -77,23 +77,26 @@ def test_passes_over_a_place_widen_the_interval_as_obuchowski_says():
     numbers = generator(1, "obuchowski")
     healthy, nodule = numbers.normal(0, 1, 12), numbers.normal(1, 1, 12)
     clusters = np.arange(12), np.arange(12, 24)
-    plain = intervals.auc_interval(healthy, nodule, 0.95, *clusters)
+    plain = intervals.auc_interval(healthy, nodule, 0.95, *map(Units.of_places, clusters))
     assert plain == intervals.auc_interval(healthy, nodule, 0.95)
     # The same score of each place five times tells no more than once.
     repeated = [np.repeat(each, 5) for each in (healthy, nodule, *clusters)]
-    area, low, high = intervals.auc_interval(*repeated[:2], 0.95, *repeated[2:])
+    area, low, high = intervals.auc_interval(
+        *repeated[:2], 0.95, *map(Units.of_places, repeated[2:])
+    )
     assert area == pytest.approx(plain[0])
     assert (low, high) == pytest.approx(plain[1:], abs=0.05)
     careless = intervals.auc_interval(*repeated[:2], 0.95)
     assert high - low > 1.8 * (careless[2] - careless[1])
-    two = intervals.auc_interval(*repeated[:2], 0.95, repeated[2] // 6, repeated[3])
-    assert two[0] == area and math.isnan(two[1])
+    few = Units.of_places(repeated[2] // 6), Units.of_places(repeated[3])
+    two = intervals.auc_interval(*repeated[:2], 0.95, *few)
+    assert two[0] == pytest.approx(area) and math.isnan(two[1])
 
 
 def test_a_perfect_area_of_few_places_rests_on_their_number():
     healthy, nodule = np.arange(20.0), np.arange(20.0) + 100
     clusters = np.repeat(np.arange(4), 5), np.repeat(np.arange(4, 8), 5)
-    _, low, high = intervals.auc_interval(healthy, nodule, 0.95, *clusters)
+    _, low, high = intervals.auc_interval(healthy, nodule, 0.95, *map(Units.of_places, clusters))
     assert high == 1.0 and low < intervals.auc_interval(healthy[:4], nodule[:4], 0.95)[1]
 
 
@@ -134,7 +137,8 @@ def test_over_clusters_the_numbers_are_divided_by_the_design_effect_written_out(
         of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - area).sum() / 10
         clustered += of_mean**2
     factor = student_factor(5, 0.95) / max(clustered / alone, 1.0)
-    found = intervals.auc_interval(healthy, nodule, 0.95, of_healthy, of_nodule)
+    units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
+    found = intervals.auc_interval(healthy, nodule, 0.95, *units)
     assert found[0] == pytest.approx(area)
     m, n, z = 18 * factor, 10 * factor, normal_quantile(0.95)
     more = max((m + n) / 2 - 1, 0)

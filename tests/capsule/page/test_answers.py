@@ -5,7 +5,6 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from capsule import words
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.intervals import rate
 from capsule.evaluation.lead import Lead
@@ -105,27 +104,6 @@ def test_the_papers_false_alarms_leave_no_size_reliably_found():
     # The one-sided bounds of 30 % of 20 and of 75 % of 20.
     settings["report"] = {"reliable_rate": 0.16}
     assert paper_answers(paper, sizing(), settings, 1)["found"].startswith("1 mm and larger")
-
-
-def test_the_mean_error_counts_a_missed_nodule_as_0_mm():
-    predictions = pd.DataFrame(
-        {"size_mm": [0.0, 2.0, 2.0, 3.0], "predicted_mm": [5.0, 2.0, UNKNOWN, 4.0]}
-    )
-    error = answers.mean_size_error(predictions, 0.95)
-    missed = predictions.fillna(0.0)
-    assert answers.mean_size_error(missed, 0.95) == error
-    assert error.value == 1.0
-    assert error.of == 3
-    # Student's t with 2 degrees of freedom is 4.3027 at 95 %.
-    assert error.high == pytest.approx(1.0 + 4.3027 * 1.0 / 3**0.5, abs=1e-3)
-    assert error.low == 0.0
-
-
-def test_without_nodules_there_is_no_size_error():
-    predictions = pd.DataFrame({"size_mm": [0.0], "predicted_mm": [0.0]})
-    error = answers.mean_size_error(predictions, 0.95)
-    assert error.of == 0
-    assert words.number(error.value) == "not known"
 
 
 def test_within_tolerance_pools_counts():

@@ -1,8 +1,8 @@
 """The intervals of rates, means, differences and areas, over recordings that may share a place.
 
-Passes over one place succeed or fail together. They count as fewer recordings than they are. So
-each function takes the cluster of each recording, such as its place. Without clusters, and if every
-cluster is of one recording, the recordings are independent.
+What is estimated is the rate at a new place. Each of m passes over a place weighs 1 / m, and passes
+over one place succeed or fail together. So each function takes the `Units` of the recordings.
+Without them, and if every cluster is of one recording, the recordings are independent.
 
 An interval is a value with its two ends. All three are NaN without a recording. The ends are NaN if
 there are too few recordings or clusters. The confidence is the level of the interval, such as 0.95.
@@ -11,11 +11,12 @@ there are too few recordings or clusters. The confidence is the level of the int
 import math
 from collections.abc import Callable
 from statistics import NormalDist
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
+from capsule.detectors.calibrate import place_weights
 
 #: A value with the ends of its interval.
 Interval: TypeAlias = tuple[float, float, float]
@@ -29,6 +30,36 @@ _OF_NEW = 0.9
 FEWEST_CLUSTERS = 3
 # Largest logarithm of a ratio that the search for the ends of its interval needs.
 _WIDEST = 60.0
+# In ranks, and in recordings.
+_ROUNDING = 1e-9
+
+
+class Units(NamedTuple):
+    """What recordings stand for in a rate.
+
+    Attributes
+    ----------
+    weights : (n,) array
+        1 / m of each recording, where m are passes over its place.
+    clusters : (n,) array of int
+        What the next archive draws anew: the place, or the set-up.
+    """
+
+    weights: FloatArray
+    clusters: IntArray
+
+    @classmethod
+    def of_places(cls, places: IntArray) -> "Units":
+        """Return the units of recordings whose places are all their passes, numbered from 0 on."""
+        return cls(place_weights(places), places)
+
+    def of(self, some: BoolArray) -> "Units":
+        """Return the units of some of the recordings."""
+        return Units(self.weights[some], self.clusters[some])
+
+
+def _weights(units: Units | None, count: int) -> FloatArray:
+    return np.ones(count) if units is None else units.weights
 
 
 def normal_quantile(confidence: float) -> float:
@@ -54,47 +85,51 @@ def student_factor(clusters: int, confidence: float) -> float:
 
 def effective_count(
     values: FloatArray | BoolArray,
-    clusters: IntArray | None,
+    units: Units | None,
     confidence: float,
     variance: float | None = None,
 ) -> float:
-    """Return how many independent values tell as much about the mean as these clustered ones.
+    """Return how many independent values tell as much about the weighted mean as these.
 
-    The variance of the mean follows from the sums of the K clusters. The design effect is this
-    variance divided by that of n independent values, and at least 1. The effective number is n
-    divided by it (Rao and Scott, Biometrics 48, 1992). If the values do not differ, it is K. It is
-    multiplied by the `student_factor`.
+    The variance of the mean follows from the weighted sums of the K clusters. The design effect is
+    this variance divided by that of independent values, and at least 1. The effective number is
+    (sum of w)^2 / (sum of w^2), which is n for equal weights (Kish 1965), divided by it (Rao and
+    Scott, Biometrics 48, 1992). If the values do not differ, it is K. It is multiplied by the
+    `student_factor`.
 
     Parameters
     ----------
     values : (n,) array
         The values; for a rate, 1 for a hit and 0 for none.
-    clusters : (n,) array of int, optional
-        The cluster of each value. If no two values share one, the effective number is n. With fewer
-        than `FEWEST_CLUSTERS`, it is NaN.
+    units : Units, optional
+        The units of the values. If no two values share a cluster, the effective number is n. With
+        fewer clusters than `FEWEST_CLUSTERS`, it is NaN.
     confidence : float
         Level of the interval that is to be computed.
     variance : float, optional
         Variance of a single value; by default p (1 - p) of their mean p, as of a rate.
     """
-    count = values.size
-    labels, cluster_of = np.unique([] if clusters is None else clusters, return_inverse=True)
-    if clusters is None or labels.size == count:
-        return count
+    if units is None or not values.size:
+        return values.size
+    weights, total = units.weights, units.weights.sum()
+    labels, cluster_of = np.unique(units.clusters, return_inverse=True)
+    independent = float(total**2 / np.sum(weights**2))
+    if labels.size == values.size:
+        return independent
     if labels.size < FEWEST_CLUSTERS:
         return math.nan
-    mean = values.mean()
+    mean = np.average(values, weights=weights)
     if variance is None:
         variance = float(mean * (1 - mean))
     effective = float(labels.size)
     if variance > 0:
-        sums = np.bincount(cluster_of, values - mean)
-        of_mean = labels.size / (labels.size - 1) * float(sums @ sums) / count**2
-        effective = min(variance / of_mean, count) if of_mean > 0 else count
+        sums = np.bincount(cluster_of, weights * (values - mean))
+        of_mean = labels.size / (labels.size - 1) * float(sums @ sums) / total**2
+        effective = min(variance / of_mean, independent) if of_mean > 0 else independent
     return effective * student_factor(labels.size, confidence)
 
 
-def rate(hits: float, count: int, confidence: float, effective: float | None = None) -> Interval:
+def rate(hits: float, count: float, confidence: float, effective: float | None = None) -> Interval:
     """Return a rate and its Wilson interval, of as many recordings as are effective.
 
     Hits that are means of several verdicts need not be whole numbers. The effective number is that
@@ -115,23 +150,24 @@ def rate(hits: float, count: int, confidence: float, effective: float | None = N
     return share, min(low, share), max(high, share)
 
 
-def rate_of(
-    right: FloatArray | BoolArray, clusters: IntArray | None, confidence: float
-) -> Interval:
-    """Return the share of hits among recordings, and its Wilson interval over clusters.
+def rate_of(right: FloatArray | BoolArray, units: Units | None, confidence: float) -> Interval:
+    """Return the weighted share of hits among recordings, and its Wilson interval.
 
     Each recording of ``right`` is 1 for a hit, 0 for none, or a share between.
     """
-    effective = effective_count(right, clusters, confidence)
-    return rate(right.sum().item(), right.size, confidence, effective)
+    weights = _weights(units, right.size)
+    effective = effective_count(right, units, confidence)
+    # Two sums of the same kind, so that all hits give exactly 1.
+    hits, count = (float(weights @ each) for each in (right, np.ones(right.size)))
+    return rate(hits, count, confidence, effective)
 
 
-def lower_bound(right: FloatArray | BoolArray, clusters: IntArray | None = None) -> float:
+def lower_bound(right: FloatArray | BoolArray, units: Units | None = None) -> float:
     """Return the one-sided 95 % lower bound of a rate, from Wilson's interval over clusters.
 
     A rate is reliably reached if this bound reaches it, not if the estimate does.
     """
-    return rate_of(right, clusters, 2 * ONE_SIDED - 1)[1]
+    return rate_of(right, units, 2 * ONE_SIDED - 1)[1]
 
 
 def last_outside(outside: Callable[[float], bool], out: float, inside: float) -> float:
@@ -189,41 +225,45 @@ def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
     return difference / math.sqrt(variance)
 
 
-def mean_interval(
-    values: FloatArray, confidence: float, clusters: IntArray | None = None
-) -> Interval:
-    """Return a mean and its Student interval.
+def mean_interval(values: FloatArray, confidence: float, units: Units | None = None) -> Interval:
+    """Return a weighted mean and its Student interval.
 
-    With clusters, the standard error is that of `effective_count`, which already holds the factor
+    Over clusters, the standard error is that of `effective_count`, which already holds the factor
     of Student's t.
     """
     count = values.size
     if count < 2:
         return (float(values[0]), math.nan, math.nan) if count else UNKNOWN
-    mean, deviation = float(values.mean()), values.std(ddof=1)
-    size = effective_count(values, clusters, confidence, float(deviation**2))
+    weights = _weights(units, count)
+    mean, total = float(np.average(values, weights=weights)), weights.sum()
+    off = (values - mean) ** 2
+    variance = float(np.sum(weights * off) / (total - np.sum(weights**2) / total))
+    size = effective_count(values, units, confidence, variance)
     quantile = (
         _student_quantile(count - 1, confidence) if size == count else normal_quantile(confidence)
     )
-    reach = float(quantile * deviation / size**0.5)
+    reach = float(quantile * math.sqrt(variance) / size**0.5)
     return mean, mean - reach, mean + reach
 
 
-def median_interval(
-    values: FloatArray, confidence: float, clusters: IntArray | None = None
-) -> Interval:
-    """Return a median and its interval, which holds for any distribution.
+def median_interval(values: FloatArray, confidence: float, units: Units | None = None) -> Interval:
+    """Return a weighted median and its interval, which holds for any distribution.
 
-    The ends are two of the values. With clusters, they are the values between which the Wilson
+    The ends are two of the values. Over clusters, they are the values between which the Wilson
     interval of a share of one half lies, of as many recordings as the clusters are worth (Woodruff
     1952).
     """
     if values.size == 0:
         return UNKNOWN
-    ordered, count = np.sort(values), values.size
-    median = float(np.median(ordered))
-    effective = effective_count(values < median, clusters, confidence)
-    # The ends are the values of these ranks, counted from 1; a rank of 0 is none.
+    order, count = np.argsort(values, kind="stable"), values.size
+    ordered = values[order]
+    # The rank of each value, counted from 1; 1 / m of a rank for each of m passes over a place.
+    ranks = np.cumsum(_weights(units, count)[order])
+    ranks *= count / ranks[-1]
+    middle = ranks.searchsorted([count / 2 - _ROUNDING, count / 2 + _ROUNDING])
+    median = float(ordered[middle].mean())
+    effective = effective_count(values < median, units, confidence)
+    # The ends are the values of these places, counted from 1; a place of 0 is none.
     first = last = 0
     if effective == count:
         from scipy.special import bdtr
@@ -234,7 +274,8 @@ def median_interval(
         last = count + 1 - first
     elif not math.isnan(effective):
         _, low, high = rate(0.5 * count, count, confidence, effective)
-        first, last = max(math.floor(low * count), 1), min(math.ceil(high * count) + 1, count)
+        first = max(int(ranks.searchsorted(low * count, "right")), 1)
+        last = min(int(ranks.searchsorted(high * count)) + 2, count)
     if first == 0:
         return median, math.nan, math.nan
     return median, float(ordered[first - 1]), float(ordered[last - 1])
@@ -244,31 +285,31 @@ def gain_interval(
     before: FloatArray | BoolArray,
     after: FloatArray | BoolArray,
     confidence: float,
-    clusters: IntArray | None = None,
+    units: Units | None = None,
 ) -> Interval:
     """Return the mean gain in correct verdicts of the same recordings, with its interval.
 
     The interval is that of Bonett and Price for paired shares (2012): a Wald interval with two
     added recordings, one that gains everything and one that loses everything. It also holds for
-    means over splits, whose differences lie between these two. With clusters, all recordings
-    together weigh as many as `effective_count` says.
+    means over splits, whose differences lie between these two. All recordings together weigh as
+    many as `effective_count` says.
 
     Before and after are shares of correct verdicts of each recording, 0 to 1. A recording with a
     NaN, because it was not judged both times, does not count.
     """
     difference = np.asarray(after, dtype=np.float64) - before
     known = ~np.isnan(difference)
-    difference = difference[known]
-    count = difference.size
-    if count == 0:
+    difference, units = difference[known], None if units is None else units.of(known)
+    if difference.size == 0:
         return UNKNOWN
-    clusters = None if clusters is None else clusters[known]
-    value = float(difference.mean())
-    effective = effective_count(difference, clusters, confidence, float(difference.var()))
+    weights = _weights(units, difference.size)
+    value = float(np.average(difference, weights=weights))
+    variance = float(np.average((difference - value) ** 2, weights=weights))
+    effective = effective_count(difference, units, confidence, variance)
     if math.isnan(effective):
         return value, math.nan, math.nan
     widened = np.append(difference, [1.0, -1.0])
-    weights = np.append(np.full(count, effective / count), [1.0, 1.0])
+    weights = np.append(weights * (effective / weights.sum()), [1.0, 1.0])
     centre = float(np.average(widened, weights=weights))
     variance = np.average((widened - centre) ** 2, weights=weights)
     reach = normal_quantile(confidence) * math.sqrt(variance / (effective + 2))
@@ -313,30 +354,54 @@ def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
     return max(math.ceil(count - 1e-9), 1)
 
 
-def auc(healthy: FloatArray, nodule: FloatArray) -> float:
+def auc(
+    healthy: FloatArray,
+    nodule: FloatArray,
+    weights: tuple[FloatArray, FloatArray] | None = None,
+) -> float:
     """Return the area under the ROC curve: how often a nodule scores above a healthy recording.
 
-    Ties count half. The area is NaN if there are no scores of a kind.
+    Ties count half. The weights are those of the healthy recordings and of the nodules. The area is
+    NaN if there are no scores of a kind.
     """
     if healthy.size == 0 or nodule.size == 0:
         return math.nan
-    return float(_twice_below(healthy, nodule).sum() / nodule.size / (2 * healthy.size))
+    quiet, found = weights or (np.ones(healthy.size), np.ones(nodule.size))
+    twice = _twice_below(healthy, quiet, nodule)
+    return float((found * twice).sum() / found.sum() / (2 * quiet.sum()))
 
 
-def _twice_below(scores: FloatArray, others: FloatArray) -> IntArray:
-    """Return for each of the others twice the number of scores below it; equal ones count half."""
-    ordered = np.sort(scores)
-    twice: IntArray = ordered.searchsorted(others, "left") + ordered.searchsorted(others, "right")
+def _twice_below(scores: FloatArray, weights: FloatArray, others: FloatArray) -> FloatArray:
+    """Return for each of the others twice the weight of the scores below it; equal ones half."""
+    order = np.argsort(scores, kind="stable")
+    below = np.append(0.0, np.cumsum(weights[order]))
+    ordered = scores[order]
+    twice: FloatArray = (
+        below[ordered.searchsorted(others, "left")] + below[ordered.searchsorted(others, "right")]
+    )
     return twice
 
 
-def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return the true positive rate at no more than each false positive rate, (G,)."""
-    allowed = np.minimum(np.floor(grid * healthy.size + 1e-9).astype(int), healthy.size)
+def height_at(
+    healthy: FloatArray,
+    nodule: FloatArray,
+    grid: FloatArray,
+    weights: tuple[FloatArray, FloatArray] | None = None,
+) -> FloatArray:
+    """Return the true positive rate at no more than each false positive rate, (G,).
+
+    The weights are those of the healthy recordings and of the nodules.
+    """
+    quiet, found = weights or (np.ones(healthy.size), np.ones(nodule.size))
+    order = np.argsort(-healthy, kind="stable")
+    alarms = np.cumsum(quiet[order])
+    allowed = alarms.searchsorted(grid * quiet.sum() + _ROUNDING, "right")
     # With k false positives allowed, the threshold is the score of rank k + 1 from the top.
-    thresholds = np.append(np.sort(healthy)[::-1], -np.inf)[allowed]
-    not_above = np.sort(nodule).searchsorted(thresholds, side="right")
-    heights: FloatArray = 1.0 - not_above / nodule.size
+    thresholds = np.append(healthy[order], -np.inf)[allowed]
+    order = np.argsort(nodule, kind="stable")
+    below = np.append(0.0, np.cumsum(found[order]))
+    not_above = below[nodule[order].searchsorted(thresholds, side="right")]
+    heights: FloatArray = 1.0 - not_above / below[-1]
     return heights
 
 
@@ -344,8 +409,8 @@ def auc_interval(
     healthy: FloatArray,
     nodule: FloatArray,
     confidence: float,
-    healthy_clusters: IntArray | None = None,
-    nodule_clusters: IntArray | None = None,
+    healthy_units: Units | None = None,
+    nodule_units: Units | None = None,
 ) -> Interval:
     """Return the area under the ROC curve, and an interval that does not collapse at 0 or 1.
 
@@ -355,10 +420,11 @@ def auc_interval(
 
         V(A) = A (1 - A) / (m n) (1 + N (1 - A) / (2 - A) + N A / (1 + A)),  N = (m + n) / 2 - 1
 
-    With clusters, m and n are divided by the design effect, which is at least 1. It is the variance
-    of the area from sums of its components over clusters (Obuchowski, Biometrics 53, 1997), divided
-    by that without clusters (DeLong 1988). For an area of 0 or 1, m and n are the numbers of
-    clusters. Both are multiplied by the `student_factor` of the smaller number of clusters.
+    With units, m and n are the independent numbers of `effective_count`, divided by the design
+    effect, which is at least 1. It is the variance of the area from sums of its components over
+    clusters (Obuchowski, Biometrics 53, 1997), divided by that without clusters (DeLong 1988). For
+    an area of 0 or 1, m and n are the numbers of clusters. Both are multiplied by the
+    `student_factor` of the smaller number of clusters.
 
     Parameters
     ----------
@@ -366,24 +432,29 @@ def auc_interval(
         Scores. Without any of a kind, all values are NaN.
     confidence : float
         Level of the interval.
-    healthy_clusters, nodule_clusters : (m,), (n,) array of int, optional
-        The cluster of each recording. A cluster may have recordings of both kinds. The ends are NaN
+    healthy_units, nodule_units : Units, optional
+        The units of the recordings. A cluster may have recordings of both kinds. The ends are NaN
         with fewer than `FEWEST_CLUSTERS` of a kind, if any cluster has several recordings.
     """
-    area = auc(healthy, nodule)
+    if healthy_units is None or nodule_units is None:
+        healthy_units, nodule_units = (
+            Units(np.ones(size), np.arange(size) + start)
+            for size, start in ((healthy.size, 0), (nodule.size, healthy.size))
+        )
+    both = healthy_units, nodule_units
+    area = auc(healthy, nodule, (healthy_units.weights, nodule_units.weights))
     if math.isnan(area):
         return UNKNOWN
-    m, n = float(healthy.size), float(nodule.size)
-    if healthy_clusters is not None and nodule_clusters is not None:
-        kinds = [np.unique(each).size for each in (healthy_clusters, nodule_clusters)]
-        joined = np.concatenate([healthy_clusters, nodule_clusters])
-        if np.unique(joined).size < joined.size:
-            if min(kinds) < FEWEST_CLUSTERS:
-                return area, math.nan, math.nan
-            effect = _effect_on_area(healthy, nodule, joined)
-            m, n = (m / effect, n / effect) if effect else (float(kinds[0]), float(kinds[1]))
-            factor = student_factor(min(kinds), confidence)
-            m, n = m * factor, n * factor
+    m, n = (float(each.weights.sum() ** 2 / np.sum(each.weights**2)) for each in both)
+    kinds = [np.unique(each.clusters).size for each in both]
+    joined = np.concatenate([each.clusters for each in both])
+    if np.unique(joined).size < joined.size:
+        if min(kinds) < FEWEST_CLUSTERS:
+            return area, math.nan, math.nan
+        effect = _effect_on_area(healthy, nodule, both)
+        m, n = (m / effect, n / effect) if effect else (float(kinds[0]), float(kinds[1]))
+        factor = student_factor(min(kinds), confidence)
+        m, n = m * factor, n * factor
     z = normal_quantile(confidence)
 
     def outside(candidate: float) -> bool:
@@ -395,21 +466,22 @@ def auc_interval(
     return area, last_outside(outside, 0.0, area), last_outside(outside, 1.0, area)
 
 
-def _effect_on_area(healthy: FloatArray, nodule: FloatArray, clusters: IntArray) -> float:
-    """Return the design effect of an area, at least 1; 0 if its components do not differ.
-
-    The clusters, (m + n,), are first those of the healthy recordings.
-    """
-    below = _twice_below(nodule, healthy) / (2 * nodule.size)
-    components = np.concatenate([1 - below, _twice_below(healthy, nodule) / (2 * healthy.size)])
-    of_nodule = np.arange(components.size) >= healthy.size
-    labels, cluster_of = np.unique(clusters, return_inverse=True)
+def _effect_on_area(healthy: FloatArray, nodule: FloatArray, units: tuple[Units, Units]) -> float:
+    """Return the design effect of an area, at least 1; 0 if its components do not differ."""
+    quiet, found = units[0].weights, units[1].weights
+    components = (
+        1 - _twice_below(nodule, found, healthy) / (2 * found.sum()),
+        _twice_below(healthy, quiet, nodule) / (2 * quiet.sum()),
+    )
+    labels = np.unique(np.concatenate([each.clusters for each in units]))
     independent, sums = 0.0, np.zeros(labels.size)
-    for kind in (of_nodule, ~of_nodule):
-        centred = components[kind] - components[kind].mean()
-        size, number = centred.size, np.unique(clusters[kind]).size
-        independent += float(centred @ centred) / (size * max(size - 1, 1))
+    for values, (weights, clusters) in zip(components, units, strict=True):
+        total = weights.sum()
+        centred = values - np.average(values, weights=weights)
+        count, number = total**2 / np.sum(weights**2), np.unique(clusters).size
+        independent += float(weights @ centred**2) / total / max(count - 1, 1)
         # Each kind has its own number of clusters.
-        grown = math.sqrt(number / (number - 1)) / size
-        sums += grown * np.bincount(cluster_of[kind], centred, minlength=labels.size)
+        grown = math.sqrt(number / (number - 1)) / total
+        cluster_of = np.searchsorted(labels, clusters)
+        sums += grown * np.bincount(cluster_of, weights * centred, minlength=labels.size)
     return max(float(sums @ sums) / independent, 1.0) if independent > 0 else 0.0

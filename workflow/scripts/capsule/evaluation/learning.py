@@ -22,7 +22,7 @@ from capsule.arrays import RecordArray
 from capsule.detectors.base import Detector, TrainingArchive
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
 from capsule.evaluation.intervals import gain_interval
-from capsule.evaluation.rates import cells_over, is_right, rate_over
+from capsule.evaluation.rates import cells_over, is_right, rate_over, units_of
 from capsule.kinds import Cells, Spread
 from capsule.seeding import generator
 
@@ -185,6 +185,8 @@ def learning_rows(
         taught[ALL_BUT_ONE] = mean_taught(counted, sizes_mm)
     recordings = pd.DataFrame({"size_mm": pd.Series(sizes_mm, dtype=float), "setup": -1})
     recordings["place"] = pd.factorize(pd.Series(places))[0]
+    passes = recordings.groupby(["place", "size_mm"])["place"].transform("size")
+    recordings["weight"] = 1.0 / passes
     rows = []
     for name in detectors:
         last = _right(alone.loc[alone["detector"] == name, "predicted_mm"], sizes_mm)
@@ -206,7 +208,7 @@ def _rate_rows(
         of_range = rated[(rated["size_mm"] >= first) & (rated["size_mm"] <= last)]
         # In a large archive not every recording is judged at every share.
         known = of_range[~np.isnan(of_range["right"])]
-        right, after, places = (of_range[name] for name in ("right", "after", "place"))
+        right, after = of_range["right"], of_range["after"]
         yield cells_over(
             known,
             taught=round(sum(counts.values()), 6),
@@ -216,5 +218,5 @@ def _rate_rows(
             taught_of_size=sum(n for size, n in counts.items() if first <= size <= last),
             judged=len(known),
             rate=rate_over(known, confidence),
-            gain=gain_interval(right, after, confidence, places),
+            gain=gain_interval(right, after, confidence, units_of(of_range)),
         )

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from capsule.arrays import BoolArray, FloatArray, IntArray, RecordArray
+from capsule.arrays import BoolArray, FloatArray, RecordArray
 from capsule.detectors.base import TrainingArchive
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.cross_validation import (
@@ -20,6 +20,7 @@ from capsule.evaluation.cross_validation import (
 from capsule.evaluation.intervals import (
     UNKNOWN,
     Interval,
+    Units,
     auc_interval,
     effective_count,
     gain_interval,
@@ -34,13 +35,13 @@ from capsule.evaluation.learning import learning_rows
 from capsule.evaluation.rates import (
     cells_over,
     cluster_unit,
-    clusters_of,
     confusion,
     detection,
     of_each,
     rate_over,
     sizing,
     specificity,
+    units_of,
     with_ends,
 )
 from capsule.evaluation.sites import detections_by_passes
@@ -181,7 +182,7 @@ def _mean_of(first: Interval, second: Interval) -> Interval:
 
 def _absolute_error(error: FloatArray, rows: RecordArray, confidence: float) -> Interval:
     """Return the mean absolute error with its interval, which does not reach below 0."""
-    value, low, high = mean_interval(np.abs(error), confidence, clusters_of(rows))
+    value, low, high = mean_interval(np.abs(error), confidence, units_of(rows))
     # NaN stays NaN as the first argument.
     return value, max(low, 0.0), high
 
@@ -193,16 +194,17 @@ def areas(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     """
     for size_mm, healthy, nodules in _scored(rows):
         unit = cluster_unit(healthy, nodules)
-        clusters = healthy[unit], nodules[unit]
-        area = auc_interval(healthy["score"], nodules["score"], rules["confidence"], *clusters)
-        count = np.unique(np.concatenate(clusters)).size
+        units = units_of(healthy, unit), units_of(nodules, unit)
+        area = auc_interval(healthy["score"], nodules["score"], rules["confidence"], *units)
+        count = np.unique(np.concatenate([each.clusters for each in units])).size
         yield with_ends(size_mm=size_mm, auc=area, clusters=count)
 
 
 def curves(rows: RecordArray, _: Settings) -> Iterator[Cells]:
     """Yield the points of the ROC curves, for any nodule and for each size."""
     for size_mm, healthy, nodules in _scored(rows):
-        heights = height_at(healthy["score"], nodules["score"], _GRID)
+        weights = healthy["weight"], nodules["weight"]
+        heights = height_at(healthy["score"], nodules["score"], _GRID, weights)
         for allowed, found in zip(_GRID.tolist(), heights.tolist(), strict=True):
             point = {"false_positive_rate": round(allowed, 10), "true_positive_rate": found}
             yield {"size_mm": size_mm, **point}
@@ -257,15 +259,16 @@ def share_right(
     odds, confidence : float
         Odds, before the verdict, that it is right; level of the interval.
     """
-    hits, errors = int(given[right].sum()), int(given[~right].sum())
-    if hits == errors == 0 or right.all() or not right.any():
+    if not given.any() or right.all() or not right.any():
         return UNKNOWN
-    counts = []
-    for kind, times in ((right, hits), (~right, errors)):
-        size = np.count_nonzero(kind)
-        count = effective_count(given[kind], clusters_of(rows[kind]), confidence)
-        counts.append((times if count == size else times / size * count, count))
-    of_right, of_wrong = np.count_nonzero(right), np.count_nonzero(~right)
+    rates, counts = [], []
+    for kind in (right, ~right):
+        units = units_of(rows[kind])
+        hits, size = (float(units.weights @ each) for each in (given[kind], np.ones(kind.sum())))
+        count = effective_count(given[kind], units, confidence)
+        counts.append((hits if count == size else hits / size * count, count))
+        rates.append((hits, size))
+    (hits, of_right), (errors, of_wrong) = rates
     ratio = hits * of_wrong / (of_right * errors) if errors else math.inf
     value, low, high = (
         1.0 if each == math.inf else each * odds / (1 + each * odds)
@@ -275,18 +278,28 @@ def share_right(
     return value, min(low, value), max(high, value)
 
 
-def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
-    """Return weights that give nodules the stated prevalence; their sum is 1."""
-    count = np.count_nonzero(nodule)
-    if count in (0, nodule.size):
+def prevalence_weights(
+    nodule: BoolArray, prevalence: float, weights: FloatArray | None = None
+) -> FloatArray:
+    """Return weights, by default equal ones, scaled to the prevalence of nodules; the sum is 1."""
+    weights = np.ones(nodule.size) if weights is None else weights
+    of_nodules, of_healthy = weights[nodule].sum(), weights[~nodule].sum()
+    if not of_nodules or not of_healthy:
         return np.full(nodule.size, np.nan)
-    return np.where(nodule, prevalence / count, (1 - prevalence) / (nodule.size - count))
+    scale = np.where(nodule, prevalence / of_nodules, (1 - prevalence) / of_healthy)
+    scaled: FloatArray = weights * scale
+    return scaled
 
 
-def brier_score(probability: FloatArray | float, nodule: BoolArray, prevalence: float) -> float:
+def brier_score(
+    probability: FloatArray | float,
+    nodule: BoolArray,
+    prevalence: float,
+    weights: FloatArray | None = None,
+) -> float:
     """Return the mean squared error of the probability at the stated prevalence; 0 is best."""
-    weights = prevalence_weights(nodule, prevalence)
-    return float(np.sum(weights * (probability - nodule) ** 2))
+    scaled = prevalence_weights(nodule, prevalence, weights)
+    return float(np.sum(scaled * (probability - nodule) ** 2))
 
 
 def brier(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
@@ -297,8 +310,8 @@ def brier(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
         yield {
             "recordings": nodule.size,
             "prevalence": prevalence,
-            "brier": brier_score(known["probability"], nodule, prevalence),
-            "brier_uninformed": brier_score(prevalence, nodule, prevalence),
+            "brier": brier_score(known["probability"], nodule, prevalence, known["weight"]),
+            "brier_uninformed": brier_score(prevalence, nodule, prevalence, known["weight"]),
         }
 
 
@@ -312,7 +325,7 @@ def calibration(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     known, bins = _known(rows, "probability"), rules["calibration_bins"]
     nodule, stated = known["size_mm"] > 0, known["probability"]
     bin_of = np.minimum((stated * bins).astype(int), bins - 1)
-    weights = prevalence_weights(nodule, rules["prevalence"])
+    weights = prevalence_weights(nodule, rules["prevalence"], known["weight"])
     odds = rules["prevalence"] / (1 - rules["prevalence"])
     for turn in range(bins if len(known) else 0):
         inside = bin_of == turn
@@ -336,7 +349,7 @@ def size_errors(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
         sized = _known(nodules, "estimate_mm")
         error = sized["estimate_mm"] - sized["size_mm"]
         errors = with_ends(
-            bias=mean_interval(error, rules["confidence"], clusters_of(sized)),
+            bias=mean_interval(error, rules["confidence"], units_of(sized)),
             absolute_error=_absolute_error(error, sized, rules["confidence"]),
         )
         yield cells_over(
@@ -353,15 +366,15 @@ def localisation(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     error = rows["location_mm"] - rows["nodule_at_mm"]
     for size_mm, known in by_size(rows[(rows["predicted_mm"] > 0) & ~np.isnan(error)]):
         if len(known):
-            errors, clusters = known["location_mm"] - known["nodule_at_mm"], clusters_of(known)
+            errors, units = known["location_mm"] - known["nodule_at_mm"], units_of(known)
             yield cells_over(
                 known,
                 size_mm=size_mm,
                 recordings=len(known),
                 median_absolute_error_mm=median_interval(
-                    np.abs(errors), rules["confidence"], clusters
+                    np.abs(errors), rules["confidence"], units
                 ),
-                bias_mm=mean_interval(errors, rules["confidence"], clusters),
+                bias_mm=mean_interval(errors, rules["confidence"], units),
             )
 
 
@@ -380,7 +393,7 @@ def comparisons(
             for size_mm, rows in (whole, *healthy, *sizes):
                 # All detectors judge the same recordings, in the same order.
                 others = second[np.isin(second["turn"], rows["turn"])]
-                right, clusters = (rows[mark], others[mark]), clusters_of(rows)
+                right, units = (rows[mark], others[mark]), units_of(rows)
                 yield cells_over(
                     rows,
                     scheme=scheme,
@@ -391,21 +404,23 @@ def comparisons(
                     recordings=len(rows),
                     only_first=int(np.sum(right[0] & ~right[1])),
                     only_second=int(np.sum(right[1] & ~right[0])),
-                    difference=gain_interval(*right, rules["confidence"], clusters),
-                    mcnemar_p=sign_test(*right, clusters),
+                    difference=gain_interval(*right, rules["confidence"], units),
+                    mcnemar_p=sign_test(*right, units),
                 )
 
 
-def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArray) -> float:
+def sign_test(first_right: BoolArray, second_right: BoolArray, units: Units) -> float:
     """Return the two-sided probability of wins this unequal if neither detector is better.
 
-    Each cluster is won by the detector that judges more of its recordings correctly. If each
-    cluster is of one recording, this is McNemar's exact test. It is NaN without a recording.
+    Each cluster is won by the detector whose rate is higher there. If each cluster is of one
+    recording, this is McNemar's exact test. It is NaN without a recording.
     """
-    if not clusters.size:
+    if not units.clusters.size:
         return float("nan")
-    _, cluster_of = np.unique(clusters, return_inverse=True)
-    gains = np.bincount(cluster_of, second_right.astype(float) - first_right)
+    _, cluster_of = np.unique(units.clusters, return_inverse=True)
+    gains = np.bincount(cluster_of, units.weights * (second_right.astype(float) - first_right))
+    # Rounding: thirds of both signs need not cancel.
+    gains = np.where(np.abs(gains) < 1e-9, 0.0, gains)
     wins, count = int(np.sum(gains > 0)), int(np.count_nonzero(gains))
     tail = sum(math.comb(count, fewer) for fewer in range(min(wins, count - wins) + 1))
     chance: float = 2 * tail / 2**count

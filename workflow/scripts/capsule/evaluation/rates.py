@@ -1,5 +1,9 @@
 """The verdicts of each detector under each scheme, and the rates that the paper defines.
 
+A rate is that of a new place: each of m passes over a place weighs 1 / m in it, as in the threshold
+(`capsule.detectors.calibrate`), while counts are of recordings. Passes over one place with another
+label are another place.
+
 A recording without a verdict counts as a failure: it stays in the denominators of sensitivity,
 specificity and the rates of sizes. A precision is a share of given verdicts (Schuetz et al., BMJ
 345, 2012). A detector that gives no verdict at all under a scheme has no rows.
@@ -11,9 +15,9 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from capsule.arrays import BoolArray, FloatArray, IntArray, RecordArray
+from capsule.arrays import BoolArray, FloatArray, RecordArray
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION, Rows
-from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, lower_bound, rate_of
+from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, Units, lower_bound, rate_of
 from capsule.kinds import Cells, Settings
 from capsule.recordings.held_out import places_of
 
@@ -93,7 +97,8 @@ def of_each(
 def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
     """Return predictions in the index's order, with what the header says of each recording.
 
-    ``turn`` is the number in this order. ``place``, ``setup`` and ``site`` are whole numbers, too.
+    ``turn`` is the number in this order, and ``weight`` is 1 / m if the detector judged m passes of
+    the same size at the place. ``place``, ``setup`` and ``site`` are whole numbers, too.
     The set-up is -1 if the header names none, or if the scheme leaves out places at most. A
     recording without a site is a site of its own. ``nodule_at_mm`` is the true location, NaN if it
     is unknown.
@@ -107,8 +112,11 @@ def with_clusters(predictions: pd.DataFrame, index: Rows) -> pd.DataFrame:
     known["site"] = pd.factorize(known["site"].fillna(known.index.to_series()))[0]
     known["nodule_at_mm"] = pd.to_numeric(known["nodule_at_mm"], errors="coerce")
     joined = predictions.join(known, on="recording").sort_values("turn", kind="stable")
+    passes = joined.groupby(["detector", "scheme", "place", "size_mm"], dropna=False)["place"]
     over_places = joined["scheme"].isin(_OVER_PLACES)
-    return joined.assign(setup=joined["setup"].mask(over_places, -1))
+    return joined.assign(
+        weight=1.0 / passes.transform("size"), setup=joined["setup"].mask(over_places, -1)
+    )
 
 
 def cluster_unit(*kinds: RecordArray) -> str:
@@ -124,18 +132,17 @@ def cluster_unit(*kinds: RecordArray) -> str:
     return "setup"
 
 
-def clusters_of(rows: RecordArray) -> IntArray:
-    """Return the cluster of each recording of a rate, as in `cluster_unit`."""
-    clusters: IntArray = rows[cluster_unit(rows)]
-    return clusters
+def units_of(rows: RecordArray, unit: str = "") -> Units:
+    """Return the units of the recordings of a rate; the clusters are those of `cluster_unit`."""
+    return Units(rows["weight"], rows[unit or cluster_unit(rows)])
 
 
 def rate_over(rows: RecordArray, confidence: float, mark: str = "right") -> Interval:
-    """Return the share of marked recordings, and its Wilson interval over clusters.
+    """Return the share of marked recordings at a new place, and its Wilson interval.
 
     The recordings are rows of `of_each`. Those that are not marked are failures.
     """
-    return rate_of(rows[mark], clusters_of(rows), confidence)
+    return rate_of(rows[mark], units_of(rows), confidence)
 
 
 def with_ends(**values: object) -> Cells:
@@ -151,12 +158,12 @@ def with_ends(**values: object) -> Cells:
 
 def cells_over(rows: RecordArray, **values: object) -> Cells:
     """Return a row of a table and the number of clusters on which its intervals rest."""
-    return with_ends(**values, clusters=int(np.unique(clusters_of(rows)).size))
+    return with_ends(**values, clusters=int(np.unique(units_of(rows).clusters).size))
 
 
 def _bounded(name: str, rows: RecordArray, confidence: float) -> Cells:
     """Return the rate of right verdicts, and its `lower_bound` as ``name_at_least``."""
-    bound = lower_bound(rows["right"], clusters_of(rows))
+    bound = lower_bound(rows["right"], units_of(rows))
     return {name: rate_over(rows, confidence), f"{name}_at_least": bound}
 
 
@@ -202,7 +209,7 @@ def sizing(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
         ends = size_mm - tolerance_mm, size_mm + tolerance_mm
         row["one_sided"] = bool(ends[0] < sizes_mm[0] or ends[1] > sizes_mm[-1])
         error = np.abs(np.nan_to_num(of_size["predicted_mm"]) - size_mm)
-        mean = error.mean() if error.size else np.nan
+        mean = np.average(error, weights=of_size["weight"]) if error.size else np.nan
         yield cells_over(of_size, **row, mean_absolute_error_mm=mean)
 
 
@@ -214,9 +221,9 @@ def confusion(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
     unknown = [np.nan] if np.isnan(rows["predicted_mm"]).any() else []
     for size_mm in rules["sizes_mm"]:
         of_size = rows[rows["size_mm"] == size_mm]
-        clusters, predicted = clusters_of(of_size), of_size["predicted_mm"]
+        units, predicted = units_of(of_size), of_size["predicted_mm"]
         for predicted_mm in [*rules["sizes_mm"], *unknown]:
             taken = np.isnan(predicted) if np.isnan(predicted_mm) else predicted == predicted_mm
             counts = {"predicted_mm": predicted_mm, "count": int(taken.sum())}
-            share = rate_of(taken, clusters, rules["confidence"])
+            share = rate_of(taken, units, rules["confidence"])
             yield with_ends(size_mm=size_mm, **counts, share=share)

@@ -13,7 +13,6 @@ from capsule import words
 from capsule.evaluation.confounded import in_words
 from capsule.evaluation.intervals import (
     ONE_SIDED,
-    mean_interval,
     new_specificity,
     normal_quantile,
     rate,
@@ -150,7 +149,7 @@ class Answers:
     within : Estimate
         Share of the recordings of nodules whose size is right within the tolerance.
     size_error_mm : Estimate
-        From `mean_size_error`.
+        From `size_error`.
     unlike : int
         Number of these recordings that are unlike those that teach.
     confounded : str
@@ -235,7 +234,7 @@ def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = Non
         nodules=nodules,
         healthy=healthy,
         within=pooled("within_rate", int(sizing["within"].sum()), int(sizing["recordings"].sum())),
-        size_error_mm=mean_size_error(verdicts, level),
+        size_error_mm=size_error(tables["summary"], int((verdicts["size_mm"] > 0).sum())),
         unlike=int(verdicts.get("familiar", pd.Series()).eq("no").sum()),
         confounded=confounded,
     )
@@ -412,29 +411,19 @@ def within_tolerance(
     return Estimate(*rate(hits, of, confidence), hits, of)
 
 
-def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
-    """Return the mean absolute error of the size over all recordings of nodules.
-
-    A recording in which no nodule is detected counts as 0 mm, and so does one without a verdict.
+def size_error(summary: pd.DataFrame, nodules: int) -> Estimate:
+    """Return the mean absolute error of the size over all recordings of nodules, in mm.
 
     Parameters
     ----------
-    predictions : DataFrame
-        True and predicted sizes, of one detector and scheme.
-    confidence : float
-        Level of Student's interval of the mean.
-
-    Returns
-    -------
-    Estimate
-        In mm; the lower bound is never below 0.
+    summary : DataFrame
+        The only row of a detector and scheme, or none.
+    nodules : int
+        Number of recordings of nodules.
     """
-    nodules = predictions[predictions["size_mm"] > 0]
-    predicted_mm = nodules["predicted_mm"].fillna(0.0)
-    errors = (predicted_mm - nodules["size_mm"]).abs().to_numpy(dtype=float)
-    mean, low, high = mean_interval(errors, confidence)
-    # NaN stays NaN, because `low < 0` is false for it.
-    return Estimate(mean, 0.0 if low < 0 else low, high, 0, errors.size)
+    if summary.empty or not nodules:
+        return Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, nodules)
+    return _estimate(summary.iloc[0], "mean_absolute_error_mm", 0, nodules)
 
 
 def specificity(table: pd.DataFrame) -> Estimate:
