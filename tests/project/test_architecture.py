@@ -28,6 +28,7 @@ FLOORS = (
     "capsule.engine.project",
     "capsule.engine.project_state",
     "capsule.engine.locks",
+    "capsule.engine.unchanged",
     "capsule.engine.forks",
     "capsule.engine.keys",
     "capsule.store",
@@ -64,7 +65,7 @@ FLOORS = (
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "listed"}
+ON_FILES |= {"archive", "described", "listed", "unchanged", "folder"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "completion", "new", "forget"}
 # These call git, Slurm or Snakemake, and look after its runs.

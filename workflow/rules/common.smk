@@ -21,9 +21,11 @@ from capsule.engine.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
 from capsule.recordings.held_out import fitted
-from capsule.engine.keys import Step, checksum_of_code
+from capsule.engine.keys import Step, checksum_of_code, files_of_code
 from capsule.recordings.names import size_mm
+from capsule.engine.folder import refuse_folders, refuse_unknown_results
 from capsule.engine.project import config_file
+from capsule.engine.unchanged import states_of
 from capsule.store.results import batch_size, batches, described_together, pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
@@ -62,12 +64,12 @@ SOURCES = {
     "config of the module" if IS_MODULE else "--config or --configfile": changed,
 }
 try:
-    files.refuse_folders(PROJECT, Path.cwd())
+    refuse_folders(PROJECT, Path.cwd())
     WITHOUT_EFFECT = without_effect(config, read_schema(SCHEMA))
     config = check_configuration(config, read_schema(SCHEMA), SOURCES)
     ARCHIVE = files.list_archive(Path(RAW))
     DETECTORS = [detector_row(name) for name in config["detectors"]]
-    files.refuse_without_notes(Path(RESULTS), Path(".snakemake"))
+    refuse_unknown_results(Path(RESULTS), Path(".snakemake"))
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 except OSError as error:
@@ -85,6 +87,8 @@ DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
 DESCRIBED_LABELLED = [batch for batch in DESCRIBED if size_mm(batch) is not None]
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted(config.keys() & config["detectors"])
+# The state of each file of code when its key is computed, by the script of the jobs.
+STATES_OF_CODE = {}
 
 
 def sections(*names, **others):
@@ -95,12 +99,14 @@ def sections(*names, **others):
 def step(name, settings, inputs, *, modules=(), beside=(), script=None):
     """Return what the jobs of a rule are made from, as `capsule.engine.keys.Step` describes it.
 
-    `modules` and `beside` are as in `capsule.engine.keys.checksum_of_code`. Without `script`, the script
+    `modules` and `beside` are as in `capsule.engine.keys.files_of_code`. Without `script`, the script
     has the rule's name.
     """
     path = SCRIPTS / (script or f"{name}.py")
-    code = checksum_of_code(path, modules, beside)
-    return Step(name, path, json.dumps(settings, sort_keys=True), code, inputs)
+    code = files_of_code(path, modules, beside)
+    STATES_OF_CODE[str(path.resolve())] = states_of(code)
+    settings = json.dumps(settings, sort_keys=True)
+    return Step(name, path, settings, checksum_of_code(code), inputs)
 
 
 def keys_of(step, batches):

@@ -6,7 +6,18 @@
 
 from capsule.engine.run import Run
 
-RUN = Run(RAW, RESULTS, SESSIONS, config, SIZE, BATCHES, DESCRIBED, SURVEYS, WITHOUT_EFFECT)
+RUN = Run(
+    RAW,
+    RESULTS,
+    SESSIONS,
+    config,
+    SIZE,
+    BATCHES,
+    DESCRIBED,
+    SURVEYS,
+    STATES_OF_CODE,
+    WITHOUT_EFFECT,
+)
 
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.

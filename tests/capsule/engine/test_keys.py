@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.engine.keys import Step, checksum_of_code, combined, imported_files
+from capsule.engine.keys import Step, combined, files_of_code, imported_files
 
 SCRIPTS = Path(__file__).parents[3] / "workflow" / "scripts"
 TEXTS = st.lists(st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])))
@@ -121,15 +121,16 @@ def project(tmp_path):
     return tmp_path
 
 
+def code_of(folder):
+    return files_of_code(folder / "script.py", ["lib.registered"], [folder / "table.yaml"])
+
+
 def checksum(folder):
     """Return the checksum in a new process, since code is read only once in each."""
-    program = (
-        "import sys; from pathlib import Path; from capsule.engine.keys import checksum_of_code; "
-    )
-    program += "folder = Path(sys.argv[1]); print(checksum_of_code("
-    program += "folder / 'script.py', ['lib.registered'], [folder / 'table.yaml']))"
+    program = "import sys; from pathlib import Path; from capsule.engine.keys import "
+    program += "checksum_of_code; print(checksum_of_code(map(Path, sys.argv[1:])))"
     told = subprocess.run(
-        [sys.executable, "-c", program, folder],
+        [sys.executable, "-c", program, *code_of(folder)],
         env={**os.environ, "PYTHONPATH": str(SCRIPTS)},
         capture_output=True,
         text=True,
@@ -154,12 +155,11 @@ def test_the_checksum_of_the_code_is_that_of_all_files_behind_a_script(project, 
     assert before.startswith("script.py ")
     with (project / file).open("a") as stream:
         stream.write("# a comment\n")
-    assert (checksum(project) != before) == changes
+    after = checksum(project)
+    assert (after != before) == changes
     # The date does not count.
     os.utime(project / "script.py", (1, 1))
-    assert checksum(project) == checksum_of_code(
-        project / "script.py", ["lib.registered"], [project / "table.yaml"]
-    )
+    assert checksum(project) == after
 
 
 def test_the_library_counts_also_where_it_is_installed_away_from_the_scripts(tmp_path):
@@ -214,6 +214,30 @@ def test_an_import_counts_in_any_layout(tmp_path):
         (tmp_path / f"{name}.py").write_text("")
     found = {path.stem for path in imported_files(tmp_path / "script.py")}
     assert found == {*modules, "__init__", "a", "b", "d", "e"}
+
+
+def test_an_import_from_the_own_package_is_followed(tmp_path):
+    lib = {
+        "__init__": "from . import a",
+        "a": "from .b import x",
+        "b": "from.deep import d, \\\n  e",
+        "deep/__init__": "",
+        "deep/d": "from ..c import (x, y)\nfrom . import f",
+        "deep/e": "from .. import g",
+        "deep/f": "from .e import x",
+        "c": "",
+        "g": "from .nothing import x",
+        "unused": "",
+    }
+    (tmp_path / "lib/deep").mkdir(parents=True)
+    (tmp_path / "script.py").write_text("import lib\n")
+    for name, text in lib.items():
+        (tmp_path / f"lib/{name}.py").write_text(f"{text}\n")
+    found = {
+        path.relative_to(tmp_path / "lib").with_suffix("").as_posix()
+        for path in imported_files(tmp_path / "script.py")
+    }
+    assert found == lib.keys() - {"unused"}
 
 
 def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():

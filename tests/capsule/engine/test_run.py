@@ -44,7 +44,8 @@ def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), without
     size = batch_size(len(names), wanted)
     divided = batches(names, size), described_together(names, size)
     surveys = surveys or Surveys([], {})
-    return run.Run("raw", "results", "sessions", config, size, *divided, surveys, without_effect)
+    more = {"without_effect": without_effect}
+    return run.Run("raw", "results", "sessions", config, size, *divided, surveys, **more)
 
 
 def write_lists(*rows, passed_over=()):
@@ -101,7 +102,7 @@ def test_without_a_page_nothing_is_marked_and_nothing_told(capsys):
     started.begin()
     started.succeed(KEY)
     assert capsys.readouterr().err == ""
-    assert list(Path("results").iterdir()) == []
+    assert list(Path("results").iterdir()) == [Path("results/run.txt")]
 
 
 def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):

@@ -1,8 +1,6 @@
 import errno
 import os
-import time
 import tracemalloc
-from pathlib import Path
 
 import pytest
 
@@ -109,27 +107,6 @@ def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_killed_writers_left_behind_is_removed_and_nothing_else(tmp_path):
-    left = tmp_path / "fits" / f".r01.json.123{files.UNFINISHED}"
-    kept = tmp_path / "fits" / "r01.json"
-    left.parent.mkdir()
-    left.touch()
-    kept.touch()
-    files.tidy(tmp_path)
-    assert list(left.parent.iterdir()) == [kept]
-
-
-def test_dates_in_the_future_become_now_and_others_stay(tmp_path):
-    ahead, past = tmp_path / "ahead.json", tmp_path / "past.json"
-    for path, date_s in ((ahead, 4e9), (past, 1e9)):
-        path.write_text("{}")
-        os.utime(path, (date_s, date_s))
-    (tmp_path / "gone").symlink_to(tmp_path / "none")
-    files.tidy(tmp_path)
-    assert abs(ahead.stat().st_mtime - time.time()) < 60
-    assert past.stat().st_mtime == 1e9
-
-
 def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
     one.write_bytes(b"1")
@@ -198,75 +175,6 @@ def test_no_text_in_a_table_is_a_formula(tmp_path):
     assert read == [" =1+1", "a; =1", " \uff1d1", "-2.5", "-2.5"]
 
 
-def test_a_page_is_marked_as_out_of_date_once_and_is_then_as_before(tmp_path):
-    page = tmp_path / "report.html"
-    page.write_bytes(b"<head>\n</head>\n<body>\n<p>one</p>\n<pre><body>\n</pre>\n")
-    before = page.read_bytes()
-    files.mark_outdated(page, outdated=True)
-    files.mark_outdated(page, outdated=True)
-    assert page.read_bytes().count(files.OUTDATED) == 1
-    assert page.read_bytes().startswith(b"<head>\n</head>\n<body>\n" + files.OUTDATED)
-    files.mark_outdated(page, outdated=False)
-    assert page.read_bytes() == before
-    files.mark_outdated(tmp_path / "none.html", outdated=True)
-    assert list(tmp_path.iterdir()) == [page]
-
-
-def test_a_mark_that_is_there_already_does_not_write_the_page_again(tmp_path):
-    page = tmp_path / "report.html"
-    page.write_bytes(b"<body>\n")
-    for outdated in (False, True):
-        files.mark_outdated(page, outdated=outdated)
-        os.utime(page, (1, 1))
-        files.mark_outdated(page, outdated=outdated)
-        assert page.stat().st_mtime == 1
-
-
-@pytest.mark.parametrize(("before", "made_from"), [(0, True), (1000, True), (5000, False)])
-def test_only_the_head_of_a_page_tells_what_it_was_made_from(tmp_path, before, made_from):
-    page = tmp_path / "report.html"
-    page.write_text(" " * before + "0123456789abcdef")
-    assert files.is_made_from(page, "0123456789abcdef") == made_from
-    assert not files.is_made_from(page, "fedcba9876543210")
-
-
-@pytest.mark.parametrize(
-    ("results", "notes", "refused"),
-    [
-        ([], [], False),
-        (["logs/list.log"], [], False),
-        (["recordings.csv"], ["metadata/a"], False),
-        (["recordings.csv"], ["incomplete/a"], False),
-        (["recordings.csv"], [], True),
-        (["recordings.csv"], ["log/a", "metadata/"], True),
-    ],
-)
-def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results, notes, refused):
-    for name in (*(f"results/{each}" for each in results), *(f"notes/{each}" for each in notes)):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).mkdir() if name.endswith("/") else (tmp_path / name).touch()
-    if refused:
-        with pytest.raises(CapsuleError, match=r"remove .*results/ and run again"):
-            files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
-    else:
-        files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
-
-
-def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
-    (tmp_path / "run 1").mkdir()
-    files.refuse_folders(tmp_path, tmp_path / "run 1")
-    (tmp_path / "{run}").mkdir()
-    with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
-        files.refuse_folders(tmp_path, tmp_path / "{run}")
-
-
-def test_a_folder_that_cannot_be_written_is_refused_with_the_way_out(tmp_path, monkeypatch):
-    # Permissions do not bind the administrator, who runs some of these tests.
-    monkeypatch.setattr(os, "access", lambda path, mode: not (path == tmp_path and mode == os.W_OK))
-    with pytest.raises(CapsuleError, match=r"cannot be written, .*capsule new NAME"):
-        files.refuse_folders(Path("/"), tmp_path)
-
-
 @pytest.mark.parametrize("error", [ValueError("bad\n" * 99), KeyError("size_mm"), MemoryError()])
 def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, monkeypatch, error):
     monkeypatch.setattr(files, "_read_results", {})
@@ -290,13 +198,3 @@ def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(tmp_path
     assert files.read_json(tmp_path / "settings.json") == {}
     with pytest.raises(KeyError), files.explaining_damage():
         raise KeyError("typo")
-
-
-@pytest.mark.parametrize("name", ["", "metadata", "iocache/latest.pkl"])
-def test_notes_of_another_user_that_cannot_be_written_are_named(tmp_path, monkeypatch, name):
-    path = tmp_path / ".snakemake" / name
-    path.mkdir(parents=True)
-    monkeypatch.setattr(os, "access", lambda each, mode: each != path)
-    with pytest.raises(CapsuleError) as caught:
-        files.refuse_folders(Path("/"), tmp_path)
-    assert str(caught.value).startswith(f"{path} cannot be written")

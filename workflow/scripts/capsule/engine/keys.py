@@ -20,7 +20,9 @@ from pathlib import Path
 
 _COMMENT_OR_CONTINUATION = re.compile(r"#.*|\\\r?\n")
 # Both branches begin with a letter, which Python finds much faster than the boundary of a word.
-_IMPORT = re.compile(r"(?:from\s+(\w[\w.]*)\s+import|import)\s+(\([^)]*\)|[^\n;]*)")
+_IMPORT = re.compile(
+    r"(?:from(\s+\w[\w.]*\s|\s*\.[.\s]*[\w.]*?)\s*import\s*|import\s+)(\([^)]*\)|[^\n;]*)"
+)
 
 
 # Of a checksum: 80 bits are enough, and fit on a line of Snakemake's log.
@@ -65,8 +67,17 @@ def combined(parts: Iterable[str]) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:_DIGITS]
 
 
-def checksum_of_code(script: Path, modules: Iterable[str] = (), beside: Iterable[Path] = ()) -> str:
-    """Return the name of a script and the checksum of its code.
+def checksum_of_code(files: Iterable[Path]) -> str:
+    """Return the name of a script and the checksum of its code, from `files_of_code`."""
+    paths = list(files)
+    parts = [hashlib.sha256(read_code(path.as_posix())).hexdigest() for path in paths]
+    return f"{paths[0].name} {combined(parts)}"
+
+
+def files_of_code(
+    script: Path, modules: Iterable[str] = (), beside: Iterable[Path] = ()
+) -> list[Path]:
+    """Return the files that a step's code is: the script, what it imports, and what it reads.
 
     Parameters
     ----------
@@ -77,9 +88,7 @@ def checksum_of_code(script: Path, modules: Iterable[str] = (), beside: Iterable
     beside : iterable of Path
         Other files of the project that the script reads, such as templates and weights.
     """
-    paths = [script, *imported_files(script, modules), *beside]
-    parts = [hashlib.sha256(read_code(path.as_posix())).hexdigest() for path in paths]
-    return f"{script.name} {combined(parts)}"
+    return [script, *imported_files(script, modules), *beside]
 
 
 def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
@@ -104,7 +113,8 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
     while waiting:
         source = waiting.pop()
         reached.add(source)
-        waiting |= _files_of(_imports(source), folder) - reached
+        root = folder if source.startswith(f"{folder}/") else _LIBRARY
+        waiting |= _files_of(_imports(source, root), folder) - reached
     return sorted(map(Path, reached - {start}))
 
 
@@ -115,8 +125,8 @@ def read_code(source: str) -> bytes:
 
 
 @cache
-def _imports(source: str) -> frozenset[str]:
-    """Return the modules that a file imports; for ``from a import b`` both a and a.b.
+def _imports(source: str, root: str) -> frozenset[str]:
+    """Return the modules that a file below a root imports; for ``from a import b`` both a and a.b.
 
     Parsing each file would take 15 times as long. Words in a docstring that look like an import can
     add a name, but no import is missed.
@@ -124,9 +134,19 @@ def _imports(source: str) -> frozenset[str]:
     text = _COMMENT_OR_CONTINUATION.sub(" ", read_code(source).decode("utf-8"))
     names: set[str] = set()
     for package, listed in _IMPORT.findall(text):
-        parts = [part.split()[0] for part in listed.strip("()").split(",") if part.strip()]
+        parts = [part.split()[0] for part in listed.strip(" ()").split(",") if part.strip()]
+        package = _absolute("".join(package.split()), source, root)
         names |= {package, *(f"{package}.{part}" for part in parts)} if package else {*parts}
     return frozenset(names)
+
+
+def _absolute(package: str, source: str, root: str) -> str:
+    """Return the name of a package that a file names; leading dots count from the file's folder."""
+    named = package.lstrip(".")
+    if named == package:
+        return package
+    above = source.removeprefix(f"{root}/").split("/")[: len(named) - len(package)]
+    return ".".join([*above, *filter(None, [named])])
 
 
 @cache

@@ -13,7 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from capsule.engine.folder import is_made_from, mark_outdated, sign_results, tidy
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
+from capsule.engine.unchanged import STATES, State
 from capsule.errors import CapsuleError
 from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.kinds import Settings
@@ -44,7 +46,7 @@ _ENDS = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass
 class Run:
     """One run of the workflow.
 
@@ -60,8 +62,13 @@ class Run:
         The recordings of each batch, and of each batch of the rule describe.
     surveys : Surveys
         The surveys.
+    states : mapping
+        The state of each file of a script's code when its key was computed, by the script, from
+        `capsule.engine.unchanged.states_of`.
     without_effect : sequence of str
         Lines on the configuration, from `capsule.engine.configuration.without_effect`.
+    lock : binary file or None
+        The lock of the folder, which ends when this file is closed; None before the start.
     """
 
     raw: str
@@ -72,9 +79,9 @@ class Run:
     batches: Mapping[str, Sequence[str]]
     described: Mapping[str, Sequence[str]]
     surveys: Surveys
+    states: Mapping[str, Mapping[str, State]] = field(default_factory=dict)
     without_effect: Sequence[str] = ()
-    # The lock ends when its file is closed.
-    _held: list[IO[bytes]] = field(default_factory=list)
+    lock: IO[bytes] | None = None
 
     @property
     def page(self) -> Path:
@@ -89,13 +96,13 @@ class Run:
         CapsuleError
             Another run or Slurm's jobs of a killed one use the folder, or the disk is full.
         """
-        self._held.append(hold_run_lock())
+        self.lock = hold_run_lock()
         if jobs := unfinished_jobs(Path.cwd()):
             raise CapsuleError(
                 f"Slurm jobs of a run that was killed still use this folder ({', '.join(jobs)}); "
                 f"wait until they have ended, or end them: scancel {' '.join(jobs)}"
             )
-        files.tidy(Path(self.results))
+        tidy(Path(self.results))
         # Snakemake itself can end on a full disk without telling that a run has failed.
         atexit.register(self._explain_full_disk)
         if self._free_bytes() < _FULL_DISK_BYTES:
@@ -105,7 +112,9 @@ class Run:
         self._tell_new_size()
         for line in self.without_effect:
             _tell(line)
-        files.mark_outdated(self.page, outdated=True)
+        mark_outdated(self.page, outdated=True)
+        files.write_json(STATES, self.states)
+        sign_results(Path(self.results), RUN_LOCK.parent)
 
     def succeed(self, key: str) -> None:
         """Print a summary, and remove the mark of a report that was made from this key."""
@@ -118,8 +127,8 @@ class Run:
             _tell(files.error_line(error))
         if not self.page.exists():
             return
-        if files.is_made_from(self.page, key):
-            files.mark_outdated(self.page, outdated=False)
+        if is_made_from(self.page, key):
+            mark_outdated(self.page, outdated=False)
             _tell(f"The report: {self.page}")
         else:
             _tell(f"{self.page} is out of date; make it again: snakemake -c2 {self.page}")

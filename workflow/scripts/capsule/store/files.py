@@ -14,7 +14,6 @@ import signal
 import stat
 import struct
 import sys
-import time
 import tokenize
 import traceback
 import zlib
@@ -25,6 +24,7 @@ from typing import IO, Any, TypeVar
 from zipfile import BadZipFile
 
 from capsule.engine.locks import is_job, refuse_replaced_run
+from capsule.engine.unchanged import refuse_changed_code
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.recordings.names import Archive, Entry, classify, displayed, without_formula
@@ -32,15 +32,8 @@ from capsule.recordings.names import Archive, Entry, classify, displayed, withou
 Read = TypeVar("Read")
 
 UNFINISHED = ".unfinished"
-_HEAD_BYTES = 2000
 _MOST_LETTERS = 200
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-# The first line of the report from the start of a run until a new report is complete.
-OUTDATED = (
-    b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
-    b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
-)
-
 # What readers of JSON, tables and arrays raise at damaged bytes, and what rests on them at values
 # that no job has written.
 _DAMAGE = (
@@ -186,74 +179,13 @@ def fingerprint_of(content: bytes | None) -> str:
     return "too large" if content is None else hashlib.sha256(content).hexdigest()
 
 
-def refuse_folders(project: Path, here: Path) -> None:
-    """Raise an error if Snakemake cannot run in a folder with the steps of the project.
-
-    It takes a brace in a name for a wildcard, and it keeps notes in the folder, even of a dry run.
-
-    Parameters
-    ----------
-    project, here : Path
-        The project's folder, and the one that holds raw/ and results/.
-
-    Raises
-    ------
-    CapsuleError
-        The message names the folder and the remedy.
-    """
-    for folder in (project, here):
-        if set("{}") & set(str(folder)):
-            raise CapsuleError(
-                f"{folder}: rename this folder; Snakemake cannot work in a folder whose name holds "
-                "{ or }"
-            )
-    notes = here / ".snakemake"
-    # Another user's folder may be open to all, and what it holds may not.
-    for path in (here, notes, *notes.glob("*"), notes / "iocache" / "latest.pkl"):
-        if path.exists() and not os.access(path, os.W_OK):
-            raise CapsuleError(
-                f"{path} cannot be written, and Snakemake keeps notes there; have its owner allow "
-                "it, or run it in a folder of your own that holds raw/ and config/ (capsule new "
-                "NAME makes one)"
-            )
-
-
-def refuse_without_notes(results: Path, notes: Path) -> None:
-    """Raise an error if results are there, but none of Snakemake's notes on them.
-
-    Without its notes, Snakemake takes any result for one that fits.
-
-    Parameters
-    ----------
-    results : Path
-        The folder of results.
-    notes : Path
-        The folder .snakemake.
-
-    Raises
-    ------
-    CapsuleError
-        The notes are missing; the message says what to do.
-    """
-    made = results.is_dir() and any(path.name != "logs" for path in results.iterdir())
-    if made and not any(_is_filled(notes / name) for name in ("metadata", "incomplete")):
-        raise CapsuleError(
-            f"Snakemake's notes on {results}/, in {notes}/metadata/, are gone, so nobody knows "
-            f"whether these results fit the recordings; remove {results}/ and run again"
-        )
-
-
-def _is_filled(folder: Path) -> bool:
-    return folder.is_dir() and any(folder.iterdir())
-
-
 @contextlib.contextmanager
 def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     """Open a file for writing; the file appears under its name only when it is complete.
 
     The content is collected in memory and written to a temporary file, which is then renamed. If
-    the process is killed, the file is either complete or unchanged. A job whose run was killed
-    writes nothing any more as soon as a later run has begun.
+    the process is killed, the file is either complete or unchanged. A job writes nothing any more
+    if its run was killed and a later one has begun, or if its code has changed meanwhile.
 
     Parameters
     ----------
@@ -285,7 +217,9 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
             stream.flush()
             # Without this, the file could be empty after a power cut.
             os.fsync(stream.fileno())
-        refuse_replaced_run()
+        if is_job():
+            refuse_replaced_run()
+            refuse_changed_code(sys.argv[0])
         unfinished.replace(path)
     except OSError as error:
         # The error of a failed write does not name the file.
@@ -316,39 +250,6 @@ def write_new(path: Path, content: bytes) -> None:
             stream.write(content)
     finally:
         beside.unlink(missing_ok=True)
-
-
-def tidy(folder: Path) -> None:
-    """Remove the temporary files of killed processes, and take back dates in the future.
-
-    A file has such a date if a clock was set back. Snakemake fails at a job whose result is older
-    than what it is made from.
-    """
-    now_s = time.time()
-    for path in folder.rglob("*"):
-        if path.name.startswith(".") and path.name.endswith(UNFINISHED):
-            path.unlink(missing_ok=True)
-        elif path.lstat().st_mtime > now_s:
-            os.utime(path, (now_s, now_s), follow_symlinks=False)
-
-
-def mark_outdated(page: Path, *, outdated: bool) -> None:
-    """Add the line "out of date" to a page, or remove it; the rest of the page does not change."""
-    if not page.exists():
-        return
-    content = page.read_bytes()
-    plain = content.replace(OUTDATED, b"")
-    wanted = plain.replace(b"<body>\n", b"<body>\n" + OUTDATED, 1) if outdated else plain
-    if wanted != content:
-        with write_whole(page, "wb") as stream:
-            stream.write(wanted)
-
-
-def is_made_from(page: Path, key: str) -> bool:
-    """Return whether a page names the key of the job that would make it now."""
-    # Only the head of the page names it.
-    with page.open("rb") as stream:
-        return key.encode() in stream.read(_HEAD_BYTES)
 
 
 def write_json(path: Path, content: object) -> None:
