@@ -178,11 +178,11 @@ class Project:
             return list(csv.DictReader(stream))
 
     def result_bytes(self) -> dict[str, bytes]:
-        """Return the content of every result, without the logs."""
+        """Return the content of every result, without the logs and the sign of the run."""
         return {
             path.relative_to(self.results).as_posix(): path.read_bytes()
             for path in sorted(self.results.rglob("*"))
-            if path.is_file() and path.relative_to(self.results).parts[0] != "logs"
+            if path.is_file() and path.relative_to(self.results).parts[0] not in ("logs", "run.txt")
         }
 
 

@@ -21,7 +21,7 @@ from capsule.errors import CapsuleError
 from capsule.store.results import OfArchive
 
 # Logs hold what a job printed; print/ is made on request; the page holds its date and the commit.
-_NOT_COMPARED = (OfArchive.LOGS, "print", OfArchive.REPORT)
+_NOT_COMPARED = (OfArchive.LOGS, "run.txt", "print", OfArchive.REPORT)
 # Snakemake's line for a job of a dry run.
 _JOB = re.compile(r"Job \d+: ")
 # Names that are printed of one kind.
