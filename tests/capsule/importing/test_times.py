@@ -91,7 +91,11 @@ def test_seconds_since_1970_tell_when_a_run_began():
     ("values", "said", "words"),
     [
         (TIME_S * 1e-3, {}, "is a rate between 2 and 4000 Hz in no unit; use --time-unit"),
-        (TIME_S * 0, {}, "the time does not run forward; name another column with --time"),
+        (
+            TIME_S * 0,
+            {},
+            "the time does not run forward: if its clock is too coarse, use",
+        ),
         ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or use"),
         ([0.0], {}, "there are fewer than two samples"),
         (TIME_S, {"time_unit": "date"}, "sample 1, column 1: '0' is not a date such as 2026"),

@@ -10,14 +10,9 @@ from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table
 from capsule.importing.text import STAMP_NAME
-from capsule.importing.times import text_kind
-from capsule.importing.units import split_unit
+from capsule.importing.times import WRAPS, text_kind, unwrapped
+from capsule.importing.units import is_time_name, split_unit
 
-_TIME_NAMES = re.compile(
-    r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
-    r"uhrzeit|millis.*|micros.*|date.?time|datum.*|date|clock|seconds|secs?|ms|us|x_value)",
-    re.IGNORECASE,
-)
 _COUNTER_NAMES = re.compile(
     r"(samples?|index|frames?|n|no|nr|number|count(er)?|#|row|line|id|seq|unnamed.*)"
     r"( ?(number|no|nr|index|#))?\.?",
@@ -51,7 +46,7 @@ def choose_columns(table: Table, keys: Keys) -> tuple[int | None, tuple[int, ...
     picked = tuple(_named_column(table, each, "sensors") for each in given)
     for wanted, index in zip(given, picked, strict=True):
         name = table.names[index]
-        if str(wanted).isdecimal() and name != str(wanted) and _is_time_name(name):
+        if str(wanted).isdecimal() and name != str(wanted) and is_time_name(name):
             raise CapsuleError(
                 f"sensors: column {wanted} is {name!r}, which holds the time; name the sensors' "
                 "columns, or give their numbers, from 1 on"
@@ -90,7 +85,7 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
     free = [at for at in range(len(table.names)) if at not in taken]
     numbers = [at for at in free if table.holds_numbers(at)]
     texts = [at for at in free if text_kind(table, at)]
-    named = [at for at in free if at in numbers + texts and _is_time_name(table.names[at])]
+    named = [at for at in free if at in numbers + texts and is_time_name(table.names[at])]
     # If no column is left over, a rising column is a sensor.
     rising = [at for at in numbers if _rises(table.columns[at])] if len(numbers) > sensors else []
     clocks = [at for at in rising if not _is_counter(table, at)] or rising
@@ -106,12 +101,10 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
     return candidates[0] if candidates else None
 
 
-def _is_time_name(name: str) -> bool:
-    return bool(_TIME_NAMES.fullmatch(split_unit(name)[0]))
-
-
 def _rises(values: np.ndarray) -> bool:
-    return values.size > 1 and bool(np.isfinite(values).all() and np.all(np.diff(values) > 0))
+    if values.size < 2 or not np.isfinite(values).all():
+        return False
+    return bool(np.all(np.diff(unwrapped(values, WRAPS)[0]) > 0))
 
 
 def _steps_evenly(values: np.ndarray) -> bool:

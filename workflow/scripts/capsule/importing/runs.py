@@ -162,8 +162,7 @@ def runs_of(
 def _remarks(reading: Reading, run: Recording, keys: Keys) -> Iterator[str]:
     """Yield notes for the user, such as on a first sample or a gap that looks wrong."""
     header, values = run.header, run.values
-    if reading.table.remark:
-        yield reading.table.remark
+    yield from filter(None, (reading.table.remark, reading.clock.remark))
     if reading.clock.started and "started" not in header:
         yield (
             f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "

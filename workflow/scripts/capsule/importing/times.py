@@ -26,18 +26,33 @@ _POSSIBLE_HZ = (0.2, 100_000.0)
 _SAME_RATE = 0.05
 # Seconds since 1970 of the years 2000 and 2100.
 _EPOCH_S = (946_684_800.0, 4_102_444_800.0)
+# A counter of so many bits, in its own unit or in one a thousand or a million times larger, begins
+# again from 0.
+WRAPS = [2.0**bits / scale for bits in (32, 31, 16, 15) for scale in (1, 1e3, 1e6)]
+# At the end of summer time, a clock goes back by an hour; and without hours, from 59:59.9 to 00:00.
+_HOUR = 3600.0
+# In usual steps: the longest step over a wrap, and the least wrap that jitter cannot be.
+_LONGEST_STEP, _LEAST_WRAP = 3.0, 100.0
+_NO_UNITS = re.compile(r"utc|gmt|local|unix|epoch|posix|elapsed|rel(ative)?|abs(olute)?|start")
 _DAY, _MONTH, _YEAR = "(?P<day>[0-9]{1,2})", "(?P<month>[0-9]{1,2})", "(?P<year>[0-9]{4})"
-# A time of day, a half of the day (12:00:00 PM is noon), and a zone or none.
-_CLOCK = (
-    r"(?P<hour>[0-9]{1,2}):(?P<minute>[0-9]{2}):(?P<s>[0-9]{2})(?:[.,:](?P<fraction>[0-9]{1,9}))?"
+# A half of the day (12:00:00 PM is noon), and a zone or none, may follow a time of day.
+_SECOND = (
+    r"(?P<minute>[0-5]?[0-9]):(?P<s>[0-9]{2})(?:[.,:](?P<fraction>[0-9]{1,9}))?"
     r"\s*(?:(?P<half>[AaPp])\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|[+-][0-9]{2}:?[0-9]{2})?"
 )
+_CLOCK = rf"(?P<hour>[0-9]{{1,2}}):{_SECOND}"
+# A clock may have counted for days; and a program that leaves out the hours writes a fraction.
+_HOURS = r"(?:(?:(?P<days>[0-9]{1,4}) days?,? )?(?P<hour>[0-9]{1,4}):|(?=[0-9]+:[0-9]+[.,]))"
+_MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 # By kind of the column, and order of day and month where it matters.
 _MOMENTS = {
     ("date", ""): re.compile(rf"{_YEAR}[-/.]{_MONTH}[-/.]{_DAY}[ T,]+{_CLOCK}"),
     ("date", "day_first"): re.compile(rf"{_DAY}([./-]){_MONTH}\2{_YEAR}[ T,]+{_CLOCK}"),
     ("date", "month_first"): re.compile(rf"{_MONTH}([./-]){_DAY}\2{_YEAR}[ T,]+{_CLOCK}"),
-    ("clock", ""): re.compile(_CLOCK),
+    ("date", "name"): re.compile(
+        rf"[A-Z][a-z]{{2}} (?P<month>{'|'.join(_MONTHS)}) +{_DAY} {_CLOCK} {_YEAR}"
+    ),
+    ("clock", ""): re.compile(_HOURS + _SECOND),
 }
 _SUCH = {
     "date": "date such as 2026-03-04 12:34:56.789",
@@ -63,6 +78,8 @@ class Clock:
         Date and time of the first sample, as the file states it; empty if not known.
     date_order : str
         Order of day and month that the dates were read in; empty if it makes no difference.
+    remark : str
+        Note for the user; empty if there is none.
     """
 
     time_s: np.ndarray
@@ -71,6 +88,7 @@ class Clock:
     first_s: float = 0.0
     started: str = ""
     date_order: str = ""
+    remark: str = ""
 
 
 def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
@@ -104,8 +122,9 @@ def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
         )
     if numbers.size < 2:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
+    numbers, remark = unwrapped(numbers, WRAPS)
     with naming(column):
-        unit, reason = _unit(table, index, keys)
+        unit, reason = _unit(table, index, numbers, keys)
     if unit == "sample":
         no_rate = f"{column} counts samples; give the sampling rate in Hz with --rate"
         seconds = 1 / _rate(table, keys, no_rate)[0]
@@ -114,7 +133,31 @@ def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
     first_s, started = float(numbers[0] * seconds), table.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
         started = _iso(datetime.fromtimestamp(int(first_s), UTC))
-    return Clock((numbers - numbers[0]) * seconds, unit, reason, first_s, started)
+    time_s = (numbers - numbers[0]) * seconds
+    return Clock(time_s, unit, reason, first_s, started, remark=remark)
+
+
+def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, str]:
+    """Return times that run on where they step back by exactly a wrap, and a note; (K,).
+
+    The times are in any unit, as `wraps` are.
+    """
+    steps = np.diff(times)
+    forward = steps[steps > 0]
+    if forward.size in (0, steps.size):
+        return times, ""
+    step = float(np.median(forward))
+    added, remark = np.zeros(times.size), ""
+    for wrap in wraps:
+        # A counter never shows more than it holds.
+        if wrap < _LEAST_WRAP * step or (wrap != _HOUR and np.any(np.abs(times) > wrap)):
+            continue
+        back = (steps < 0) & (steps + wrap > 0) & (steps + wrap <= _LONGEST_STEP * step)
+        added[1:] += wrap * np.cumsum(back)
+        for row in np.flatnonzero(back)[:1]:
+            how = "an hour, as at the end of summer time" if wrap == _HOUR else f"{wrap:.10g}"
+            remark = f"the clock goes back by {how}, at sample {row + 2}, and is taken to run on"
+    return times + added, remark
 
 
 def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
@@ -131,15 +174,29 @@ def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
     return rate, told
 
 
-def _unit(table: Table, index: int, keys: Keys) -> tuple[str, str]:
-    """Return the unit of a column of numbers, and the reason."""
-    steps = np.diff(table.columns[index])
+def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[str, str]:
+    """Return the unit of a column of numbers (K,), and the reason."""
+    steps = np.diff(numbers)
     step = float(np.median(steps))
     if step <= 0:
-        raise CapsuleError("the time does not run forward; name another column with --time")
+        raise QuestionError(
+            "the time does not run forward: if its clock is too coarse, use --time none and give "
+            "the sampling rate with --rate, or name another column with --time"
+        )
     bare, in_name = split_unit(table.names[index])
-    units = map(unit_of, (table.units[index], in_name, bare))
-    named = next((unit for unit in units if unit in (*_SECONDS, "sample")), None)
+    # As in "seconds since 2026-03-04".
+    in_units = table.units[index].partition(" since ")[0].strip("[]()<> ")
+    said = (in_units, table.notes.get("time unit", ""), in_name, bare)
+    named = next((unit for unit in map(unit_of, said) if unit in (*_SECONDS, "sample")), None)
+    unknown = next(
+        (text for text in said[:3] if text and not _NO_UNITS.fullmatch(text.lower())), ""
+    )
+    if unknown and not named and not keys.time_unit:
+        raise QuestionError(
+            f"the file names the unit {unknown[:60]!r}, which is none of {', '.join(_SECONDS)}; if "
+            "it is one of these, give --time-unit, or else --time none and the sampling rate with "
+            "--rate"
+        )
     rates = {unit: 1.0 / (step * seconds) for unit, seconds in _SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
@@ -185,7 +242,7 @@ def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
     read = {
         order: _moments(texts, way)
         for (each, order), way in _MOMENTS.items()
-        if each == kind and (not order or keys.date_order in (None, order))
+        if each == kind and (not order.endswith("first") or keys.date_order in (None, order))
     }
     whole = {order: moments for order, moments in read.items() if len(moments) == len(texts)}
     row = 0 if whole else max(map(len, read.values()), default=0)
@@ -196,7 +253,7 @@ def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
             "or --date-order, or name another column with --time"
         )
     (order, moments), *others = whole.items()
-    if others and others[0][1] == moments:
+    if (others and others[0][1] == moments) or order == "name":
         order = ""
     # Countries that write points between day and month write the day first.
     elif others and not all(re.match(r"[0-9]+\.", text) for text in texts):
@@ -207,11 +264,14 @@ def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
     instants = np.array([moment.replace(tzinfo=None) for moment in moments], "datetime64[us]")
     seconds = (instants - instants[0]) / np.timedelta64(1, "s")
     first_s = float(instants[0].astype(float)) / 1e6
+    seconds, remark = unwrapped(seconds, [_HOUR])
     if kind == "clock":
         # After midnight the times continue to rise.
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_SECONDS["day"] / 2)])
-        return Clock(seconds + _SECONDS["day"] * days, kind, "times of day", first_s, table.started)
-    return Clock(seconds, kind, "dates", first_s, _iso(moments[0]), order)
+        seconds, reason, started = seconds + _SECONDS["day"] * days, "times of day", table.started
+    else:
+        reason, started = "dates", _iso(moments[0])
+    return Clock(seconds, kind, reason, first_s, started, order, remark)
 
 
 def _moments(texts: Sequence[str], way: re.Pattern[str]) -> list[datetime]:
@@ -225,14 +285,19 @@ def _moments(texts: Sequence[str], way: re.Pattern[str]) -> list[datetime]:
         # Some clocks count a leap second as second 60.
         if not match or int(match["s"]) > 60:
             break
-        said = {"year": "1970", "month": "1", "day": "1"} | match.groupdict("")
-        hour, zone = int(said["hour"]), said["zone"].replace("UTC", "Z")
+        said = {"year": "1970", "month": "1", "day": "1", "days": ""} | match.groupdict("")
+        hours, zone = int(said["hour"] or 0), said["zone"].replace("UTC", "Z")
         if half := said["half"].lower():
-            hour = hour % 12 + 12 * (half == "p")
-        date = "{year}-{month:0>2}-{day:0>2}".format_map(said)
+            hours = hours % 12 + 12 * (half == "p")
+        if said["month"] in _MONTHS:
+            said["month"] = str(_MONTHS.index(said["month"]) + 1)
         try:
-            moment = datetime.fromisoformat(f"{date}T{hour:02}:{said['minute']}{zone}")
-            moment += timedelta(seconds=float(f"{said['s']}.{said['fraction'] or 0}"))
+            if hours > 23 and match.re is not _MOMENTS["clock", ""]:
+                break
+            date = "{year}-{month:0>2}-{day:0>2}".format_map(said)
+            moment = datetime.fromisoformat(f"{date}T00:{said['minute']:0>2}{zone}")
+            seconds = float(f"{said['s']}.{said['fraction'] or 0}")
+            moment += timedelta(days=int(said["days"] or 0), hours=hours, seconds=seconds)
             moments.append(moment.astimezone(UTC) if zone else moment)
         except (ValueError, OverflowError):
             break

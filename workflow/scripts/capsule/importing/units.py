@@ -14,7 +14,7 @@ from capsule.recordings.names import displayed
 _WORDS = {
     "counts": "counts count adc raw lsb digits digit a.u. au adu",
     "V": "v volt volts",
-    "mV": "mv millivolt millivolts",
+    "mV": "mv mvolt mvolts millivolt millivolts milli-volt milli-volts",
     "ohm": "ohm ohms ω r",
     "kohm": "kohm kohms kω k kiloohm kiloohms kilo-ohm kilo-ohms",
     "s": "s sec secs second seconds sekunden sek",
@@ -27,8 +27,17 @@ _WORDS = {
     "sample": "sample samples index frame frames",
 }
 _UNITS = {"": ""} | {word: unit for unit, words in _WORDS.items() for word in words.split()}
-# Units of the readings of other sensors.
-_OTHER_SENSORS = "pa hpa kpa mpa bar mbar psi n mn kn g kg mm a ma c °c % pf nf ff hz khz db"
+# Units of other sensors, and of other clocks, that may stand behind a name.
+_OTHER = re.compile(
+    r"[hkm]?pa|m?bar|psi|mmhg|cmh2o|inhg|torr|atm|[mk]?n|[mk]?gf?|lbf?|mm|cm|[mun]?a|°?c|%|[pnuf]?f|"
+    r"k?hz|db|[unµμk]v|(micro|nano|kilo)-?volts?|[mµμu]?t|megaohms?|mohms?|mω|"
+    r"cs|ds|ps|ticks?|jiffies|[0-9./]+ ?([mnuµμ]?s|sec)"
+)
+_NAMES_TIME = re.compile(
+    r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
+    r"uhrzeit|millis.*|micros.*|date.?time|datum.*|date|clock|seconds|secs?|ms|us|x_value):?",
+    re.IGNORECASE,
+)
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
@@ -59,9 +68,20 @@ def split_unit(name: str) -> tuple[str, str]:
         return match[1], match[2]
     match = _BEHIND.fullmatch(name)
     # Most single letters after a blank are names, not units: sensor A, sensor R.
-    if match and match[2].lower() in _UNITS and (len(match[2]) > 1 or match[2] in "vVsS"):
+    if match and (len(match[2]) > 1 or match[2] in "vVsS") and is_unit(match[2]):
         return match[1], match[2]
     return name, ""
+
+
+def is_time_name(name: str) -> bool:
+    """Return whether a column's name, with or without a unit, is that of a time."""
+    return bool(_NAMES_TIME.fullmatch(split_unit(name)[0].strip()))
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text names a unit, of whatever quantity."""
+    word = text.strip().strip("[]()<>").strip().lower()
+    return bool(word) and (word in _UNITS or bool(_OTHER.fullmatch(word)))
 
 
 def unit_of(text: str) -> str | None:
@@ -85,34 +105,38 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     if keys.unit:
         return keys.unit, "given"
     texts = [_named(table, index) for index in sensors]
+    # Different texts that are no units, such as (left) and (right), are names.
+    if len({*texts}) == len(texts) > 1 and not any(map(is_unit, texts)):
+        texts = [""] * len(texts)
+    noted = table.notes.get("unit", "")
+    for at, index in enumerate(sensors):
+        is_adc = split_unit(table.names[index])[0].lower().startswith("adc")
+        texts[at] = texts[at] or ("counts" if is_adc else noted)
     units = [unit_of(text) or "" for text in texts]
     if not any(texts):
-        values = np.array([table.checked_numbers(index) for index in sensors])
+        values = np.concatenate([table.checked_numbers(index) for index in sensors])
         with naming(f"column {table.column_label(sensors[0])}"):
             return _by_values(values[~np.isnan(values)], keys.full_scale)
     if units[0] not in WRITTEN or len({*units}) > 1:
+        alike = len({*texts}) == 1
         named = ", ".join(
-            f"{displayed(text) or 'no unit'} of {table.column_label(index)}"
-            for index, text in zip(sensors, texts, strict=True)
+            f"{displayed(text)[:60] or 'no unit'} of {table.column_label(index)}"
+            for index, text in zip(sensors[: 1 if alike else None], texts, strict=False)
         )
         raise QuestionError(
-            f"the file names {named}; allowed are counts, V, mV, ohm and kohm, the same for all "
-            "sensors; use --unit if the readings have one of these units"
+            f"the file names {named}{' and all others' if alike and len(texts) > 1 else ''}; "
+            "allowed are counts, V, mV, ohm and kohm, the same for all sensors; use --unit if the "
+            "readings have one of these units, or else convert them first"
         )
     return units[0], "named in the file"
 
 
 def _named(table: Table, index: int) -> str:
-    """Return the unit of a column, or else the unit that the file names for all."""
-    if unit := table.units[index].strip():
-        return unit
-    bare, unit = split_unit(table.names[index])
-    if unit_of(unit) in WRITTEN or unit.lower() in _OTHER_SENSORS.split():
-        return unit
-    noted = table.notes.get("unit", "")
-    if bare.lower().startswith("adc"):
-        return "counts"
-    return noted if unit_of(noted) in WRITTEN else ""
+    """Return the unit that the file names for a column, known or not; empty if it names none."""
+    _, unit = split_unit(table.names[index])
+    # Behind a name, as in S1_min, a unit of time is a word.
+    is_word = unit_of(unit) not in (None, *WRITTEN) and table.names[index].endswith(unit)
+    return table.units[index].strip() or ("" if is_word else unit)
 
 
 def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
