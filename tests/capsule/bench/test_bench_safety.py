@@ -105,6 +105,19 @@ def test_the_wave_starts_only_when_file_log_and_ctrl_c_are_ready(driven):
     assert driven.stands()
 
 
+def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):
+    driven.run(lambda: driven.samples() > 100)
+    driven.bench.speed = 1
+    driven.motor.reset()
+    driven.bench.run_for(2.5)
+    driven.recorder.press_ctrl_c()
+    driven.run(driven.recorder.done)
+    driven.recorder.expect(0, "no wave runs", "so only what came before is evidence")
+    until_s = float(driven.recorder.recording().header["wave_until_s"])
+    assert 9 < until_s < 11
+    assert f"the wave runs until {until_s:g}" in driven.recorder.log()
+
+
 def test_a_wave_that_stopped_while_the_recorder_was_stopped_is_noticed_and_stays_stopped(driven):
     driven.run(lambda: driven.samples() > 20)
     driven.recorder.process.send_signal(signal.SIGSTOP)

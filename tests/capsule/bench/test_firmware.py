@@ -1,6 +1,7 @@
 """The firmware on emulated boards: times of samples, sleep, and steps of the motor."""
 
 import re
+import struct
 import subprocess
 from pathlib import Path
 
@@ -236,6 +237,14 @@ def test_a_board_that_hears_nothing_stops_after_a_minute(motor):
     assert motor.board.coils
     motor.wait(3)
     assert motor.board.coils == 0
+
+
+def test_the_position_goes_on_after_a_day_of_waves(motor):
+    motor.say("start")
+    motor.board.poke("half_steps", struct.pack("<i", 36_500_000))
+    (position,) = [event for event in motor.say("position") if isinstance(event, Position)]
+    assert position.half_steps >= 36_500_000
+    assert position.position_mm == pytest.approx(position.half_steps / HALF_STEPS_PER_MM, abs=0.002)
 
 
 @pytest.mark.parametrize("interrupts", [True, False])

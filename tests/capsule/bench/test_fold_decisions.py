@@ -2,7 +2,6 @@
 
 import ctypes
 import functools
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -29,15 +28,10 @@ DUTY_S = 60
 @functools.cache
 def library():
     """Build a library of origami.c with a simulated thread, and load it."""
-    folder = emulated.temporary_folder()
     fold = emulated.FIRMWARE / "fold"
     sources = (fold / "origami.c", Path(emulated.__file__).parent / "origami_host.c")
-    built = folder / "liborigami.so"
-    options = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", f"-I{fold}"]
-    options += [f"-DTRAVEL={TRAVEL}", f"-DSWITCH_TRAVEL={SWITCH_TRAVEL}"]
-    command = ["gcc", *options, *sources, "-o", built]
-    subprocess.run([str(word) for word in command], check=True)
-    loaded = ctypes.CDLL(str(built))
+    options = (f"-I{fold}", f"-DTRAVEL={TRAVEL}", f"-DSWITCH_TRAVEL={SWITCH_TRAVEL}")
+    loaded = emulated.build_host_library(*sources, options=options)
     loaded.bench_new.restype = ctypes.c_void_p
     return loaded
 

@@ -37,6 +37,21 @@ def test_a_recording_appears_whole(final):
     assert list(final.parent.iterdir()) == [final]
 
 
+# Kills: an entry that is written where the samples are, and one that a killed recorder loses.
+def test_an_entry_is_amended_in_its_place_at_any_moment(final):
+    part = growing_file.PartFile(final, HEADER | {"wave_until_s": "end"}, 4)
+    for number, until in enumerate(("44.8", "end", "123456.7")):
+        part.add(number / 10, (number, 2, 3, 4))
+        part.flush()
+        part.amend("wave_until_s", until)
+        with part.path.open("rb") as stream:
+            assert read_recording(stream, 4).header["wave_until_s"] == until
+    with pytest.raises(ValueError, match="length of the former entry source"):
+        part.amend("source", "another")
+    part.finish()
+    assert final.read_text().endswith("\n0,0,2,3,4\n0.1,1,2,3,4\n0.2,2,2,3,4\n")
+
+
 def test_samples_are_in_the_file_once_flushed(final):
     part = growing_file.PartFile(final, HEADER, 4)
     fill(part, 7)

@@ -1,10 +1,16 @@
 """A recording against a scripted serial line: all samples that arrive are kept."""
 
+from datetime import UTC, datetime
+from types import SimpleNamespace
+
 import pytest
 
+from capsule.bench import recorder
 from capsule.bench.bench_errors import BoardLostError, LineLostError
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
+from capsule.bench.recorder import Aside
+from capsule.recordings.recording import read_recording
 from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
 
@@ -23,6 +29,15 @@ def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
     bench.run([*samples(0, 30), (11.0, unread), *samples(110, 130)])
     assert bench.numbers() == list(range(130))
     assert bench.recorder.progress.missing == 0
+
+
+# Kills: a header with the time at which the command was typed.
+def test_a_recording_started_with_its_first_sample(bench):
+    # Read together, 9 s after the first one was taken.
+    bench.run([(30.0, sample_frame(0)), (39.0, b"".join(map(sample_frame, range(1, 91))))])
+    with bench.part.path.open("rb") as stream:
+        started = datetime.fromisoformat(read_recording(stream, 4).header["started"])
+    assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
 
 
 def test_the_time_in_which_the_recorder_was_stopped_is_no_silence(bench):
@@ -181,6 +196,28 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
 def test_nonsense_in_an_identity_ends_nothing(bench, uptime):
     bench.run([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)])
     assert bench.numbers() == list(range(60))
+
+
+# Kills: a fault of a detector or of the display that ends a recording, or is told at each sample.
+def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
+    def fail(*_):
+        raise ZeroDivisionError("by a bug")
+
+    display = SimpleNamespace(show=fail, note=bench.told.append)
+    aside = Aside(bench.log)
+    bench.recorder._watch = recorder._watcher(
+        None, lambda: None, fail, None, display, aside, length=1000
+    )
+    bench.run(samples(0, 60))
+    assert bench.numbers() == list(range(60))
+    assert aside("the check at its end", fail) == []
+    warnings = capsys.readouterr().err.splitlines()
+    named = ["verdicts", "its display", "the check at its end"]
+    assert warnings == [
+        f"warning: the recording goes on without {what}: ZeroDivisionError: by a bug"
+        for what in named
+    ]
+    assert bench.log.path.read_text().count("Traceback") == 2
 
 
 def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):

@@ -47,6 +47,21 @@ def test_what_a_killed_recorder_left_is_recovered(final, tail):
     assert read_recording(io.BytesIO(after), 4).time_s.size == 6
 
 
+# Kills: a reader of ADC counts alone.
+def test_a_recording_in_volts_is_recovered(final):
+    part = growing_file.PartFile(final, HEADER | {"unit": "V"}, 4)
+    readings = np.random.default_rng(1).normal(2.5, 1.0, (525, 4))
+    readings[7] = [1e-7, -0.25, 3.0, 12345.678901234567]
+    for index, values in enumerate(readings):
+        part.add(index / 10, tuple(values))
+    part.flush()
+    part.close()
+    content = part.path.read_bytes()
+    assert recovered(final, content) == (525, 0, content)
+    with final.open("rb") as stream:
+        np.testing.assert_array_equal(read_recording(stream, 4).values.T, readings)
+
+
 def test_every_place_where_a_part_can_be_cut(final):
     content = whole_part(final)
     first_sample = content.index(b"0,0,2,3,4\n")

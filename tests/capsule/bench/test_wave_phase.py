@@ -1,5 +1,7 @@
 """The position of the wave from the peristalsis board's frames, after resets and lost steps."""
 
+import ctypes
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,9 @@ from hypothesis import strategies as st
 
 from capsule.bench.protocol import Position
 from capsule.bench.wave_phase import WavePhase
+from support.bench import emulated
 from support.bench.closed_loop import HALF_STEPS_PER_MM
+from support.marks import needs_programs
 
 WAVELENGTH_MM = 80.0
 SPEED_MM_S = 25.0
@@ -61,6 +65,17 @@ def off_mm(phase, board, origin_mm):
     """Return the error of the phase against the cams, modulo a wavelength."""
     (wave_mm,) = phase.at(np.array([board.now_s + 0.01]))
     return (wave_mm - (board.cam_mm - origin_mm) + 40) % WAVELENGTH_MM - 40
+
+
+# Kills: a position of 32 bits, which runs backward after a day.
+@needs_programs("gcc", packages="gcc")
+def test_the_boards_position_is_that_of_its_half_steps_for_as_long_as_it_counts_them():
+    gearing = emulated.build_host_library(emulated.FIRMWARE / "peristalsis" / "gearing.c")
+    gearing.wave_um.restype = ctypes.c_int64
+    for steps in (1, 36_000_000, 40_000_000, 2**31 - 1):
+        for sign in (1, -1):
+            expected_um = 1000 * sign * steps / HALF_STEPS_PER_MM
+            assert abs(gearing.wave_um(sign * steps, 1) - expected_um) <= 1
 
 
 @pytest.mark.parametrize("sign", [1, -1])

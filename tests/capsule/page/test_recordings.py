@@ -40,6 +40,16 @@ def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
     assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")
 
 
+# Kills: a recording of which a part is no evidence that looks like any other.
+def test_an_accepted_recording_that_is_evidence_in_part_has_its_reason():
+    part, both = (
+        {"status": "accepted", "reason": "no wave ran from 44.8 s on", "no_verdict": no_verdict}
+        for no_verdict in (UNKNOWN, "no wave")
+    )
+    assert recordings._why_not(part) == "no wave ran from 44.8 s on"
+    assert recordings._why_not(both) == "no verdict: no wave; no wave ran from 44.8 s on"
+
+
 def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_place_left_out():
     schemes = ["held_out", "leave_one_out", "resubstitution"]
     verdicts = pd.DataFrame(

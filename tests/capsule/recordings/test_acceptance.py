@@ -66,6 +66,26 @@ def test_a_rejected_recording_has_no_share_at_the_ends():
     assert np.isnan(readings).all()
 
 
+# Kills: samples after the wave stopped as evidence, and a time that nobody understands as none.
+@pytest.mark.parametrize(
+    ("stated", "status", "columns", "reason"),
+    [
+        ("44.8", "accepted", 448, "no wave ran from 44.8 s on"),
+        ("end", "accepted", 525, ""),
+        ("900", "accepted", 525, ""),
+        ("3", "rejected", 1000, "30 samples, fewer than the window of 84"),
+        ("soon", "rejected", 1000, "'soon'; write the time in s"),
+    ],
+)
+def test_what_came_after_the_wave_stopped_is_no_evidence(stated, status, columns, reason):
+    made = make_recording(3.0, "3mm/r01", samples=525)
+    stopped = Recording(made.time_s, made.values, {"wave_until_s": stated})
+    check, values, _ = check_recording("3mm/r01", format_recording(stopped), LARGEST, CONFIG)
+    assert (check["status"], values.shape[1]) == (status, columns)
+    assert reason in check["reason"] and bool(reason) == bool(check["reason"])
+    assert check["samples"] == 525
+
+
 def recording(**changes):
     made = make_recording(3.0, "3mm/r01", samples=300)
     return Recording(**(vars(made) | changes))

@@ -302,6 +302,10 @@ void board_write_eeprom(board_t *board, int offset, const char *bytes, int size)
     avr_ioctl(board->avr, AVR_IOCTL_EEPROM_SET, &at);
 }
 
+void board_poke(board_t *board, int address, const char *bytes, int size) {
+    memcpy(board->avr->data + address, bytes, (size_t)size);
+}
+
 void board_damage_eeprom(board_t *board) { board->unwritable = 1; }
 
 /* Let Timer1 no longer interrupt, as a flipped bit would. */

@@ -63,6 +63,14 @@ def build_folder() -> Path:
     return folder
 
 
+def build_host_library(*sources: Path, options: tuple[str, ...] = ()) -> ctypes.CDLL:
+    """Build a library of the firmware's sources for this computer, and load it."""
+    built = temporary_folder() / "lib.so"
+    strict = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC")
+    _run("gcc", *strict, *options, *sources, "-o", built)
+    return ctypes.CDLL(str(built))
+
+
 def build_firmware(folder: Path, defines: str = "") -> None:
     """Build the firmware of all boards into a folder, with further options of the compiler."""
     _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"DEFINES={defines}")
@@ -92,6 +100,7 @@ def _library() -> ctypes.CDLL:
         ("read_eeprom", None, (board, board, number)),
         ("write_eeprom", None, (board, number, text, number)),
         ("damage_eeprom", None, (board,)),
+        ("poke", None, (board, number, text, number)),
         ("take_sent", number, (board, board, number)),
         ("deliver", number, (board, text, number)),
         ("baud", ctypes.c_long, (board,)),
@@ -137,6 +146,7 @@ class EmulatedBoard:
         self._broken: set[int] = set()
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()
+        self._image = image
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:
             raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
@@ -226,6 +236,14 @@ class EmulatedBoard:
     def damage_eeprom(self) -> None:
         """Let the EEPROM keep what it holds, whatever is written."""
         self._library.board_damage_eeprom(self._board)
+
+    def poke(self, variable: str, content: bytes) -> None:
+        """Write a variable of the firmware."""
+        listed = subprocess.run(["avr-nm", self._image], capture_output=True, text=True).stdout
+        (address,) = [
+            int(line[:8], 16) for line in listed.splitlines() if line.endswith(f" {variable}")
+        ]
+        self._library.board_poke(self._board, address & 0xFFFF, content, len(content))
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.

@@ -73,7 +73,7 @@ class ScriptedBench:
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
-        self.part = PartFile(final, {"rate_hz": "10"}, 4, self.told.append)
+        self.part = PartFile(final, {"started": "2026-01-01T00:00:00Z"}, 4, self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
         self.logger = Logger(mine, self.part, self.log, self.told.append, limit=duration, kept=1001)
         self.recorder = Recorder(mine, self.logger, self.part, patience_s, self._stop, self._watch)

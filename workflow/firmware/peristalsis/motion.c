@@ -28,18 +28,6 @@ static uint32_t remainder_ticks;    /* of step_ticks(), so that its errors do no
 static int32_t set_speed_um_s = DEFAULT_SPEED_UM_S;
 static bool set_backward;
 
-/* 16.98 half-steps move the wave by 1 mm. */
-static int32_t milli_rate(int32_t speed_um_s) {
-    return (int32_t)((int64_t)speed_um_s * HALF_STEPS_PER_TURN_NUMERATOR * 1000 /
-                     ((int64_t)HALF_STEPS_PER_TURN_DENOMINATOR * WAVES_PER_MOTOR_TURN *
-                      WAVELENGTH_UM));
-}
-
-static int32_t wave_um(int32_t steps, int32_t per_step) {
-    return (int32_t)((int64_t)steps * HALF_STEPS_PER_TURN_DENOMINATOR * WAVES_PER_MOTOR_TURN *
-                     WAVELENGTH_UM / ((int64_t)HALF_STEPS_PER_TURN_NUMERATOR * per_step));
-}
-
 /* Search for the edge of the index switch at each half-step.
  *
  * At the index the switch closes on the way forward and opens on the way backward: both are the
@@ -146,7 +134,7 @@ motion_t motion_read(void) {
     motion.state = now == 0 ? STOPPED : target == 0 ? STOPPING : RUNNING;
     motion.uptime_ms = (uint32_t)(((uint64_t)elapsed << 16 | count) / (TICK_HZ / 1000));
     motion.position_um = wave_um(motion.half_steps, 1);
-    motion.speed_um_s = wave_um(now, 1000);
+    motion.speed_um_s = (int32_t)wave_um(now, 1000);
     return motion;
 }
 
@@ -155,7 +143,7 @@ uint32_t motion_rate(int32_t speed_um_s) {
 }
 
 int32_t motion_max_speed_um_s(void) {
-    return wave_um(MAX_RATE, 1);
+    return (int32_t)wave_um(MAX_RATE, 1);
 }
 
 /* Only the main program changes the target rate; the interrupt follows it. */

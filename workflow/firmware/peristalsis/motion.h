@@ -32,12 +32,17 @@ typedef enum { STOPPED, RUNNING, STOPPING } motion_state_t;
 typedef struct {
     uint32_t uptime_ms;
     int32_t half_steps;  /* since the board started; forward counts upward */
-    int32_t position_um; /* of the wave */
+    int64_t position_um; /* of the wave: at 25 mm/s, 32 bits last a day */
     int32_t speed_um_s;  /* now, negative backward */
     motion_state_t state;
     bool has_index; /* the cam shaft has passed its index since the board started */
     int32_t index;  /* half-steps at the last passage */
 } motion_t;
+
+/* Return thousandths of a half-step/s for a speed: 16.98 half-steps move the wave by 1 mm. */
+int32_t milli_rate(int32_t speed_um_s);
+/* Return the way of the wave in half-steps, or in thousandths of them (`per_step` = 1000). */
+int64_t wave_um(int32_t steps, int32_t per_step);
 
 void motion_begin(void);
 motion_t motion_read(void);

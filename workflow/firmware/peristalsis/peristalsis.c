@@ -18,7 +18,7 @@
 
 #include "motion.h"
 
-#define FIRMWARE_VERSION "1.2"
+#define FIRMWARE_VERSION "1.3"
 #define MIN_LEASE_MS 1000
 #define MAX_LEASE_MS 60000
 #define DEFAULT_LEASE_MS 60000 /* a computer that died lets the motor run no longer */

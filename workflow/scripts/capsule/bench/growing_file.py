@@ -13,11 +13,13 @@ from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExis
 from capsule.bench.protocol import Damaged
 from capsule.engine.locks import lock_file
 from capsule.recordings.names import PART
-from capsule.recordings.recording import format_header, format_sample
+from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample
 
 SYNC_EVERY_S = 1.0
 RECOVER, RESUME = "capsule record --recover", "capsule survey --resume"
 _LARGEST_LOG_BYTES = 50_000_000  # a faulty line must not fill the disk within days
+# Characters of "# ", ": " and a time in s, which lasts for years.
+_ROOM = 4 + 11
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -142,10 +144,37 @@ class PartFile(GrowingFile):
             if isinstance(fault, FileExistsError):
                 check_free(final)
             raise explain_write_fault(fault, path) from fault
-        self._pending.append(format_header(header, sensors))
+        self._header = dict(header)
+        self._head = self._formatted().encode("utf-8")
+        self._pending.append(self._head.decode("utf-8"))
         self.flush()
         self.sync()
         _sync_folder(final.parent)
+
+    def amend(self, key: str, value: str) -> None:
+        """Write an entry of the header anew, in its place: the file is complete at any moment.
+
+        Raises
+        ------
+        AcquisitionError
+            The disk cannot be written.
+        """
+        self._header[key] = value
+        head = self._formatted().encode("utf-8")
+        if len(head) != len(self._head):
+            raise ValueError(f"{value!r} does not have the length of the former entry {key}")
+        self._head = head
+        with writing(self.path, self._remedy):
+            end = os.lseek(self._descriptor, 0, os.SEEK_CUR)
+            os.lseek(self._descriptor, 0, os.SEEK_SET)
+            os.write(self._descriptor, head)
+            os.lseek(self._descriptor, end, os.SEEK_SET)
+
+    def _formatted(self) -> str:
+        """Return the header; the time until which the wave ran has room for another one."""
+        text = format_header(self._header, self._sensors)
+        line = f"# {WAVE_UNTIL}: {self._header.get(WAVE_UNTIL)}"
+        return text.replace(f"{line}\n", f"{line:<{len(WAVE_UNTIL) + _ROOM}}\n")
 
     def add(self, time_s: float, values: Sequence[float] | None) -> None:
         """Add a sample; None is a missing one. The next `flush` writes it."""
@@ -301,7 +330,8 @@ class FrameLog:
         self.note(f"damaged, {piece.reason}: {piece.content!r}")
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; later lines are lost."""
+        self._room = 0
         self._stream.close()
 
 

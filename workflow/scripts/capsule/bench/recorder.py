@@ -6,8 +6,9 @@ import json
 import math
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,16 +20,16 @@ from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, PartFile
 from capsule.bench.identification import connect, find
 from capsule.bench.line import BAUD, AnyLine
-from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of
+from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, moment_text
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.protocol import Acknowledgement, Identity
 from capsule.bench.terminal import Progress, Terminal
 from capsule.bench.wave import WatchedDrive, Wave
 from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
-from capsule.recordings.acceptance import readings_of
+from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
-from capsule.recordings.recording import read_recording
+from capsule.recordings.recording import WAVE_UNTIL, read_recording
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ class Recorder:
         self.ended = ""
         self._rate_mark = (time.monotonic(), 0)
         self._begun_s = elapsed_s()
+        self._dated = False
 
     def run(self) -> None:
         """Record until a limit, a request or an error ends it; `ended` is then the reason.
@@ -96,12 +98,22 @@ class Recorder:
             # Read first: samples that came while this program was stopped are in the port.
             self._logger.serve(LOOK_EVERY_S)
             self._check_patience()
+            self._date()
             self._part.flush()
             self._part.sync()
             self._measure_rate()
             self._watch(self.progress, self._logger.samples)
             self.ended = self._completed() or self._stop.reason
         self._pause()
+
+    def _date(self) -> None:
+        """Write the time of the first sample into the header, once it is known."""
+        if self._dated or not self.progress.samples:
+            return
+        self._dated = True
+        first_s = self._logger.taken_s - (self.progress.samples - 1) * self.progress.period_s
+        started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
+        self._part.amend("started", moment_text(started))
 
     def _completed(self) -> str:
         if not self._logger.complete:
@@ -192,7 +204,7 @@ def record(
         else:
             terminal = Terminal(sys.stdout, counts)
             header = header_of(identity, started)
-        header |= wave.entries if drive else {}
+        header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         header |= dict(origin or {})
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
@@ -202,7 +214,6 @@ def record(
             sensors = int(identity.entries["channels"])
             outlet = SampleOutlet(options.stream_out, header, sensors, f"{folder}/{name}")
         judge = partial(detectors.judge_so_far, header=header) if detectors else None
-        watch = _watcher(drive, judge, outlet, terminal, length)
         stop = StopRequest()
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         part = PartFile(final, header, int(identity.entries["channels"]), terminal.note)
@@ -213,6 +224,16 @@ def record(
             terminal.note(text)
             log.note(text)
 
+        def note_wave() -> None:
+            if drive and drive.until != header[WAVE_UNTIL]:
+                header[WAVE_UNTIL] = drive.until
+                part.amend(WAVE_UNTIL, drive.until)
+                log.note(
+                    f"the wave runs until {drive.until} (s of the recording): {drive.summary()}"
+                )
+
+        aside = Aside(log)
+        watch = _watcher(drive, note_wave, judge, outlet, terminal, aside, length)
         board = Board(line, identity, tell)
         rate_hz = float(identity.entries["rate_hz"])
         limit = round(options.duration * rate_hz) if options.duration else None
@@ -221,7 +242,7 @@ def record(
         # Last of all: from here on, Ctrl-C ends the run in order, and samples are on the disk.
         if drive and not stop.reason:
             _start(drive, part, log)
-        _run(recorder, part, terminal, log, drive)
+        _run(recorder, part, terminal, log, drive, note_wave, aside)
     finally:
         _stop(drive)
     if drive:
@@ -231,7 +252,7 @@ def record(
     if progress.damaged:
         terminal.note(f"{progress.damaged} damaged frames are kept in {log.path}")
     terminal.note(f"archived {part.final}: {progress.summary()}")
-    for text in _check(part.final, settings, detectors):
+    for text in aside("the check at its end", partial(_check, part.final, settings, detectors)):
         terminal.note(text)
     return part.final
 
@@ -299,11 +320,41 @@ def connected_drive(port: str, wave: Wave) -> WatchedDrive:
     return drive
 
 
+class Aside:
+    """What a recording can do without, such as verdicts and a display: no fault of it ends one.
+
+    Parameters
+    ----------
+    log : FrameLog
+        Log of the recording, for the traceback of a fault.
+    """
+
+    def __init__(self, log: FrameLog) -> None:
+        self._log = log
+        self._failed: set[str] = set()
+
+    def __call__(self, what: str, act: Callable[[], list[str] | None]) -> list[str]:
+        """Do something and return its lines; after a fault, warn once and never do it again."""
+        if what in self._failed:
+            return []
+        try:
+            return act() or []
+        # Whatever it is: a run of the capsule cannot be repeated, a verdict can.
+        except Exception as fault:  # noqa: BLE001
+            self._failed.add(what)
+            text = f"the recording goes on without {what}: {type(fault).__name__}: {fault}"
+            print(f"warning: {text}", file=sys.stderr, flush=True)
+            self._log.note(f"{text}\n{traceback.format_exc()}")
+            return []
+
+
 def _watcher(
     drive: WatchedDrive | None,
+    note_wave: Callable[[], None],
     judge: Callable[[Samples], list[str]] | None,
     outlet: SampleOutlet | None,
     terminal: Terminal,
+    aside: Aside,
     length: int,
 ) -> Watcher:
     """Return one function that shows, drives, judges and sends during the recording."""
@@ -313,7 +364,7 @@ def _watcher(
     def watch(progress: Progress, samples: Samples) -> None:
         nonlocal judged_s, told_of_length
         if outlet:
-            outlet.send(progress)
+            aside("its stream", partial(outlet.send, progress))
         if progress.samples > length and not told_of_length:
             told_of_length = True
             terminal.note(
@@ -322,13 +373,14 @@ def _watcher(
                 "(preprocessing.length); recording continues"
             )
         if drive:
-            if warning := drive.watch():
+            if warning := drive.watch(progress.samples * progress.period_s):
                 terminal.note(warning)
+            note_wave()
             progress.wave = drive.summary()
         if judge and time.monotonic() - judged_s >= JUDGE_EVERY_S:
-            progress.verdicts = judge(samples)
+            progress.verdicts = aside("verdicts", partial(judge, samples))
             judged_s = time.monotonic()
-        terminal.show(progress)
+        aside("its display", partial(terminal.show, progress))
 
     return watch
 
@@ -354,6 +406,8 @@ def _run(
     terminal: Terminal,
     log: FrameLog,
     drive: WatchedDrive | None,
+    note_wave: Callable[[], None],
+    aside: Aside,
 ) -> None:
     """Record, and archive the samples, even if the board was lost."""
     lost = None
@@ -362,17 +416,18 @@ def _run(
             recorder.run()
         finally:
             _stop(drive)  # before the files: a disk can be slow
+        note_wave()
     except BoardLostError as reason:
         recorder.ended, lost = str(reason), reason
     except AcquisitionError as reason:
         with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
             part.flush()
         part.close()
-        terminal.clear()
+        aside("its display", terminal.clear)
         raise reason
     log.note(f"ended: {recorder.ended}")
     log.close()
-    terminal.clear()
+    aside("its display", terminal.clear)
     if not recorder.progress.samples:
         part.discard()
         raise lost or AcquisitionError("the run ended before the first sample; nothing is archived")
@@ -392,6 +447,7 @@ def _check(
         values, no_verdict = readings_of(read, settings)
     except RecordingError as reason:
         return [f"warning: the workflow will reject this recording: {reason}"]
+    warnings = [f"warning: {text}"] if (text := no_evidence_after(read)) else []
     if no_verdict:
-        return [f"warning: no detector will judge this recording: {no_verdict}"]
-    return detectors.judge(values) if detectors else []
+        return [*warnings, f"warning: no detector will judge this recording: {no_verdict}"]
+    return [*warnings, *(detectors.judge(values) if detectors else [])]

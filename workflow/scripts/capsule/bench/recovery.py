@@ -19,6 +19,8 @@ from capsule.recordings.names import PART
 from capsule.recordings.recording import column_names, format_header
 
 KEPT_AS = ".recovered"
+# ADC counts, or another unit as Python writes it.
+_READING = rb"-?\d{1,15}(\.\d{1,22})?(e[-+]\d{1,3})?"
 _ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")
 
 
@@ -114,14 +116,15 @@ def _read(content: bytes, sensors: int) -> tuple[dict[str, str], int, list[tuple
     Each line of a sample comes with its end in the file; the text of an unreadable one is empty.
     """
     columns = ",".join(column_names(sensors)).encode()
-    form = re.compile(rb"\d{1,9}(\.\d{1,6})?((,\d{1,10}){%d}|,{%d})" % (sensors, sensors))
+    sample = rb"\d{1,9}(\.\d{1,6})?((,%b){%d}|,{%d})" % (_READING, sensors, sensors)
+    form = re.compile(sample)
     header: dict[str, str] = {}
     samples: list[tuple[int, str]] = []
     damaged, end, in_header = 0, 0, True
     for whole in content.split(b"\n")[:-1]:
         end += len(whole) + 1
         line = whole.removesuffix(b"\r")
-        if in_header and not re.fullmatch(rb"[0-9.,]+", line):
+        if in_header and not re.fullmatch(rb"[-+0-9.,e]+", line):
             entry = _entry(line)
             header |= entry
             in_header = line != columns

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.logger import check_fits, header_of
+from capsule.bench.logger import check_fits, header_of, moment_text
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.bench.survey_bench import BoardBench, open_boards
@@ -244,6 +244,9 @@ class SurveyRun:
         passes = self._passes.setdefault(place.number, [])
         name = f"place-{place.number:02d}-pass-{len(passes) + 1}"
         header = {**self._header, "site": f"{self._header['session']}/place-{place.number:02d}"}
+        if "started" in header:  # of the survey; a simulated one has no date
+            since = timedelta(seconds=float(time_s[0]) + self._away_s)
+            header["started"] = moment_text(datetime.fromisoformat(header["started"]) + since)
         recording = Recording(np.round(time_s - time_s[0], 6), values, header)
         passes.append((self._disk.add_recording(name, recording), values))
 

@@ -21,6 +21,7 @@ from capsule.bench.identification import request
 from capsule.bench.line import Arrival
 from capsule.bench.protocol import Damaged, Position, Refusal
 from capsule.bench.wave_phase import RUNNING, WavePhase
+from capsule.recordings.recording import TO_THE_END
 
 # Without a command for so long, the board stops the wave.
 LEASE_S = 5
@@ -188,12 +189,30 @@ class WatchedDrive(Drive):
         super().__init__(board, wave, tell)
         self._position: Position | None = None
         self._told = ""
+        self._asked_at = self._ran_until = 0.0
 
-    def watch(self) -> str:
-        """Renew the lease by asking for the position; return a warning if the wave has stopped."""
+    @property
+    def until(self) -> str:
+        """Time of the recording, in s, from which on no wave is known to run; `TO_THE_END`."""
+        return f"{self._ran_until:.1f}" if self._told else TO_THE_END
+
+    def watch(self, recorded_s: float) -> str:
+        """Renew the lease by asking for the position; return a warning if the wave has stopped.
+
+        Parameters
+        ----------
+        recorded_s : float
+            Time of the recording so far.
+        """
         if self._board.connected:
+            asked_s = self._asked_s
             for arrival in self._serve():
                 self._note(arrival)
+                # The answer may have lain in the port; when it was asked for, the wave ran.
+                if self._position is not None and self._position.state == RUNNING:
+                    self._ran_until = self._asked_at
+            if self._asked_s != asked_s:
+                self._asked_at = recorded_s
         fault = self._fault()
         before, self._told = self._told, fault
         return "" if fault == before else fault
@@ -238,6 +257,7 @@ class WatchedDrive(Drive):
         while self._position is None and time.monotonic() < deadline:
             for arrival in self._board.line.receive():
                 self._note(arrival)
+        self._told = self._fault() or self._told
 
 
 class SurveyDrive(Drive):

@@ -206,11 +206,11 @@ def recording_rows(
 
 
 def _why_not(row: Row) -> str:
-    """Return why a recording was rejected or has no verdict; empty if it has a verdict."""
-    if row["status"] != "accepted":
-        reason: str = row["reason"]
-        return reason
-    return f"no verdict: {row['no_verdict']}" if words.is_known(row["no_verdict"]) else ""
+    """Return why a recording was rejected, has no verdict, or is evidence in part; else empty."""
+    reason: str = row["reason"] if words.is_known(row["reason"]) else ""
+    if row["status"] == "accepted" and words.is_known(row["no_verdict"]):
+        return "; ".join(filter(None, (f"no verdict: {row['no_verdict']}", reason)))
+    return reason
 
 
 def page_data(

@@ -9,6 +9,7 @@ import hashlib
 import io
 import shlex
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,14 @@ from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess
 from capsule.recordings.names import size_mm
-from capsule.recordings.recording import ForeignFileError, Recording, read_recording, too_large
+from capsule.recordings.recording import (
+    WAVE_UNTIL,
+    ForeignFileError,
+    Recording,
+    read_recording,
+    too_large,
+    wave_until_s,
+)
 from capsule.recordings.units import adc_ends, on_full_scale, share_between, shares_at_ends
 from capsule.seeding import readings_checksum
 
@@ -86,6 +94,7 @@ def check_recording(
         check["samples"] = recording.time_s.size
         check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
         values, check["no_verdict"] = readings_of(recording, settings)
+        check["reason"] = no_evidence_after(recording)
         # The readings as recorded: on another full scale the ends of the ADC's range are unknown.
         check["at_ends"] = shares_at_ends(recording.values, recording.header)
         check["readings_sha256"] = readings_checksum(values)
@@ -132,11 +141,33 @@ def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, s
         The recording cannot be used.
     """
     rules, shape, bench = (settings[key] for key in ("recording", "preprocessing", "diagonal"))
+    recording = _while_the_wave_ran(recording, shape["window"])
     accepted = accept(recording, rules=rules, window=shape["window"], length=shape["length"])
     values = on_full_scale(
         accepted, recording.header, bench["full_scale"], bench["pressing_lowers_reading"]
     )
     return values, missing_wave(values, rules["rate_hz"], bench, rules["wave_false_rate"])
+
+
+def no_evidence_after(recording: Recording) -> str:
+    """Return that a recording is no evidence to its end, and why; empty if it is."""
+    until_s = wave_until_s(recording.header)
+    if recording.time_s[-1] < until_s:
+        return ""
+    return f"no wave ran from {until_s:g} s on ({WAVE_UNTIL}), so only what came before is evidence"
+
+
+def _while_the_wave_ran(recording: Recording, window: int) -> Recording:
+    """Return a recording without the samples after its wave stopped."""
+    kept = recording.time_s < wave_until_s(recording.header)
+    if kept.all():
+        return recording
+    if np.count_nonzero(kept) < window:
+        raise RecordingError(
+            f"{no_evidence_after(recording)}: {np.count_nonzero(kept)} samples, fewer than the "
+            f"window of {window} (preprocessing.window); record it again"
+        )
+    return replace(recording, time_s=recording.time_s[kept], values=recording.values[:, kept])
 
 
 def accept(recording: Recording, *, rules: Settings, window: int, length: int) -> FloatArray:

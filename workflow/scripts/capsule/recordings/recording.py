@@ -8,6 +8,7 @@ The Snakefile reads the header lines at every start, so this module imports only
 """
 
 import array
+import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -32,8 +33,13 @@ _MOST_LINES = 200_000
 _LONGEST_HEADER = 1000
 # The report shows every header in full.
 _MOST_HEADER_CHARACTERS = 10_000
+# Header line with the time from which on no wave ran, in s, or with `TO_THE_END`.
+WAVE_UNTIL, TO_THE_END = "wave_until_s", "end"
 # Header lines that decide how a recording is read, taught from and judged. Each may have one value.
-DECISIVE = ("site", "session", "setup", "unit", "nodule_at_mm", "adc_bits", "vref_v", "series_ohm")
+DECISIVE = (
+    *("site", "session", "setup", "unit", "nodule_at_mm", "adc_bits", "vref_v", "series_ohm"),
+    WAVE_UNTIL,
+)
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,25 @@ def source_of(header: Mapping[str, str]) -> str:
         if f"simulator_{key}" in header:
             named.append(f"{key} {header[f'simulator_{key}']}")
     return ", ".join(part for part in named if part)
+
+
+def wave_until_s(header: Mapping[str, str]) -> float:
+    """Return the time from which on no wave ran; infinite if it ran to the end or nobody says.
+
+    Raises
+    ------
+    RecordingError
+        The header says something else.
+    """
+    stated = header.get(WAVE_UNTIL, TO_THE_END).strip()
+    if stated == TO_THE_END:
+        return math.inf
+    if not _NUMBER.fullmatch(stated):
+        raise RecordingError(
+            f"the header says {WAVE_UNTIL}: {_shorten(stated)!r}; write the time in s from which "
+            f"on no wave ran, or {TO_THE_END!r} if it ran to the end"
+        )
+    return float(stated)
 
 
 def rate_of(header: Mapping[str, str]) -> str:

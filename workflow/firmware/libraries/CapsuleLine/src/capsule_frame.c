@@ -69,19 +69,20 @@ void frame_add_signed(frame_t *frame, int32_t value) {
     frame_append(frame, ltoa(value, digits, 10));
 }
 
-void frame_append_thousandths(frame_t *frame, int32_t value) {
-    uint32_t magnitude = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
+void frame_append_thousandths(frame_t *frame, int64_t value) {
+    uint64_t magnitude = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    uint16_t rest = magnitude % 1000;
     if (value < 0) {
         put(frame, '-');
     }
-    frame_append_count(frame, magnitude / 1000);
+    frame_append_count(frame, (uint32_t)(magnitude / 1000));
     put(frame, '.');
     for (uint16_t place = 100; place > 0; place /= 10) {
-        put(frame, (char)('0' + magnitude / place % 10));
+        put(frame, (char)('0' + rest / place % 10));
     }
 }
 
-void frame_add_thousandths(frame_t *frame, int32_t value) {
+void frame_add_thousandths(frame_t *frame, int64_t value) {
     separate(frame);
     frame_append_thousandths(frame, value);
 }

@@ -21,11 +21,11 @@ void frame_add_text(frame_t *frame, const char *text);
 void frame_add_key(frame_t *frame, const char *key); /* the next value follows "key=" */
 void frame_add_count(frame_t *frame, uint32_t value);
 void frame_add_signed(frame_t *frame, int32_t value);
-void frame_add_thousandths(frame_t *frame, int32_t value); /* 25000 is written 25.000 */
+void frame_add_thousandths(frame_t *frame, int64_t value); /* 25000 is written 25.000 */
 /* Append to the text of the last field; a frame's text never holds "$", "*" or a line feed. */
 void frame_append(frame_t *frame, const char *text);
 void frame_append_count(frame_t *frame, uint32_t value);
-void frame_append_thousandths(frame_t *frame, int32_t value);
+void frame_append_thousandths(frame_t *frame, int64_t value);
 void frame_finish(frame_t *frame); /* adds the check; text and length are then ready to send */
 
 /* The kind of line that the last byte completed. */
