@@ -81,6 +81,12 @@ def test_end_stop_is_debounced(logger):
     assert not [event for event in logger.wait(0.2) if isinstance(event, Sample)][-1].at_end
 
 
+def test_a_broken_wire_of_the_end_stop_reads_as_pressed(logger):
+    logger.say("start")
+    logger.board.break_wire(emulated.END_STOP)
+    assert [event for event in logger.wait(0.3) if isinstance(event, Sample)][-1].at_end
+
+
 def position(talk):
     (answer,) = [event for event in talk.say("position") if isinstance(event, Position)]
     return answer

@@ -130,7 +130,7 @@ class EmulatedBoard:
     set_up : bool, optional
         Whether the memory of a fold board holds its first record.
     normally_closed : bool, optional
-        Whether the contacts of a fold board's switches are closed until they are pressed.
+        Whether the contacts of end switches are closed until they are pressed.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class EmulatedBoard:
         normally_closed: bool = True,
     ) -> None:
         name, mcu = board
-        self._normally_closed = board == FOLD and normally_closed
+        self._normally_closed = board != PERISTALSIS and normally_closed
         self._broken: set[int] = set()
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()
@@ -151,11 +151,10 @@ class EmulatedBoard:
         if not self._board:
             raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
         self._buffer = ctypes.create_string_buffer(65536)
-        if board == FOLD:
-            for switch in (PIN_2, PIN_3):
-                self.set_switch(switch, False)
-            if set_up:
-                self.write_eeprom(0, fold_record(1, 0, 0))
+        for switch in {LOGGER: (END_STOP,), FOLD: (PIN_2, PIN_3)}.get(board, ()):
+            self.set_switch(switch, False)
+        if board == FOLD and set_up:
+            self.write_eeprom(0, fold_record(1, 0, 0))
 
     @property
     def baud(self) -> int:
@@ -212,7 +211,7 @@ class EmulatedBoard:
     def set_switch(self, switch: int, closed: bool) -> None:
         """Press or release a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO.
 
-        The contacts of the fold board's switches are closed until they are pressed.
+        The contacts of all but the peristalsis board's index are closed until they are pressed.
         """
         contact = closed != self._normally_closed and switch not in self._broken
         self._library.board_set_switch(self._board, switch, int(contact))

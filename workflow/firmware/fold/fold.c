@@ -16,6 +16,7 @@
 #include <capsule_frame.h>
 #include <capsule_motor.h>
 #include <capsule_serial.h>
+#include <capsule_switch.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -26,12 +27,6 @@
 
 #define UNFOLDED_PIN PD2 /* digital pins 2 and 3 */
 #define FOLDED_PIN PD3
-
-/* 1: a switch connects its pin to ground until it is pressed. A broken wire then reads as pressed,
- * which the protocol calls closed, and the motor does not pull. 0: normally open. */
-#ifndef NORMALLY_CLOSED
-#define NORMALLY_CLOSED 1
-#endif
 
 #define REPORT_MS 1000      /* while the origami is unfolded */
 #define REPORT_OFTEN_MS 200 /* in all other states */

@@ -13,9 +13,10 @@
 #include <capsule_commands.h>
 #include <capsule_frame.h>
 #include <capsule_serial.h>
+#include <capsule_switch.h>
 #include <string.h>
 
-#define FIRMWARE_VERSION "1.0"
+#define FIRMWARE_VERSION "1.1"
 #define CHANNELS 4
 #define RATE_HZ 10
 #define PERIOD_MS (1000 / RATE_HZ)
@@ -23,7 +24,7 @@
 #define VREF_MV 5000
 #define SERIES_OHM 12000
 
-#define END_STOP_PIN PE4 /* digital pin 2: the switch connects it to ground */
+#define END_STOP_PIN PE4 /* digital pin 2; without an end stop, connected to ground */
 #define LAMP_PIN PB7     /* digital pin 13: the board's own LED, on while running */
 
 static volatile bool running;
@@ -81,12 +82,13 @@ static uint32_t uptime_ms(void) {
     return elapsed * PERIOD_MS + count / (TIMER_HZ / 1000);
 }
 
-/* Return whether the switch was closed in two samples in a row, to ignore bounces and spikes. */
+/* Return whether the switch was pressed in two samples in a row, to ignore bounces and spikes. */
 static bool at_end_stop(void) {
-    static bool closed_before;
-    bool closed = !(PINE & 1 << END_STOP_PIN);
-    bool at_end = closed && closed_before;
-    closed_before = closed;
+    static bool pressed_before;
+    bool high = PINE & 1 << END_STOP_PIN;
+    bool pressed = high == NORMALLY_CLOSED;
+    bool at_end = pressed && pressed_before;
+    pressed_before = pressed;
     return at_end;
 }
 

@@ -39,6 +39,8 @@ JUDGE_EVERY_S = 0.5
 LAST_FRAMES_S = 0.5
 RATE_OVER_S = 5.0
 LOOK_EVERY_S = 0.05
+# An end stop that is pressed in so many samples was never open.
+AT_ONCE = 3
 Samples = list[tuple[float, ...] | None]
 Watcher = Callable[[Progress, Samples], None]
 
@@ -118,6 +120,11 @@ class Recorder:
     def _completed(self) -> str:
         if not self._logger.complete:
             return ""
+        if self._logger.at_end and self.progress.samples <= AT_ONCE:
+            return (
+                "the end stop was pressed from the start: its wire is broken, or there is none, "
+                "and D2 is not connected to GND (docs/bench.md)"
+            )
         if self._logger.at_end:
             return "the capsule reached the end stop"
         return "--duration is over"
