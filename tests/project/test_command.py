@@ -1,5 +1,6 @@
 """The command capsule starts the right subcommand, in the folder that it is called in."""
 
+import base64
 import os
 import re
 import signal
@@ -133,6 +134,7 @@ def test_a_new_folder_holds_settings_raw_and_what_to_do(tmp_path, capsys):
         "README.md",
         "Snakefile",
         "config",
+        "profiles",
         "raw",
     ]
     assert (folder / "README.md").read_text(encoding="utf-8").startswith("# pig-7\n")
@@ -177,13 +179,27 @@ def test_each_command_checks_the_configuration_of_the_folder(bench, word):
 
 
 @pytest.mark.workflow
-@pytest.mark.takes(6)
-def test_snakemake_runs_in_a_new_folder_with_the_steps_of_the_project(tmp_path):
-    run_command("new", tmp_path / "pig-7")
-    write_archive(tmp_path / "pig-7/raw", ["0mm/r01", "3mm/r07"])
-    plain = [sys.executable, "-m", "snakemake", "--cores=1", "--dry-run"]
-    for command in (plain, [*CAPSULE, "report", "--cores", "1", "--", "--dry-run"]):
-        done = subprocess.run(command, cwd=tmp_path / "pig-7", capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", done.stdout + done.stderr, re.MULTILINE))
-        assert (jobs["preprocess"], jobs["report"]) == ("2", "1")
+@pytest.mark.takes(12)
+def test_a_bench_goes_on_after_a_kill_and_a_move_and_runs_no_file_of_its_folder(tmp_path):
+    bench, check = tmp_path / "pig-7", "results/checks/0mm/r01.json"
+    run_command("new", bench)
+    write_archive(bench / "raw", ["0mm/r01", "3mm/r07"], samples=525)
+    # `python -m` would import it before the library of this name.
+    (bench / "yaml.py").write_text("raise SystemExit('this is no code of the project')\n")
+    words = ["report", "--cores", "1", "--", "--until", "preprocess"]
+    done = call(*words, cwd=bench)
+    assert done.returncode == 0, done.stderr
+    # What `kill -9` leaves: Snakemake's lock, and its note on a result that was under way.
+    (bench / "yaml.py").unlink()
+    noted = base64.b64encode(check.encode()).decode()
+    for left in ("locks/0.output.lock", f"incomplete/{noted}"):
+        (bench / ".snakemake" / left).parent.mkdir(exist_ok=True)
+        (bench / ".snakemake" / left).write_text(f"{check}\n")
+    plain = [sys.executable, "-m", "snakemake", "--cores=1", check]
+    done = subprocess.run(plain, cwd=bench, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "preprocess 0mm/r01" in done.stderr
+    (tmp_path / "deep/er").mkdir(parents=True)
+    moved = bench.rename(tmp_path / "deep/er/pig-8")
+    done = subprocess.run([*plain, "--dry-run"], cwd=moved, capture_output=True, text=True)
+    assert "Nothing to be done" in done.stdout + done.stderr

@@ -121,7 +121,9 @@ def told(step):
     reasons. Functions give what Snakemake would expand, or lint, as plain text.
     """
     return {
-        "script": os.path.relpath(step.script),
+        # Snakemake notes no parameter that is a function of the output: this one changes with the
+        # place of a folder of recordings beside the project.
+        "script": lambda wildcards, output: os.path.relpath(step.script),
         "raw": RAW,
         "results": lambda wildcards: RESULTS,
         "batch_size": SIZE,

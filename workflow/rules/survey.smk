@@ -6,10 +6,11 @@
 from capsule.survey.listed import list_surveys, survey_content
 
 SURVEYS = list_surveys(Path(SESSIONS))
+CONTENT_OF_SURVEY = {name: survey_content(Path(SESSIONS) / name) for name in SURVEYS.names}
 SURVEY = step(
     "survey",
     sections("diagonal"),
-    lambda survey: [survey, survey_content(Path(SESSIONS) / survey)],
+    lambda survey: [survey, CONTENT_OF_SURVEY[survey]],
     script="chart_survey.py",
 )
 
@@ -26,11 +27,12 @@ rule survey:
     params:
         **told(SURVEY),
         # The survey's files are no inputs: their content decides whether the job runs again, not
-        # their time stamps.
+        # their time stamps. The job compares the checksum again.
+        content=lambda wildcards: CONTENT_OF_SURVEY[wildcards.survey],
         session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
         folder=lambda wildcards: f"{RESULTS}/surveys/{wildcards.survey}",
     message:
         "draw the survey {wildcards.survey}"
     shell:
-        "python {params.script:q} --session {params.session:q} --settings {params.settings:q}"
-        " --output {params.folder:q} > {log:q} 2>&1"
+        "python {params.script:q} --session {params.session:q} --content {params.content}"
+        " --settings {params.settings:q} --output {params.folder:q} > {log:q} 2>&1"

@@ -10,6 +10,7 @@ from capsule.page.surveys import player, survey_values, title_of
 from capsule.store import files
 from capsule.store.results import SURVEY_VALUES
 from capsule.survey.files import SessionError, read_session
+from capsule.survey.listed import refuse_changed
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 
 
@@ -17,11 +18,13 @@ def main() -> None:
     """Read the survey, and write the picture, its data and the values for the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--session", type=Path, required=True, help="the survey's folder")
+    parser.add_argument("--content", required=True, help="the checksum of the survey's files")
     parser.add_argument("--settings", type=json.loads, required=True, help="section diagonal, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder")
     arguments = parser.parse_args()
     output, name = arguments.output, arguments.session.name
     detector = arguments.settings["diagonal"]
+    refuse_changed(arguments.session, arguments.content)
     try:
         session = read_session(arguments.session)
     except SessionError as error:
@@ -35,6 +38,8 @@ def main() -> None:
         content["player"] = player(session, track)
         wave = detector["wavelength_mm"], crest_mm
         table, draw = survey_drawing(session, title_of(session), track, pins, wave)
+    # A survey that was changed after the first look may have been read.
+    refuse_changed(arguments.session, arguments.content)
     for suffix, width_in in WIDTHS_IN.items():
         for kind in ("pdf", "svg"):
             figure = draw(width_in)

@@ -1,6 +1,8 @@
 import errno
+import io
 import os
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -105,6 +107,32 @@ def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
         "results are kept"
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_without_hard_links_a_full_disk_leaves_no_half_of_a_new_file(tmp_path, monkeypatch):
+    def no_links(*paths):
+        raise OSError(errno.EPERM, os.strerror(errno.EPERM))
+
+    def full(path, mode="r", *more, **others):
+        stream = opened(path, mode, *more, **others)
+        if mode == "xb":
+            stream.write(b"half")
+            stream.flush()
+            stream = stream.close() or FullDisk()
+        return stream
+
+    class FullDisk(io.BytesIO):
+        def write(self, content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    opened = Path.open
+    monkeypatch.setattr(os, "link", no_links)
+    monkeypatch.setattr(Path, "open", full)
+    files.write_new(tmp_path / "r01.csv", b"whole")
+    assert (tmp_path / "r01.csv").read_bytes() == b"whole"
+    with pytest.raises(FileExistsError):
+        files.write_new(tmp_path / "r01.csv", b"other")
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"whole"]
 
 
 def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):

@@ -21,6 +21,7 @@ Recordings go into `raw/`, in a folder for each size (`raw/3mm/`, `raw/0mm/`, `r
 `capsule record --size 3` writes them there, `capsule import FILE --size 3` brings others.
 `capsule report` makes `results/report.html`; `config/config.yaml` holds the settings.
 """
+PROFILE = Path("profiles", "default", "config.yaml")
 # The shipped configuration holds out a session of the shipped recordings, which this folder lacks.
 _HELD_OUT = re.compile(r"held_out: \[.*?\]")
 
@@ -77,10 +78,14 @@ def own_configuration() -> str:
 
 
 def _contents(folder: Path) -> dict[str, str]:
-    steps = (PROJECT / "Snakefile").read_text(encoding="utf-8")
+    steps, profile = (
+        (PROJECT / name).read_text(encoding="utf-8") for name in ("Snakefile", str(PROFILE))
+    )
     elsewhere = json.dumps((PROJECT / "workflow" / "Snakefile").as_posix())
     return {
         "config/config.yaml": own_configuration(),
         "Snakefile": steps.replace('"workflow/Snakefile"', elsewhere),
+        # With it, the same command goes on after a run was killed.
+        PROFILE.as_posix(): profile,
         "README.md": _README.format(name=folder.resolve().name),
     }

@@ -68,7 +68,8 @@ def check_workflow(folder: Path) -> None:
 
 def snakemake_command(folder: Path, arguments: Sequence[str]) -> list[str]:
     """Return the command line of Snakemake for a folder, with the steps of the project."""
-    command = [sys.executable, "-m", "snakemake", *arguments]
+    # -P: the folder holds recordings, so a yaml.py in it is none of Python's modules.
+    command = [sys.executable, "-P", "-m", "snakemake", *arguments]
     if not folder.samefile(PROJECT):
         command += ["--snakefile", str(PROJECT / "Snakefile")]
     return command

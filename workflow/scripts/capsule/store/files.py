@@ -246,8 +246,12 @@ def write_new(path: Path, content: bytes) -> None:
     except FileExistsError:
         raise
     except OSError:  # a file system without links, as on a USB stick
-        with path.open("xb") as stream:
-            stream.write(content)
+        path.open("xb").close()
+        try:
+            beside.replace(path)
+        except OSError:
+            path.unlink()
+            raise
     finally:
         beside.unlink(missing_ok=True)
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from capsule.errors import CapsuleError
 from capsule.recordings.names import PART, displayed, is_plain, repeated_end
 from capsule.store.files import fingerprint
 
@@ -77,3 +78,15 @@ def survey_content(folder: Path) -> str:
     """Return a checksum of a survey's files, which does not depend on their time stamps."""
     checksums = [fingerprint(folder / name, LARGEST_BYTES) for name in FILES]
     return hashlib.sha256("\0".join(checksums).encode()).hexdigest()
+
+
+def refuse_changed(folder: Path, content: str) -> None:
+    """Raise an error if the checksum of a survey's files is another than when the run began.
+
+    Raises
+    ------
+    CapsuleError
+        The message names the folder.
+    """
+    if survey_content(folder) != content:
+        raise CapsuleError(f"{folder} has changed since the run began; run the command again")
