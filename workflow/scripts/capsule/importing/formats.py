@@ -4,7 +4,6 @@ Its first bytes decide which one; for .mat and .nwb, the ending of its name, too
 the file is read. Each package is imported only for a file of its format.
 """
 
-import dataclasses
 import gzip
 import hashlib
 import io
@@ -13,9 +12,11 @@ import re
 import struct
 import zipfile
 import zlib
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -24,7 +25,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.table import Table
+from capsule.importing.table import UNSURE_RATE, Table, side_by_side
 from capsule.importing.text import read_rows, read_text
 from capsule.store.files import read_limited
 
@@ -40,18 +41,33 @@ _MOST_COLUMNS = 256
 # A longer array in a message is probably an image or a scan.
 _LONGEST_ARRAY = 256
 _MATLAB_COMPRESSED = 15
-_RATE_NAMES = re.compile(
-    r"(fs|rate|rate_hz|srate|samplerate|sample_rate|sampling_?rate(_hz)?|samplingfrequency|freq)",
-    re.IGNORECASE,
+# The day before the first one of Excel's calendar.
+_FIRST_DAY = datetime(1899, 12, 31)
+# Channels of one run can have different sampling rates, but not too different ones.
+_MOST_LONGER = 2.5
+_RATE = re.compile(
+    rf"(fs|s?rate|samp(le|ling)?_?(rate|freq(uency)?)|{UNSURE_RATE.pattern})(_?hz)?", re.IGNORECASE
 )
+# NetCDF writes an array under this name for an axis without values.
+_NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 _GZIP = b"\x1f\x8b"
 _BAGS = (b"#ROSBAG", b"\x89MCAP")
 _NO_TABLE = {
     b"\xd0\xcf\x11\xe0": "it is a workbook of an old Excel; save it as .xlsx",
     b"SQLite format 3": "it is one file of a bag of ROS 2; give the folder with its metadata.yaml",
     b"%PDF": "it is a PDF; export the readings as text",
-    b"7z\xbc\xaf": "it is compressed; unpack it first",
+    **dict.fromkeys(
+        (b"7z\xbc\xaf", b"BZh", b"\xfd7zXZ", b"Rar!"), "it is compressed; unpack it first"
+    ),
+    b"PK\x05\x06": "it is a zip archive without a file; export the readings again",
+    b"PAR1": "it is Parquet; save it as text: pandas.read_parquet('{0}').to_csv('{1}.csv')",
+    b"ARROW1": "it is Arrow; save it as text: pandas.read_feather('{0}').to_csv('{1}.csv')",
 }
+_NO_TABLE |= dict.fromkeys(
+    [b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"],
+    "it is a pickle of Python, which can run any code when it is read; save it as text: "
+    "pandas.read_pickle('{0}').to_csv('{1}.csv')",
+)
 # Name, numbers and unit of each column.
 _Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
 
@@ -79,7 +95,7 @@ def read_source(path: Path, keys: Keys) -> tuple[list[Table], str]:
         content, path = _unpacked(content), path.with_suffix("")
     for mark, reason in _NO_TABLE.items():
         if content.startswith(mark):
-            raise CapsuleError(reason)
+            raise CapsuleError(reason.format(path.name, path.stem))
     for mark, ending, name, read in _FORMATS:
         if content.startswith(mark) and path.suffix.lower().endswith(ending):
             return read_apart(name, read, content, keys), sha256
@@ -117,44 +133,87 @@ def table_of(columns: _Columns, label: str, kind: str = "variable", **told: Any)
 
 
 def _array_tables(
-    arrays: Mapping[str, np.ndarray], units: Mapping[str, str], separator: str, started: str = ""
+    arrays: Mapping[str, np.ndarray],
+    separator: str,
+    keys: Keys,
+    told: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[Table]:
     """Yield tables that join arrays, given by path, with the same length and the same parent.
 
-    They are named by their parent, or by their first array if a parent has several tables. The
-    longer side of a matrix counts samples. A single number called rate or fs is the sampling rate
-    of arrays with that parent, or below it.
+    If none of a parent's tables has enough columns, all of its arrays are one: a sensor can have a
+    sampling rate of its own. They are named by their parent, or by their first array if a parent
+    has several tables. `told` holds the attributes of each path. A single number is an attribute of
+    its parent. An attribute holds for all below, unless a nearer one says something else.
     """
-    rates: dict[str, float] = {}
-    groups: defaultdict[tuple[str, int], dict[str, _Columns]] = defaultdict(dict)
-    for path, array in arrays.items():
-        parent, _, name = path.rpartition(separator)
-        if array.size == 1 and _RATE_NAMES.fullmatch(name) and float(array.flat[0]) > 0:
-            rates[parent] = float(array.flat[0])
-        elif columns := _array_columns(name, array, units.get(path, "")):
-            groups[parent, len(columns[0][1])][path] = columns
-    parents = [parent for parent, _ in groups]
-    for (parent, _), members in groups.items():
-        label = parent if parents.count(parent) == 1 and parent else next(iter(members))
-        above = parent
-        while above and above not in rates:
+    about: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    about |= {path: dict(said) for path, said in told.items()}
+    places = {path: path.rpartition(separator) for path in arrays}
+    for path, (parent, _, name) in places.items():
+        if arrays[path].size == 1 and arrays[path].dtype.kind in "iuf":
+            about[parent][name] = arrays[path]
+    groups: defaultdict[str, defaultdict[int, dict[str, list[Table]]]]
+    groups = defaultdict(lambda: defaultdict(dict))
+    for path, (parent, _, name) in places.items():
+        scopes, above = [about[path]], path
+        while above:
             above = above.rpartition(separator)[0]
-        joined = [column for each in members.values() for column in each]
-        yield table_of(joined, label, started=started, rate_hz=rates.get(above))
+            scopes.append(about[above])
+        unit, _, date = _attribute(scopes[:1], "units", "unit").partition(" since ")
+        how: dict[str, Any] = {
+            "started": date or _attribute(scopes, "started"),
+            "rates_hz": _rates(scopes),
+        }
+        if columns := _array_columns(name, arrays[path], unit):
+            channels = [table_of([column], path, **how) for column in columns]
+            groups[parent][len(columns[0][1])][path] = channels
+    for parent, by_size in groups.items():
+        parts = list(by_size.values())
+        if not any(sum(map(len, part.values())) >= keys.sensor_count for part in parts):
+            parts = [{path: each for part in parts for path, each in part.items()}]
+        for part in parts:
+            label = parent if len(parts) == 1 and parent else next(iter(part))
+            table = side_by_side([each for channels in part.values() for each in channels], label)
+            times = {(each.columns[0].size, *each.rates_hz.items()) for each in table.alone if each}
+            starts = {each.started for each in table.alone if each and each.started}
+            yield replace(table, alone=() if len(times) == 1 >= len(starts) else table.alone)
+
+
+def _attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
+    """Return the nearest attribute with one of the names as a text; empty if there is none."""
+    found = (said[key] for said in scopes for name in names for key in said if key.lower() == name)
+    return _decoded(next(found, ""))
+
+
+def _rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
+    """Return the sampling rates in the nearest scope that states one surely, by their names."""
+    rates: dict[str, float] = {}
+    for said in scopes:
+        for name, value in said.items():
+            numbers = np.ravel(value) if _RATE.fullmatch(name) else np.empty(0)
+            if numbers.size == 1 and numbers.dtype.kind in "iuf" and numbers[0] > 0:
+                rates.setdefault(name, float(numbers[0]))
+        if any(not UNSURE_RATE.fullmatch(name) for name in rates):
+            break
+    return rates
 
 
 def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
-    """Return an array's columns; none if it is not a series of samples."""
+    """Return an array's columns; none if it is not a series of samples.
+
+    The longer side of a matrix counts samples.
+    """
     if array.size < 2:
         return []
     if array.dtype.names:
         fields = [field for field in array.dtype.names if array.dtype[field].kind in "iuf"]
         return [(field, array[field], "") for field in fields] if array.ndim == 1 else []
     array = np.squeeze(array)
-    if array.dtype.kind not in "iufb" or array.ndim > 2 or min(array.shape) > _MOST_COLUMNS:
+    if array.dtype.kind not in "iufb" or array.ndim > 2:
         return []
     if array.ndim == 1:
         return [(name, array, unit)]
+    if min(array.shape) > _MOST_COLUMNS:
+        return []
     tall = array if array.shape[0] >= array.shape[1] else array.T
     return [(f"{name}({n})", column, unit) for n, column in enumerate(tall.T, start=1)]
 
@@ -166,7 +225,7 @@ def _read_numpy(content: bytes, _: Keys) -> Iterator[Table]:
         yield table_of(columns, label="", kind="")
 
 
-def _read_matlab(content: bytes, _: Keys) -> list[Table]:
+def _read_matlab(content: bytes, keys: Keys) -> list[Table]:
     """Read a MATLAB file up to version 7.2; fields of a structure are named ``run.time``."""
     from scipy.io import loadmat
 
@@ -174,7 +233,7 @@ def _read_matlab(content: bytes, _: Keys) -> list[Table]:
     variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
     parts = [part for name, value in named.items() for part in _matlab_arrays(name, value)]
-    tables = list(_array_tables(dict(parts), {}, "."))
+    tables = list(_array_tables(dict(parts), ".", keys, {}))
     if not tables:
         raise CapsuleError(
             f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
@@ -241,30 +300,59 @@ def _hdf_nodes(content: bytes) -> Iterator[tuple[str, Any]]:
             yield path, file[path]
 
 
-def _read_hdf(content: bytes, _: Keys) -> Iterator[Table]:
+def _read_hdf(content: bytes, keys: Keys) -> Iterator[Table]:
     """Read HDF5, with the attributes ``unit``, ``rate`` and ``started``; and MATLAB from 7.3 on."""
     import h5py
 
     arrays: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    started = ""
+    told: dict[str, Mapping[str, Any]] = {}
     for path, node in _hdf_nodes(content):
         # MATLAB stores the contents of cells and objects in these groups.
         if path.split("/")[0] in ("#refs#", "#subsystem#"):
             continue
-        is_dataset = isinstance(node, h5py.Dataset)
-        for key, value in node.attrs.items():
-            if is_dataset and key.lower() in ("unit", "units"):
-                units[path] = _decoded(value)
-            elif key.lower() == "started":
-                started = started or _decoded(value)
-            elif np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf":
-                parent = path.rpartition("/")[0] if is_dataset else path
-                arrays[f"{parent}/{key}".lstrip("/")] = np.asarray(value)
-        is_text = _decoded(node.attrs.get("MATLAB_class", "")) in ("char", "cell")
-        if is_dataset and not is_text and node.dtype.kind in "iufbV" and node.shape is not None:
-            arrays[path] = node[()]
-    return _array_tables(arrays, units, "/", started)
+        said = told[path.strip("/")] = dict(node.attrs)
+        is_array = isinstance(node, h5py.Dataset) and node.shape is not None
+        is_other = _decoded(said.get("MATLAB_class", "")) in ("char", "cell")
+        is_other |= _decoded(said.get("NAME", "")).startswith(_NO_VARIABLE)
+        if is_array and node.dtype.kind in "iufbV" and not is_other:
+            arrays[path] = _scaled(path, node[()], said)
+    return _array_tables(arrays, "/", keys, told)
+
+
+def _read_netcdf(content: bytes, keys: Keys) -> Iterator[Table]:
+    """Read NetCDF before version 4, which is not HDF5."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(io.BytesIO(content), mmap=False) as file:
+        told = {path: each._attributes for path, each in file.variables.items()}
+        arrays = {
+            path: _scaled(path, each.data, told[path])
+            for path, each in file.variables.items()
+            if each.data.dtype.kind in "iuf"
+        }
+        return _array_tables(arrays, "/", keys, {"": file._attributes, **told})
+
+
+def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray:
+    """Return the numbers that stored ones stand for, by the conventions of NetCDF; NaN for none."""
+    marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
+    scaling = [key for key in ("scale_factor", "add_offset") if key in said]
+    if array.dtype.kind not in "iuf" or not (marks or scaling):
+        return array
+    values = array.astype(float)
+    if _decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i":
+        values = array.view(f"{array.dtype.byteorder}u{array.itemsize}").astype(float)
+    for key in scaling:
+        factor = np.ravel(said[key])
+        if factor.size != 1:
+            raise CapsuleError(
+                f"{key} of {path} holds {factor.size} numbers, and only one is understood; export "
+                "the readings without packing"
+            )
+        values = values * factor if key == "scale_factor" else values + factor
+    for mark in marks:
+        values[np.isin(array, mark)] = np.nan
+    return values
 
 
 def _decoded(value: object) -> str:
@@ -282,58 +370,79 @@ def _read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
         # A time series is its data, and the time of each sample or the sampling rate.
         times, start = group.get("timestamps"), group.get("starting_time")
         name, told = group.name.rpartition("/")[2], data.attrs
-        values = data[()] * told.get("conversion", 1.0) + told.get("offset", 0.0)
+        values = data[()] * told.get("conversion", 1.0)
+        if each := group.get("channel_conversion"):
+            shape = np.ones(values.ndim, dtype=int)
+            shape[each.attrs.get("axis", 1)] = -1
+            values = values * each[()].reshape(shape)
+        values = values + told.get("offset", 0.0)
         columns = _array_columns(name, values, _decoded(told.get("unit", "")))
-        if columns and times:
-            columns = [("timestamps", times[()], "s"), *columns]
-        rate_hz = float(start.attrs["rate"]) if start else None
         if columns and (times or start):
-            started = _decoded(group.file["session_start_time"][()])
-            yield table_of(columns, name, started=started, rate_hz=rate_hz)
+            stamps = [("timestamps", times[()], "s")] if times else []
+            how: dict[str, Any] = {"started": _decoded(group.file["session_start_time"][()])}
+            how["start_s"] = float(times[0] if times else start[()])
+            how["rates_hz"] = {} if times else {"rate": float(start.attrs["rate"])}
+            yield side_by_side([table_of([*stamps, each], name, **how) for each in columns], name)
 
 
 def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
-    """Read the groups of LabVIEW's TDMS; the channels of one length in a group are a table."""
+    """Read LabVIEW's TDMS; the channels of a group that can be of the same run are a table."""
     import nptdms
 
     for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
         series = [each for each in group.channels() if len(each) > 1 and each.dtype.kind in "iufM"]
-        lengths = dict.fromkeys(map(len, series))
-        for length in lengths:
-            channels = [channel for channel in series if len(channel) == length]
-            step, start = map(channels[0].properties.get, ("wf_increment", "wf_start_time"))
-            label = group.name if len(lengths) == 1 else f"{group.name}, {length} samples"
-            started = f"{np.datetime64(start, 's')}Z" if start else ""
-            columns = []
-            for channel in channels:
-                data, unit = channel[:], str(channel.properties.get("unit_string", ""))
-                if data.dtype.kind == "M":
-                    # In seconds since 1970, with a resolution of 1 microsecond.
-                    data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
-                columns.append((channel.name, data, unit))
-            rate_hz = 1.0 / step if step else None
-            yield table_of(columns, label, started=started, rate_hz=rate_hz)
+        lengths = sorted({len(each) for each in series})
+        firsts = [n for before, n in pairwise([0, *lengths]) if n > _MOST_LONGER * before]
+        for first, end in pairwise([*firsts, np.inf]):
+            channels = [_tdms_channel(each) for each in series if first <= len(each) < end]
+            label = group.name if len(firsts) == 1 else f"{group.name}, {first} samples"
+            yield side_by_side(channels, label)
+
+
+def _tdms_channel(channel: Any) -> Table:
+    """Return a channel of TDMS as a table, with its own start and sampling rate."""
+    data, said = channel[:], channel.properties
+    unit, step = str(said.get("unit_string", "")), said.get("wf_increment")
+    if data.dtype.kind == "M":
+        # In seconds since 1970, with a resolution of 1 microsecond.
+        data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
+    start_s, started = float(said.get("wf_start_offset", 0.0)), ""
+    if start := said.get("wf_start_time"):
+        offset = np.timedelta64(round(1e6 * start_s), "us")
+        started, start_s = f"{np.datetime64(start, 'us') + offset}Z", 0.0
+    rates_hz = {"1 / wf_increment": 1.0 / step} if step else {}
+    how: dict[str, Any] = {"started": started, "start_s": start_s, "rates_hz": rates_hz}
+    return table_of([(channel.name, data, unit)], channel.name, **how)
 
 
 def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
-    """Read the streams of XDF; pyxdf brings the time stamps to one clock, without jitter."""
+    """Read the streams of XDF; pyxdf brings the time stamps to one clock."""
     import pyxdf
 
-    streams, head = pyxdf.load_xdf(io.BytesIO(content))
+    # Its removal of jitter takes 500 lost samples for jitter, so the stamps are left as they were
+    # sent. Only if some are out of order, by jitter, it is used, up to each break of a second.
+    streams, head = pyxdf.load_xdf(io.BytesIO(content), dejitter_timestamps=False)
+    if any(np.any(np.diff(stream["time_stamps"]) <= 0) for stream in streams):
+        even, _ = pyxdf.load_xdf(io.BytesIO(content), jitter_break_threshold_samples=0)
+        for stream, other in zip(streams, even, strict=True):
+            if np.any(np.diff(stream["time_stamps"]) <= 0):
+                stream["time_stamps"] = other["time_stamps"]
     started = str(_first(head["info"].get("datetime")))
     for stream in streams:
-        info, data = stream["info"], stream["time_series"]
+        info, data, stamps = stream["info"], stream["time_series"], stream["time_stamps"]
         if not isinstance(data, np.ndarray) or data.dtype.kind not in "iuf" or len(data) < 2:
             continue
         told = _first((_first(info.get("desc")) or {}).get("channels"))
-        channels = told.get("channel", []) if isinstance(told, dict) else []
-        columns = [("time_stamps", stream["time_stamps"], "s")]
-        for number, values in enumerate(data.T, start=1):
-            channel = channels[number - 1] if number <= len(channels) else {}
-            name = str(_first(channel.get("label")) or f"channel {number}")
-            columns.append((name, values, str(_first(channel.get("unit")) or "")))
+        described = told.get("channel", []) if isinstance(told, dict) else []
         end = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
-        yield table_of(columns, str(_first(info["name"])), started=started, remark=end)
+        how: dict[str, Any] = {"started": started, "start_s": float(stamps[0]), "remark": end}
+        channels = []
+        for number, values in enumerate(data.T, start=1):
+            channel = described[number - 1] if number <= len(described) else {}
+            name = str(_first(channel.get("label")) or f"channel {number}")
+            column = name, values, str(_first(channel.get("unit")) or "")
+            channels.append(table_of([("time_stamps", stamps, "s"), column], name, **how))
+        yield side_by_side(channels, str(_first(info["name"])))
 
 
 def _first(values: Any) -> Any:
@@ -341,23 +450,72 @@ def _first(values: Any) -> Any:
     return (values[0] if values else "") if isinstance(values, list) else values or ""
 
 
-def _read_excel(content: bytes, keys: Keys) -> Iterator[Table]:
-    """Read the sheets of a workbook, with the values that formulas had when it was saved."""
-    import openpyxl
-
+def _read_zip(content: bytes, keys: Keys) -> Iterator[Table]:
+    """Read what is packed as a zip archive: a workbook, or arrays of numpy."""
     with zipfile.ZipFile(io.BytesIO(content)) as file:
+        names = file.namelist()
         _refuse_unpacked(sum(part.file_size for part in file.infolist()))
+        sheets = [file.read(name) for name in names if name.startswith("xl/worksheets/")]
+    if "xl/workbook.xml" in names:
+        formulas = any(b"<f>" in sheet or b"<f " in sheet for sheet in sheets)
+        yield from _read_excel(content, keys, has_formulas=formulas)
+    elif names and all(name.endswith(".npy") for name in names):
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            yield from _array_tables(dict(arrays), "/", keys, {})
+    elif {"xl/workbook.bin", "content.xml"} & {*names}:
+        raise CapsuleError("it is a workbook of another kind than .xlsx; save it as .xlsx")
+    else:
+        held = f"{names[0]!r}" if names else "nothing"
+        raise CapsuleError(f"it is a zip archive, which holds {held}; unpack it, and import that")
+
+
+def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table]:
+    """Read the sheets of a workbook, with the values that formulas had when it was saved."""
+    from openpyxl import load_workbook
+
     # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
-    for sheet in openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets:
+    book = load_workbook(io.BytesIO(content), data_only=True)
+    tables = []
+    for sheet in book.worksheets:
         if sheet.max_row * sheet.max_column > _MOST_CELLS:
             raise CapsuleError(
                 f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
                 "columns, too many for one session; delete the cells that hold no readings"
             )
-        cells = (
-            ["" if value is None else str(value).strip() for value in row] for row in sheet.values
-        )
-        yield read_rows(enumerate(cells, start=1), keys, sheet.title)
+        cells = (list(map(_cell_text, row)) for row in sheet.values)
+        tables.append(read_rows(enumerate(cells, start=1), keys, sheet.title))
+    formulas = load_workbook(io.BytesIO(content)) if has_formulas else None
+    for table in tables if formulas else ():
+        values, width = book[table.label], len(table.columns)
+        written = [
+            each
+            for row in formulas[table.label].iter_rows()
+            for each in row
+            if each.data_type == "f"
+        ]
+        # Some programs write 0 for a formula that they do not calculate.
+        if any(values[each.coordinate].value not in (None, 0) for each in written):
+            continue
+        rows = set() if table.lines is None else {*table.lines.tolist()}
+        counts = Counter(each.column for each in written if each.row in rows)
+        for cell in written:
+            is_column = counts[cell.column] > len(rows) / 2
+            is_column |= cell.column <= width and table.holds_numbers(cell.column - 1)
+            in_table = cell.row in rows and is_column
+            if in_table or not any(each.columns for each in tables):
+                raise CapsuleError(
+                    f"sheet {table.label!r}, cell {cell.coordinate}: the formula {cell.value!r} "
+                    "was never calculated; open the file in Excel or LibreOffice, and save it"
+                )
+    return tables
+
+
+def _cell_text(value: object) -> str:
+    """Return the text of a cell of a workbook."""
+    # A time that is longer than a day is a date in 1900, if its format has no place for it.
+    if isinstance(value, datetime) and value.year <= _FIRST_DAY.year + 1:
+        value -= _FIRST_DAY
+    return "" if value is None else str(value).strip()
 
 
 def _listing_of_bag(path: Path) -> bytes | None:
@@ -410,8 +568,8 @@ def _read_bag(path: Path, _: Keys) -> Iterator[Table]:
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
     """Yield the numbers in a message, with names such as ``data[0]`` and ``wrench.force.x``."""
-    if dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
+    if is_dataclass(value):
+        for field in fields(value):
             if field.name not in ("header", "layout") and not field.name.startswith("_"):
                 inner = f"{name}.{field.name}" if name else field.name
                 yield from _numbers(getattr(value, field.name), inner)
@@ -427,9 +585,10 @@ _FORMATS: tuple[tuple[bytes, str, str, Reader], ...] = (
     (b"\x89HDF", ".nwb", "NWB file", _read_nwb),
     (b"\x89HDF", "", "HDF5 file", _read_hdf),
     (b"MATLAB 7.3 MAT-file", "", "HDF5 file", _read_hdf),
+    (b"CDF", "", "NetCDF file", _read_netcdf),
     (b"\x93NUMPY", "", "numpy file", _read_numpy),
     (b"TDSm", "", "TDMS file", _read_tdms),
     (b"XDF:", "", "XDF file", _read_xdf),
-    (b"PK\x03\x04", "", "workbook", _read_excel),
+    (b"PK\x03\x04", "", "workbook", _read_zip),
     (b"", ".mat", "MATLAB file", _read_matlab),
 )

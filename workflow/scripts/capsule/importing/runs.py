@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.columns import NO_TIME, choose_columns
+from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far, naming
@@ -22,8 +23,6 @@ _MILLI_DIGITS = 9
 _MOST_RUNS = 1000
 # A longer gap is named.
 _LONG_GAP_S = 60.0
-# Time stamps that differ by less than this many intervals are the same time.
-_SAME_INSTANT = 0.1
 # Characters of a header line that the import adds.
 _LONGEST_ENTRY = 300
 
@@ -73,13 +72,51 @@ def read_columns(table: Table, keys: Keys) -> Reading:
         If the columns, the time or the unit are unknown or ambiguous.
     """
     time, sensors, run = choose_columns(table, keys)
-    clock = read_time(table, time, keys)
-    unit, reason = reading_unit(table, sensors, keys)
-    values = np.array([table.checked_numbers(index) for index in sensors])
-    if (factor := WRITTEN[unit][1]) != 1.0:
-        values = np.round(values * factor, _MILLI_DIGITS)
     columns = tuple(map(table.column_label, sensors))
-    return Reading(table, time, run, sensors, columns, clock, unit, reason, values)
+    _check_lengths(table, time, sensors, keys)
+    if time is None and table.alone:
+        channels = [table.alone[index] or table for index in sensors]
+        # With a rate, the time stamps of a channel are not used either.
+        at = [0 if len(each.columns) > 1 and not keys.rate else None for each in channels]
+        clocks = [read_time(each, index, keys) for each, index in zip(channels, at, strict=True)]
+    else:
+        clocks = [read_time(table, time, keys)] * len(sensors)
+    unit, reason = reading_unit(table, sensors, keys)
+    rows = [table.checked_numbers(index) for index in sensors]
+    if (factor := WRITTEN[unit][1]) != 1.0:
+        rows = [np.round(row * factor, _MILLI_DIGITS) for row in rows]
+    resampled = ""
+    if time is None and table.alone:
+        clock, values, resampled = at_same_instants(clocks, rows, keys)
+    else:
+        size = min(clocks[0].time_s.size, *map(len, rows))
+        clock = replace(clocks[0], time_s=clocks[0].time_s[:size])
+        values = np.array([row[:size] for row in rows])
+    if run is not None and table.columns[run].size != values.shape[1]:
+        raise CapsuleError(
+            f"run_column: {table.column_label(run)} cannot split channels with times of their own; "
+            "leave it out, or give --run-gap-s"
+        )
+    return Reading(table, time, run, sensors, columns, clock, unit, reason, values, resampled)
+
+
+def _check_lengths(table: Table, time: int | None, sensors: Sequence[int], keys: Keys) -> None:
+    """Raise an error if columns differ by more than a sample, and no rate of each tells why."""
+    channels = [table.alone[index] for index in sensors] if table.alone else []
+    is_told = all(each and (each.rates_hz or len(each.columns) > 1) for each in channels)
+    if channels and is_told and time is None and not keys.rate:
+        return
+    used = [*sensors] if time is None else [time, *sensors]
+    sizes = [(table.columns[index].size, index) for index in used]
+    (size, shortest), (most, longest) = min(sizes), max(sizes)
+    if most - size > 1:
+        remedy = "export all with one rate"
+        if channels and is_told:
+            remedy = "the file states a rate of each: use --time none, without --rate"
+        raise CapsuleError(
+            f"column {table.column_label(shortest)} has {size} samples, but "
+            f"{table.column_label(longest)} has {most}; {remedy}"
+        )
 
 
 def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
@@ -90,40 +127,18 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
     CapsuleError
         If the files have different units, or do not overlap in time.
     """
-    columns = tuple(reading.columns[0] for reading in readings)
-    first, units = replace(readings[0], columns=columns), {reading.unit for reading in readings}
+    columns, units = tuple(each.columns[0] for each in readings), {each.unit for each in readings}
     if len(units) > 1:
         raise CapsuleError(
             f"the sensors' files have different units, {' and '.join(sorted(units))}; "
             "give one with --unit"
         )
-    times = [reading.clock.first_s + reading.clock.time_s for reading in readings]
-    rates = [usual_rate(time_s) for time_s in times]
-    start, end = max(time_s[0] for time_s in times), min(time_s[-1] for time_s in times)
-    if end <= start:
-        raise CapsuleError(
-            f"the sensors' files have no time in common: the last one begins at {start:g} s, the "
-            f"first one ends at {end:g} s of their clocks; give files of one run"
-        )
-    rows = [reading.values[0] for reading in readings]
-    if all(
-        each.size == times[0].size and np.abs(each - times[0]).max() <= _SAME_INSTANT / rates[0]
-        for each in times
-    ):
-        return replace(first, values=np.array(rows))
-    end += 0.5 / keys.rate_hz
-    parts = [
-        resample(each[each <= end], row[None, each <= end], keys.rate_hz, float(start))
-        for each, row in zip(times, rows, strict=True)
+    clocks = [
+        replace(each.clock, started=each.clock.started or each.table.notes.get("started", ""))
+        for each in readings
     ]
-    time_s = min((time_s for time_s, _ in parts), key=len)
-    old_hz = ", ".join(f"{rate:.4g}" for rate in rates)
-    return replace(
-        first,
-        clock=replace(first.clock, time_s=start - times[0][0] + time_s),
-        values=np.array([new[0, : time_s.size] for _, new in parts]),
-        resampled=f"from {old_hz} Hz to {keys.rate_hz:g} Hz and to the same instants",
-    )
+    clock, values, resampled = at_same_instants(clocks, [each.values[0] for each in readings], keys)
+    return replace(readings[0], columns=columns, clock=clock, values=values, resampled=resampled)
 
 
 def runs_of(

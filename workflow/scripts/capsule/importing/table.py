@@ -4,7 +4,7 @@ import contextlib
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from capsule.importing.lab_yaml import Keys
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
+# A number of this name can be the frequency of a filter or of a wave, too.
+UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
 
 
 @contextlib.contextmanager
@@ -57,8 +59,13 @@ class Table:
         Number of each row's line or row in the file.
     started : str
         Date and time of the first sample, as the file states it; empty if unknown.
-    rate_hz : float or None
-        Sampling rate that the file states.
+    start_s : float
+        Time of the first sample by the file's clock, if no column gives it.
+    rates_hz : mapping of str to float
+        Sampling rates that the file states, by their names in it.
+    alone : sequence of C tables or None
+        If each channel has a time of its own, a table with its time stamps, if there are any, and
+        its samples; None for a column of time stamps. Otherwise empty.
     notes : mapping of str to str
         ``key: value`` lines of the file.
     reading : mapping of str to str
@@ -77,7 +84,9 @@ class Table:
     label: str = ""
     lines: np.ndarray | None = None
     started: str = ""
-    rate_hz: float | None = None
+    start_s: float = 0.0
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
+    alone: Sequence["Table | None"] = ()
     notes: Mapping[str, str] = field(default_factory=dict)
     reading: Mapping[str, str] = field(default_factory=dict)
     passed_over: Sequence[int] = ()
@@ -87,6 +96,13 @@ class Table:
     def place(self) -> str:
         """The table's place in its file, for a message; empty if the file holds one table."""
         return f"{self.kind} {self.label!r}" if self.kind else ""
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The sampling rate that the file states; None for none, several, or another frequency."""
+        rates = {*self.rates_hz.values()}
+        is_sure = any(not UNSURE_RATE.fullmatch(name) for name in self.rates_hz)
+        return rates.pop() if len(rates) == 1 and is_sure else None
 
     @property
     def losses(self) -> str:
@@ -171,6 +187,11 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
         raise CapsuleError(f"{kind}: there is no {wanted!r}; {hint}")
     counts = [sum(map(table.holds_numbers, range(len(table.names)))) for table in tables]
     fitting = [table for table, n in zip(tables, counts, strict=True) if n >= keys.sensor_count]
+    if not fitting and all(table.alone for table in tables):
+        # Each stream, group or series may hold one sensor, with a time of its own.
+        channels = [each for table in tables for each in table.alone if each]
+        if len(channels) >= keys.sensor_count:
+            return [side_by_side(channels, ", ".join(labels))]
     if not fitting:
         raise CapsuleError(f"no {kind} holds {keys.sensor_count} columns of numbers; {held}")
     if len(fitting) > 1 and wanted != "all":
@@ -180,6 +201,33 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
             f"--{kind} all if each one is a run"
         )
     return fitting
+
+
+def side_by_side(channels: Sequence[Table], label: str) -> Table:
+    """Return a table of channels, each a table with its time stamps, if any, and its samples.
+
+    If all have the same time stamps, they are a column of the table, too.
+    """
+    first = channels[0]
+    stamps = first.columns[:-1]
+    if not all(
+        len(each.columns) == len(first.columns)
+        and each.columns[-1].size == first.columns[-1].size
+        and all(map(np.array_equal, each.columns[:-1], stamps))
+        for each in channels
+    ):
+        stamps = ()
+    known = [dict(each.rates_hz) for each in channels if each.rates_hz]
+    return replace(
+        first,
+        names=(*first.names[: len(stamps)], *(each.names[-1] for each in channels)),
+        units=(*first.units[: len(stamps)], *(each.units[-1] for each in channels)),
+        columns=(*stamps, *(each.columns[-1] for each in channels)),
+        label=label,
+        started=next((each.started for each in channels if each.started), ""),
+        rates_hz=known[0] if all(each == known[0] for each in known[1:]) and known else {},
+        alone=(*[None] * len(stamps), *channels),
+    )
 
 
 def _listed(labels: Sequence[str]) -> str:

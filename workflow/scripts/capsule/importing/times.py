@@ -111,7 +111,8 @@ def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
                     "a missing sample would shift all later ones; delete the line, or complete it"
                 )
         time_s = np.arange(table.columns[0].size) / rate
-        return Clock(time_s, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
+        reason = f"{rate:g} Hz by {told}"
+        return Clock(time_s, "rate", reason, table.start_s, table.started)
     if not table.holds_numbers(index) or keys.time_unit in ("date", "clock"):
         return _from_texts(table, index, keys)
     numbers, column = table.checked_numbers(index), f"column {table.column_label(index)}"
@@ -164,6 +165,9 @@ def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
     """Return the sampling rate in Hz and where it comes from; ask for it if it is unknown."""
     rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
     low, high = _POSSIBLE_HZ
+    if rate is None and table.rates_hz:
+        said = " and ".join(f"{name} = {value:g}" for name, value in table.rates_hz.items())
+        raise QuestionError(f"the file states {said}; give the sampling rate in Hz with --rate")
     if rate is None:
         raise QuestionError(question)
     if not low <= rate <= high:
