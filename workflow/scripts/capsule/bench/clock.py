@@ -77,11 +77,16 @@ class StopRequest:
         told.setblocking(False)
         # Python writes the number of each signal, whatever the main thread does.
         signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-        self._told = told  # stays open
+        self._told = told
         threading.Thread(target=_end_at_the_second, args=(heard,), daemon=True).start()
         for name in ("SIGINT", "SIGTERM", "SIGHUP"):
             if hasattr(signal, name):
                 signal.signal(getattr(signal, name), self._note)
+
+    def close(self) -> None:
+        """Count no more, because the recording is over."""
+        signal.set_wakeup_fd(-1)
+        self._told.close()
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         del frame
@@ -90,7 +95,11 @@ class StopRequest:
 
 def _end_at_the_second(heard: socket.socket) -> None:
     pressed = 0
-    while pressed < 2:
-        pressed += heard.recv(1) == bytes([signal.SIGINT])
+    with heard:
+        while pressed < 2:
+            number = heard.recv(1)
+            if not number:
+                return
+            pressed += number == bytes([signal.SIGINT])
     os.write(sys.stderr.fileno(), _LAST_WORDS)
     os._exit(128 + signal.SIGINT)

@@ -141,7 +141,6 @@ def _former_signals() -> Iterator[None]:
     try:
         yield
     finally:
-        signal.set_wakeup_fd(-1)  # the recorder counts no more
         signal.signal(signal.SIGINT, former[0])
         signal.signal(signal.SIGTERM, former[1])
 

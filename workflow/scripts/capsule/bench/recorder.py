@@ -201,6 +201,7 @@ def record(
     detectors = _detectors(options, settings) if options.detect else None
     wave = Wave(options.speed, options.ramp, options.direction)
     drive = connected_drive(options.drive, wave) if options.drive else None
+    stop: StopRequest | None = None
     try:
         line, identity = played or _source(options, settings)
         check_fits(identity, settings["recording"])
@@ -252,6 +253,8 @@ def record(
         _run(recorder, part, terminal, log, drive, note_wave, aside)
     finally:
         _stop(drive)
+        if stop:
+            stop.close()
     if drive:
         recorder.progress.wave = drive.summary()
     progress = recorder.progress
