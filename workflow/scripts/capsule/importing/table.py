@@ -72,6 +72,8 @@ class Table:
         How the file was read, as keys of lab.yaml: encoding, delimiter, decimal, thousands.
     passed_over : sequence of int
         Numbers of the lines without a whole sample.
+    restarts : sequence of int
+        Indices of the rows above which the names of the columns are repeated.
     remark : str
         Note for the user; empty if there is none.
     """
@@ -90,6 +92,7 @@ class Table:
     notes: Mapping[str, str] = field(default_factory=dict)
     reading: Mapping[str, str] = field(default_factory=dict)
     passed_over: Sequence[int] = ()
+    restarts: Sequence[int] = ()
     remark: str = ""
 
     @property
@@ -147,17 +150,21 @@ class Table:
         column, numbers = f"column {self.column_label(index)}", self.columns[index]
         words = self.words.get(index, ())
         for row in [row for row, word in enumerate(words) if word][:1]:
-            raise CapsuleError(
-                f"{self.line(row)}, {column}: {words[row][:60]!r} is not a "
-                "number; if it marks a missing sample, name it with --missing; if the table ends "
-                "above it, delete what follows"
-            )
+            raise CapsuleError(f"{self.line(row)}, {column}: {not_a_number(words[row])}")
         for row in np.flatnonzero(np.abs(numbers) > LARGEST_NUMBER)[:1]:
             raise CapsuleError(
                 f"{self.line(row)}, {column}: {numbers[row]:g} is too large for a reading or a "
                 "time; name another column"
             )
         return numbers
+
+
+def not_a_number(word: str) -> str:
+    """Return what is wrong with a cell that is no number, and what helps."""
+    return (
+        f"{word[:60]!r} is not a number; if it marks a missing sample, name it with --missing; if "
+        "the table ends above it, delete what follows"
+    )
 
 
 def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:

@@ -11,6 +11,7 @@ import re
 from array import array
 from collections import Counter, deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
@@ -18,15 +19,17 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import QuestionError, Table, is_far
-from capsule.importing.units import unit_of
-from capsule.recordings.recording import DECISIVE, LARGEST_NUMBER
+from capsule.importing.table import QuestionError, Table, not_a_number
+from capsule.importing.units import is_time_name, is_unit, unit_of
+from capsule.recordings.recording import DECISIVE, LARGEST_NUMBER, cut_off, lost_digits
 
 _MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
+# Other spellings of keys.
+_KEYS = {"unit": "unit", "units": "unit", "time_unit": "time unit", "time unit": "time unit"}
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
@@ -36,15 +39,27 @@ _TRIED, _MOST_TRIED = 200, 20_000
 _LEAST_ROWS = 0.6
 # A dialect is dropped if its share of cells with numbers is lower than the best by this much.
 _FEWER_NUMBERS = 0.05
-# Lines of a serial monitor: a time stamp, an arrow, and the rest; or labels before readings.
-_STAMP = re.compile(r"\s*([0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?)\s*->\s?(.*)")
+# Lines of a serial monitor: a time stamp, an arrow, and the rest; of another terminal: a stamp in
+# brackets, or before a blank and a list; or labels before readings.
+_CLOCK = r"[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?"
+_LIST = r"(?![AaPp]\.?[Mm]|UTC|Z|[+-][0-9]{2}:)[^\s,;]+[,;]\s*[^\s,;]+[,;]|\w+[:=]"
+_STAMP = re.compile(
+    rf"\s*(?:({_CLOCK})\s*->"
+    r"|\[\s*([0-9A-Z][^\[\]]*?)(?:\s+[0-9]+\.[0-9]+)?\s*\][:>]?"
+    rf"|((?:[0-9]{{4}}-[0-9]{{2}}-[0-9]{{2}}[ T])?{_CLOCK})(?=\s+(?:{_LIST})))\s?(.*)"
+)
 _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
 # To look for labels in a longer line would take long.
 _LONGEST_LABELLED = 1000
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
-# Least number of columns whose numbers are taken for names without a question.
-_LEAST_NAMES = 3
+# What a comment says of all readings.
+_IN_UNIT = re.compile(
+    r".*\b(?:values?|readings?|data|signals?|sensors?|channels?)\b.* in ([^\s,;]+?)\.?",
+    re.IGNORECASE,
+)
+# If cells without a point are usually so many times those with one, it separates thousands.
+_THOUSANDFOLD = 30.0
 # Number and text of each line; number and cells of each row.
 _Line: TypeAlias = tuple[int, str]
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
@@ -142,15 +157,70 @@ def read_text(content: bytes, keys: Keys) -> Table:
         labels = usual if count >= _LEAST_SHARE * len(tried) else ()
     dialect = _guess_dialect(known, _plain(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
-    above, first = [list(labels)], 0
+    above, first, told = [list(labels)], 0, dict[str, Any]()
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-        above = _above(known, comments, dialect, is_log=is_log)
+        _check_thousands(known[dialect.first :], dialect, keys)
+        above = [dialect.split(line) for _, line in known[: dialect.first]]
+        # LabVIEW names a column of comments that the samples may leave out.
+        above = [row[:-1] if row[dialect.cells :] == ["Comment"] else row for row in above]
+        told = _labview(above, dialect) | {"heads": above}
+        above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
-    told = {"notes": _notes(comments), "reading": reading}
-    return _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
+    told |= {"notes": _notes(comments), "reading": reading}
+    table = _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
+    ends = content.rstrip(b" \t\0")[-1:] in b"\r\n"
+    return table if ends else _checked_end(table, known, dialect)
+
+
+def _checked_end(table: Table, known: Sequence[_Line], dialect: _Dialect) -> Table:
+    """Return the table of a file without a last line end, with a note if it may be cut off."""
+    rows = [dialect.split(line) for _, line in known[dialect.first :]]
+    cells = [row[-1].replace(",", ".") for row in rows if len(row) == dialect.cells]
+    if len(rows[-1]) != dialect.cells or not np.isfinite(dialect.number(rows[-1][-1])):
+        return table
+    if "format_version" in table.notes or lost_digits(cells):
+        raise cut_off(known[-1][0])
+    if max(map(len, cells)) == len(cells[-1]):
+        return table
+    told = f"the last line has no end, so {cells[-1][:60]!r} may lack digits"
+    return replace(table, remark="; ".join(filter(None, (table.remark, told))))
+
+
+def _check_thousands(lines: Sequence[_Line], dialect: _Dialect, keys: Keys) -> None:
+    """Raise an error if points can separate thousands: numbers with one jump a thousandfold."""
+    if "point" not in dialect.style or keys.thousands or keys.decimal:
+        return
+    rows = [row for _, line in lines if len(row := dialect.split(line)) == dialect.cells]
+    for column in zip(*rows, strict=True):
+        pointed = [cell for cell in column if "." in cell]
+        whole = [cell for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
+        if pointed and whole and all(map(_NUMBERS["comma", "point"].fullmatch, pointed)):
+            large, small = (np.median([*map(float, part)]) for part in (whole, pointed))
+            if large > _THOUSANDFOLD * small:
+                number = next(number for number, line in lines if pointed[0] in line)
+                raise QuestionError(
+                    f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
+                    f"or {pointed[0].replace('.', '')} (--thousands point); choose one"
+                )
+
+
+def _labview(above: Sequence[list[str]], dialect: _Dialect) -> dict[str, Any]:
+    """Return what the lines above a table of LabVIEW or LabChart say: names, units, rate, start."""
+    said = {row[0].rstrip("=").lower(): row[1:] for row in above if len(row) > 1}
+    told: dict[str, Any] = {}
+    if "channeltitle" in said:
+        told["names"] = ["time", *said["channeltitle"]]
+    for key in ("y_unit_label", "unitname", "range"):
+        if units := [cell.rpartition(" ")[2] for cell in said.get(key, ())]:
+            told.setdefault("units", ["", *units])
+    if "delta_x" in said and (step := dialect.number(said["delta_x"][0])) > 0:
+        told["rate_hz"] = 1.0 / step
+    if "delta_x" in said and "date" in said and "time" in said:
+        told["started"] = f"{said['date'][0].replace('/', '-')}T{said['time'][0][:8]}"
+    return told
 
 
 def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
@@ -221,7 +291,8 @@ def _bare(lines: Iterable[_Line], stamps: dict[int, str]) -> Iterator[_Line]:
     """Yield the lines without the stamps of a serial monitor, which are collected."""
     for number, line in lines:
         if match := _STAMP.fullmatch(line):
-            stamps[number], line = match.groups()
+            *told, line = match.groups()
+            stamps[number] = next(filter(None, told))
         if line.strip():
             yield number, line.strip()
 
@@ -230,8 +301,12 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
     """Return the comments of the form ``key: value``, by key."""
     notes: dict[str, tuple[str, int]] = {}
     for number, text in comments.items():
-        if match := _NOTE.fullmatch(text):
+        if match := _IN_UNIT.fullmatch(text):
+            if is_unit(match[1]):
+                notes.setdefault("unit", (match[1], number))
+        elif match := _NOTE.fullmatch(text):
             key, value = match.groups()
+            key = _KEYS.get(key.lower(), key)
             other, line = notes.get(key, (value, number))
             if key in _DECISIVE and other != value:
                 raise CapsuleError(
@@ -318,8 +393,11 @@ def _found(rows: Sequence[list[str]], way: _Dialect, sensors: int) -> _Dialect |
     there = np.isfinite(numbers).sum(axis=1)
     # A line with a missing sample may hold only the time.
     whole = (there >= sensors) | ((there > 0) & ~np.isinf(numbers).any(axis=1))
-    first = int(np.argmax(there >= sensors))
-    while first > 0 and whole[first - 1]:
+    # A word in a column of numbers is a name or a mark, and its row not the first sample.
+    is_word = np.isinf(numbers) & is_wide[:, None]
+    is_named = (is_word & (np.mean(is_word[is_wide], axis=0) < 0.5)).any(axis=1)
+    first = int(np.argmax((there >= sensors) & ~is_named))
+    while first > 0 and whole[first - 1] and not is_named[first - 1]:
         first -= 1
     if there.max() < sensors or whole[first:].sum() < max(2, _LEAST_ROWS * (len(rows) - first)):
         return None
@@ -353,13 +431,17 @@ def _ambiguity(lines: Sequence[_Line], ways: Sequence[_Dialect]) -> str:
 
 
 def _above(
-    lines: Sequence[_Line], comments: Mapping[int, str], dialect: _Dialect, *, is_log: bool
+    lines: Sequence[_Line],
+    above: list[list[str]],
+    comments: Mapping[int, str],
+    dialect: _Dialect,
+    *,
+    is_log: bool,
 ) -> list[list[str]]:
-    """Return the rows above the first sample of a text; one of them may hold the names.
+    """Return which rows above the first sample of a text may hold the names.
 
     A broken sample between the names and the first whole one is an error, except in a log.
     """
-    above = [dialect.split(line) for _, line in lines[: dialect.first]]
     first = lines[dialect.first][0]
     # Commas are delimiters and decimal signs if there are half as many names as cells.
     if dialect.delimiter == "comma" and above and len(above[-1]) * 2 == dialect.cells:
@@ -384,10 +466,15 @@ def _numbers_in(row: Sequence[str], dialect: _Dialect) -> int:
 
 
 def _are_names(row: Sequence[str], dialect: _Dialect) -> bool:
-    return len(row) == dialect.cells and _numbers_in(row, dialect) <= dialect.cells / 2
+    """Return whether a row names the columns: most cells are words, or one is a time's name."""
+    has_words = _numbers_in(row, dialect) <= dialect.cells / 2 or any(map(is_time_name, row))
+    return len(row) == dialect.cells and has_words
 
 
 def _incomplete(line: str, row: Sequence[str], dialect: _Dialect) -> CapsuleError:
+    for cell in row if len(row) == dialect.cells else ():
+        if dialect.number(cell) == np.inf:
+            return CapsuleError(f"{line}: {not_a_number(cell)}")
     return CapsuleError(
         f"{line} has {len(row)} cells, but there are {dialect.cells} columns; complete the line, "
         "copy the file again, or delete the line"
@@ -402,21 +489,30 @@ def _table(
     stamps: Mapping[int, str],
     *,
     is_log: bool = False,
+    heads: Sequence[list[str]] = (),
     **told: Any,
 ) -> Table:
     """Return a table of cells of text; in a log, without lines that hold no whole sample.
 
-    Of the rows above, the last one whose cells are words holds the names, or the units below them.
-    A first row of consecutive whole numbers, as pandas and numpy write it, holds names if it is
-    far from all samples below.
+    Of the rows above, the last one whose cells are words holds the names, or the units below them:
+    names differ from each other. A line that begins as one of `heads` does, repeats them.
     """
     named = [[cell.strip('" ') for cell in row] for row in above if _are_names(row, dialect)]
-    heads = [[""] * dialect.cells, *named]
-    has_units = len(heads) > 2 and None not in map(unit_of, heads[-1])
-    names, units = heads[-2:] if has_units else (heads[-1], heads[0])
-    lines, first, passed_over = array("q"), list[str](), list[int]()
+    heads_only = [[""] * dialect.cells, *named]
+    names, units = heads_only[-1], heads_only[0]
+    if len(heads_only) > 2 and _are_units(*heads_only[-2:]):
+        names, units = heads_only[-2:]
+    told = {"names": names, "units": units} | told
+    begun = {row[0] for row in heads if row and dialect.number(row[0]) == np.inf}
+    lines, restarts, passed_over = array("q"), list[int](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
     for line, cells in rows:
+        if cells and cells[0] in begun:
+            restarts += [len(lines)] if restarts[-1:] != [len(lines)] else []
+            continue
+        # A remark may stand behind a sample.
+        if len(cells) == dialect.cells + 1 and re.fullmatch("#.*|[^0-9]*", cells[-1]):
+            cells.pop()
         numbers = [dialect.number(cell) for cell in cells]
         is_whole = len(cells) == dialect.cells
         if is_log and not (is_whole and len(cells) - numbers.count(np.inf) >= keys.sensor_count):
@@ -425,40 +521,32 @@ def _table(
         if not is_whole:
             where = ", the last one," if next(rows, None) is None else ""
             raise _incomplete(f"line {line}{where}", cells, dialect)
-        first = first or cells
         lines.append(line)
         for column, texts, cell, number in zip(columns, words, cells, numbers, strict=True):
             column.append(np.nan if number == np.inf else number)
             texts.append(cell if number == np.inf else "")
-    if len(lines) > 2 and not any(names) and _counts_columns(first):
-        shown = f"{'row' if 'kind' in told else 'line'} {lines[0]}: {','.join(first)!r}"
-        if len(first) >= _LEAST_NAMES and np.mean(is_far(np.array(columns[1:]))) >= 0.5:
-            told["remark"] = f"{shown} is taken for the names of the columns, not for a sample"
-            del lines[0]
-            for column, texts in zip(columns, words, strict=True):
-                del column[0], texts[0]
-        elif keys.skip_lines is None:
-            raise QuestionError(
-                f"{shown} can be the names of the columns (--skip-lines {lines[0]}) or the first "
-                f"sample (--skip-lines {lines[0] - 1}); choose one"
-            )
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
-        names, units = [STAMP_NAME, *names], ["clock", *units]
-        columns, words = [array("d", [np.nan]) * len(lines), *columns], [stamped, *words]
+        seconds = list(map(_plain(keys).number, stamped))
+        is_clock = np.inf in seconds
+        told["names"], told["units"] = [STAMP_NAME, *names], ["clock" if is_clock else "s", *units]
+        columns = [array("d", [np.nan] * len(lines) if is_clock else seconds), *columns]
+        words = [stamped if is_clock else [""] * len(lines), *words]
     return Table(
-        tuple(names),
-        tuple(units),
+        tuple(told.pop("names")),
+        tuple(told.pop("units")),
         tuple(map(np.asarray, columns)),
         {index: texts for index, texts in enumerate(words) if any(texts)},
         lines=np.asarray(lines),
         passed_over=passed_over,
+        restarts=restarts,
         **told,
     )
 
 
-def _counts_columns(cells: Sequence[str]) -> bool:
-    """Return whether cells count from 0 or 1; the first may be empty, above the index of pandas."""
-    numbers = list(cells if cells[0] else cells[1:])
-    counts = ([str(at + first) for at in range(len(numbers))] for first in (0, 1))
-    return len(numbers) > 1 and numbers in counts
+def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:
+    """Return whether the cells below a row of names are units: all known, or some alike."""
+    filled = [cell for cell in cells if cell]
+    are_names = len({*filter(None, above)}) == sum(map(bool, above)) > 1
+    are_units = len({*filled}) < len(filled) or all(map(is_unit, filled))
+    return (are_names and are_units) or None not in map(unit_of, cells)

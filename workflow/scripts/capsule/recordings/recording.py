@@ -156,10 +156,9 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
         raise RecordingError("the file ends after its header; column names and samples are missing")
     order = _column_order(lines[first_row], sensors, first_row + 1)
     version = header.get("format_version")
-    if version is not None and not complete:
-        raise RecordingError(
-            f"line {len(lines)} is cut off: the file ends in mid-line; copy it again"
-        )
+    last_cells = [line.rpartition(",")[2].strip() for line in lines[first_row + 1 :]]
+    if not complete and (version is not None or lost_digits(last_cells)):
+        raise cut_off(len(lines))
     if version not in (None, FORMAT_VERSION):
         raise RecordingError(
             f"the header says format_version {_shorten(version)!r}; "
@@ -174,6 +173,27 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
         raise RecordingError("the file ends after its column names; the samples are missing")
     table = np.array(cells).reshape(-1, sensors + 1)
     return Recording(table[:, 0], np.ascontiguousarray(table[:, 1:].T), header)
+
+
+def cut_off(number: int) -> RecordingError:
+    """Return the error for a file whose last line, of this number, is cut off."""
+    return RecordingError(f"line {number} is cut off: the file ends in mid-line; copy it again")
+
+
+def lost_digits(cells: Sequence[str]) -> bool:
+    """Return whether the last of a column's numbers, with no line end behind it, has lost digits.
+
+    It is shorter than all others; or, with more digits, it would be near the number before.
+    """
+    *before, last = cells or [""]
+    if not before or not _NUMBER.fullmatch(last):
+        return False
+    if len(last) < min(map(len, before)):
+        return True
+    if "." in last or not _NUMBER.fullmatch(before[-1]):
+        return False
+    value, earlier = float(last), float(before[-1])
+    return any(abs(value * 10**n - earlier) < abs(value - earlier) / 4 for n in (1, 2, 3))
 
 
 def too_large(max_bytes: int) -> RecordingError:
