@@ -203,26 +203,26 @@ def test_no_text_in_a_table_is_a_formula(tmp_path):
     assert read == [" =1+1", "a; =1", " \uff1d1", "-2.5", "-2.5"]
 
 
-@pytest.mark.parametrize("error", [ValueError("bad\n" * 99), KeyError("size_mm"), MemoryError()])
-def test_a_value_that_no_job_writes_names_the_results_that_were_read(tmp_path, monkeypatch, error):
-    monkeypatch.setattr(files, "_read_results", {})
-    tables = [tmp_path / f"{name}.csv" for name in ("one", "two")]
-    for path in (*tables, *(tmp_path / f"checks/{run}.csv" for run in range(9))):
-        files.write_csv(path, ["value"], [{"value": 1}])
-        files.read_or_explain(path, files.read_csv)
-    with pytest.raises(CapsuleError) as caught, files.explaining_damage():
-        raise error
-    told = str(caught.value)
-    assert f"read were {tables[0]}, {tables[1]}, {tmp_path / 'checks'}/; capsule verify" in told
-    assert f"{type(error).__name__} in test_files.py, line " in told
-    assert "\n" not in told
-    assert len(told) < 700 + len(str(tmp_path)) * 3
+@pytest.mark.parametrize("content", [b"", b"a,b\n1", b"a,b\n1,2,3\n", b"a,b\n\xff,1\n"])
+def test_a_table_that_is_cut_or_not_its_own_is_refused_with_the_remedy(tmp_path, content):
+    (tmp_path / "t.csv").write_bytes(content)
+    with pytest.raises(CapsuleError, match=r"t\.csv is damaged \(.*delete it, and make it again"):
+        files.read_or_explain(tmp_path / "t.csv", files.read_csv)
 
 
-def test_an_error_of_a_program_that_has_read_no_result_stays_what_it_is(tmp_path, monkeypatch):
-    monkeypatch.setattr(files, "_read_results", {})
-    # A schema, or the settings of a survey: nobody could make these again.
-    files.write_json(tmp_path / "settings.json", {})
-    assert files.read_json(tmp_path / "settings.json") == {}
-    with pytest.raises(KeyError), files.explaining_damage():
-        raise KeyError("typo")
+@pytest.mark.parametrize("content", [b"", b'{"a": 1', b"[1]", b"null", b"\xff"])
+def test_json_that_is_cut_or_not_of_keys_is_refused_with_the_remedy(tmp_path, content):
+    (tmp_path / "x.json").write_bytes(content)
+    with pytest.raises(CapsuleError, match=r"x\.json is damaged \(.*delete it, and make it again"):
+        files.read_or_explain(tmp_path / "x.json", files.read_json)
+
+
+def test_a_fault_of_the_program_keeps_its_traceback_and_says_that_it_is_one(tmp_path):
+    def main():
+        files.write_json(tmp_path / "x.json", {})
+        return files.read_or_explain(tmp_path / "x.json", files.read_json).size
+
+    with pytest.raises(AttributeError, match="no attribute 'size'") as caught:
+        files.run(main)
+    assert caught.value.__notes__ == [files.FAULT]
+    assert "fault of the program" in files.FAULT

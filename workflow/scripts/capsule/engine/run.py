@@ -119,10 +119,9 @@ class Run:
     def succeed(self, key: str) -> None:
         """Print a summary, and remove the mark of a report that was made from this key."""
         try:
-            with files.explaining_damage():
-                self._summarize_recordings()
-                self._summarize_surveys()
-                self._tell_leftovers()
+            self._summarize_recordings()
+            self._summarize_surveys()
+            self._tell_leftovers()
         except CapsuleError as error:
             _tell(files.error_line(error))
         if not self.page.exists():

@@ -15,9 +15,7 @@ import stat
 import struct
 import sys
 import tokenize
-import traceback
 import zlib
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -33,12 +31,15 @@ Read = TypeVar("Read")
 
 UNFINISHED = ".unfinished"
 _MOST_LETTERS = 200
+# Below the traceback of an error that is neither of the input nor of the disk.
+FAULT = (
+    "This is a fault of the program: report it with all lines above. Only if somebody has changed "
+    "a file under results/, remove results/, and make it again: snakemake -c2"
+)
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-# What readers of JSON, tables and arrays raise at damaged bytes, and what rests on them at values
-# that no job has written.
+# What readers of JSON, tables and arrays raise at damaged bytes.
 _DAMAGE = (
     ArithmeticError,
-    AttributeError,
     BadZipFile,
     EOFError,
     LookupError,
@@ -52,8 +53,6 @@ _DAMAGE = (
     tokenize.TokenError,
     zlib.error,
 )
-# The results that this process has read, in their order.
-_read_results: dict[Path, None] = {}
 
 
 def list_archive(raw: Path) -> Archive:
@@ -265,7 +264,9 @@ def write_json(path: Path, content: object) -> None:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON file that an earlier step has written."""
-    content: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
+    content = json.loads(read_whole(path).decode("utf-8"))
+    if not isinstance(content, dict):
+        raise ValueError(f"it holds a {type(content).__name__}, and no keys")
     return content
 
 
@@ -295,7 +296,9 @@ def _cell(value: object) -> object:
 def read_csv(path: Path) -> list[dict[str, str]]:
     """Read a table that an earlier step has written; every cell is a text."""
     with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+        columns, *rows = csv.reader(stream)
+    # A table that was cut short ends within a row.
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
@@ -323,7 +326,6 @@ def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
 
 def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
     """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
-    _read_results[path] = None
     try:
         return read(path)
     except FileNotFoundError:
@@ -339,32 +341,6 @@ def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
         ) from None
 
 
-@contextlib.contextmanager
-def explaining_damage() -> Iterator[None]:
-    """Raise an error that names what `read_or_explain` has read, in place of one of `_DAMAGE`.
-
-    A file may be whole and still hold a value that no job has written. Where that shows, nobody
-    knows which file it came from.
-    """
-    try:
-        yield
-    except _DAMAGE as error:
-        if not _read_results:
-            raise
-        # The files of the recordings are many, so their folder stands for them.
-        beside = Counter(path.parent for path in _read_results)
-        named = dict.fromkeys(
-            f"{path.parent}/" if beside[path.parent] > 3 else str(path) for path in _read_results
-        )
-        *_, place = traceback.extract_tb(error.__traceback__)
-        raise CapsuleError(
-            f"a file of the results is damaged or was changed, or this program has a fault ("
-            f"{type(error).__name__} in {Path(place.filename).name}, line {place.lineno}: "
-            f"{in_short(error)}); read were {', '.join(named)}; capsule verify names a file "
-            "that differs; delete it, and make it again: snakemake -c2"
-        ) from None
-
-
 def in_short(error: BaseException) -> str:
     """Return the text of an error of a library in one line of some length."""
     text = displayed(" ".join(str(error).split()))
@@ -374,8 +350,8 @@ def in_short(error: BaseException) -> str:
 def run(main: Callable[[], int | None]) -> None:
     """Run a script or a command; the program ends with its exit status (None: 0).
 
-    An error of the input or of the disk is one line, without a traceback. Ctrl-C ends the program
-    with status 130.
+    An error of the input or of the disk is one line, without a traceback. A fault of the program
+    keeps its traceback, and says that it is one. Ctrl-C ends the program with status 130.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -383,8 +359,7 @@ def run(main: Callable[[], int | None]) -> None:
     try:
         if is_job():
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        with explaining_damage():
-            status = main()
+        status = main()
         if status:
             sys.exit(status)
     except KeyboardInterrupt:
@@ -399,6 +374,9 @@ def run(main: Callable[[], int | None]) -> None:
         sys.exit(141)
     except OSError as error:
         sys.exit(error_line(error))
+    except Exception as error:
+        error.add_note(FAULT)
+        raise
 
 
 def error_line(error: CapsuleError | OSError) -> str:
