@@ -103,6 +103,14 @@ def test_what_numpy_can_convert_is_taken(values):
     made = capsule.preprocess(values, **SHAPE)
     for same in (values.tolist(), pd.DataFrame(values), np.asfortranarray(values)):
         np.testing.assert_array_equal(capsule.preprocess(same, **SHAPE), made)
+    # The mask of an array is a missing sample, here and in an estimator's row.
+    masked, lost = np.ma.masked_array(values, values < 460), np.where(values < 460, np.nan, values)
+    assert 0 < np.isnan(lost).sum() < lost.size / 10
+    made = capsule.preprocess(lost, **SHAPE)
+    np.testing.assert_array_equal(capsule.preprocess(masked, **SHAPE), made)
+    rows = [each.T.reshape(1, -1) for each in (masked, lost)]
+    of_mask, of_nan = (capsule.MatrixTransformer().fit_transform(row) for row in rows)
+    np.testing.assert_array_equal(of_mask, of_nan)
     # An envelope of a single sensor is clipped value by value.
     assert capsule.rectify(np.array([0.5, 1.5]), 1.0).tolist() == [0.0, 0.5]
 
@@ -124,6 +132,10 @@ def test_what_numpy_can_convert_is_taken(values):
         ({"values": "readings"}, "values: 'readings' is not allowed; allowed is an array of num"),
         ({"values": None}, "values: None is not allowed; allowed is an array of numbers"),
         ({"values": [1.0, 2.0]}, r"values: an array of shape \(2,\) is not allowed"),
+        (
+            {"values": [[1.0, np.inf, 2.0]]},
+            r"values\[0, 1\]: inf is not allowed; allowed is a finite",
+        ),
         ({"values": np.empty((4, 0))}, r"values: an array of shape \(4, 0\) is not allowed"),
         ({"values": np.ones((4, 500))}, "preprocess: a constant sensor cannot be normalized"),
     ],

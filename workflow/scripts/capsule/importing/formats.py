@@ -484,9 +484,12 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
             )
         cells = (list(map(_cell_text, row)) for row in sheet.values)
         tables.append(read_rows(enumerate(cells, start=1), keys, sheet.title))
-    formulas = load_workbook(io.BytesIO(content)) if has_formulas else None
-    for table in tables if formulas else ():
-        values, width = book[table.label], len(table.columns)
+    if not has_formulas:
+        return tables
+    formulas = load_workbook(io.BytesIO(content))
+    for table in tables:
+        values: Any = book[table.label]
+        width = len(table.columns)
         written = [
             each
             for row in formulas[table.label].iter_rows()

@@ -77,39 +77,39 @@ def at_same_instants(
     )
 
 
-def _begins(clocks: Sequence[Clock]) -> list[float]:
-    """Return the times of the sensors' first samples by a clock that all share, in s.
+def _begins(clocks: Sequence[Clock]) -> np.ndarray:
+    """Return the times of the sensors' first samples by a clock that all share, in s, (S,).
 
     They follow from the dates at which the sensors started, or else from their clocks.
     """
-    first_s = [clock.first_s for clock in clocks]
-    dates = [_date_s(clock.started) for clock in clocks]
-    if None not in dates:
-        apart = [float(date - dates[0]) for date in dates]
-        for number, (by_date, own_s) in enumerate(zip(apart, first_s, strict=True), start=1):
-            by_clock = own_s - first_s[0]
-            if any(apart) and any(np.diff(first_s)) and abs(by_date - by_clock) > _SAME_DATE_S:
-                raise CapsuleError(
-                    f"sensor {number} starts {by_date:g} s after sensor 1 by its date, "
-                    f"{clocks[number - 1].started!r}, and {by_clock:g} s by its clock; delete the "
-                    "dates or correct the times"
-                )
-        return apart if any(apart) and not any(np.diff(first_s)) else first_s
-    for number, (date, clock) in enumerate(zip(dates, clocks, strict=True), start=1):
-        if date is None and any(each is not None for each in dates):
-            at = next(at for at, each in enumerate(dates) if each is not None)
+    first_s = np.array([clock.first_s for clock in clocks])
+    dates = np.array([_date_s(clock.started) for clock in clocks])
+    unknown = np.isnan(dates)
+    if unknown.any() and not unknown.all():
+        at, other = int(np.argmin(unknown)), int(np.argmax(unknown))
+        raise CapsuleError(
+            f"sensor {at + 1} names its start, {clocks[at].started!r}, but sensor {other + 1} "
+            f"names {repr(clocks[other].started) if clocks[other].started else 'none'}; name the "
+            "start of each sensor, or of none"
+        )
+    apart, by_clock = dates - dates[0], first_s - first_s[0]
+    if not apart.any() or unknown.all():
+        return first_s
+    if by_clock.any():
+        for at in np.flatnonzero(np.abs(apart - by_clock) > _SAME_DATE_S)[:1]:
             raise CapsuleError(
-                f"sensor {at + 1} names its start, {clocks[at].started!r}, but sensor {number} "
-                f"names {repr(clock.started) if clock.started else 'none'}; name the start of "
-                "each sensor, or of none"
+                f"sensor {at + 1} starts {apart[at]:g} s after sensor 1 by its date, "
+                f"{clocks[at].started!r}, and {by_clock[at]:g} s by its clock; delete the dates or "
+                "correct the times"
             )
-    return first_s
+        return first_s
+    return np.asarray(apart)
 
 
-def _date_s(started: str) -> float | None:
-    """Return a date and time in s since 1970, without a zone that of UTC; None if it is none."""
+def _date_s(started: str) -> float:
+    """Return a date and time in s since 1970, without a zone that of UTC; NaN if it is none."""
     try:
         moment = datetime.fromisoformat(started.strip())
         return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError):
-        return None
+        return float("nan")

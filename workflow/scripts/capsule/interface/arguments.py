@@ -5,10 +5,11 @@ themselves, and so is not slowed down.
 """
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import wraps
 from inspect import signature
 from numbers import Integral, Real
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -37,6 +38,27 @@ def refuse(name: str, value: object, allowed: str) -> ArgumentError:
     return ArgumentError(f"{name}: {shown} is not allowed; allowed is {allowed}")
 
 
+def with_missing(value: object) -> object:
+    """Return a masked array as an array with NaN under the mask; all else as it is."""
+    if isinstance(value, np.ma.MaskedArray):
+        return value.astype(np.float64).filled(np.nan)
+    return value
+
+
+def _numbers(name: str, value: object, allowed: str) -> FloatArray:
+    """Return an array of finite numbers; NaN where a sample is missing."""
+    try:
+        # In the workflow's order, so that sums are taken alike.
+        numbers = np.asarray(with_missing(value), dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise refuse(name, value, allowed) from None
+    for place in np.argwhere(np.isinf(numbers))[:1]:
+        where = ", ".join(map(str, place))
+        allowed = "a finite number, or NaN where a sample is missing"
+        raise refuse(f"{name}[{where}]", float(numbers[tuple(place)]), allowed)
+    return numbers
+
+
 def _sensor_rows(name: str, value: object) -> FloatArray:
     """Return an array (S, K) or (S, L), with one row per sensor.
 
@@ -44,11 +66,7 @@ def _sensor_rows(name: str, value: object) -> FloatArray:
     samples than sensors, since one window of the envelope holds more.
     """
     allowed = "an array of numbers, one row per sensor"
-    try:
-        # In the workflow's order, so that sums are taken alike.
-        rows = np.asarray(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise refuse(name, value, allowed) from None
+    rows = _numbers(name, value, allowed)
     if rows.ndim != 2 or not rows.size:
         raise refuse(name, rows if rows.ndim else value, allowed)
     if rows.shape[0] > rows.shape[1]:
@@ -59,7 +77,9 @@ def _sensor_rows(name: str, value: object) -> FloatArray:
 
 def _accepted(name: str, value: object, kind: object) -> object:
     """Return the value of an argument, whose kind is the type in the function's signature."""
-    if kind is FloatArray and name not in _ANY_SHAPE:
+    if kind is FloatArray:
+        if name in _ANY_SHAPE:
+            return _numbers(name, value, "an array of numbers")
         return _sensor_rows(name, value)
     if kind == Iterable[FloatArray]:
         if not isinstance(value, Iterable):
@@ -69,6 +89,7 @@ def _accepted(name: str, value: object, kind: object) -> object:
         raise refuse(name, value, f"a {kind.__name__}")
     if isinstance(value, Recording):
         _sensor_rows(f"{name}.values", value.values)
+        return replace(value, values=cast(FloatArray, with_missing(value.values)))
     if kind is int:
         least = 0 if name in _FROM_ZERO else 1
         if not isinstance(value, Integral) or isinstance(value, bool) or value < least:

@@ -24,7 +24,7 @@ from capsule.engine.project import not_installed
 from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.archive import LoadedArchive
-from capsule.interface.arguments import ArgumentError, refuse
+from capsule.interface.arguments import ArgumentError, refuse, with_missing
 from capsule.kinds import Cells, Settings
 from capsule.method.particle import Particle
 from capsule.method.templates import build_templates, template_options
@@ -76,7 +76,7 @@ class _OfReadings(BaseEstimator):
                 "archive.rows(names) makes it"
             )
         options |= {"dtype": np.float64, "ensure_all_finite": "allow-nan"}
-        checked: FloatArray = validate_data(self, X, **options)
+        checked: FloatArray = validate_data(self, with_missing(X), **options)
         return checked
 
     def _described(self, rows: FloatArray) -> list[DescribedRecording]:
