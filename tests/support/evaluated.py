@@ -50,7 +50,7 @@ def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), schem
     columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
     predictions = pd.DataFrame(rows, columns=columns)
-    ours = measure_tables(predictions, list(sizes_mm), RATES, names=TABLES)
+    ours = measure_tables(predictions, list(sizes_mm), RULES, names=[*TABLES, "summary"])
     return Evaluation(predictions, ours, printed_tables(read_paper(), 0.95))
 
 

@@ -2,73 +2,93 @@
 
 import math
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from capsule.evaluation.intervals import rate
 from capsule.evaluation.lead import (
     Lead,
-    balanced_accuracy,
     choosing_scheme,
     headline_confidence,
     leading,
 )
+from capsule.evaluation.measures import measure_tables
 from capsule.seeding import generator
 
 SCHEMES = ["leave_one_out", "resubstitution"]
 
 
-def predictions(**by_detector):
-    """Return predictions for two healthy recordings and four of 2 mm, in this order."""
+def summary(**by_detector):
+    """Return the summary of scores of four healthy recordings, then of four of 2 mm.
+
+    The thresholds let a quarter of the healthy recordings pass, and that of `template` all.
+    """
     rows = [
-        {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
-        for detector, each in by_detector.items()
+        {"detector": detector, "scheme": scheme, "score": score, "size_mm": true}
+        | {"predicted_mm": score if np.isnan(score) else 2.0 * (score > 1)}
+        for detector, scores in by_detector.items()
         for scheme in SCHEMES
-        for true, predicted in zip([0.0] * 2 + [2.0] * 4, each, strict=True)
+        for true, score in zip([0.0] * 4 + [2.0] * 4, scores, strict=True)
     ]
-    return pd.DataFrame(rows, columns=["detector", "scheme", "size_mm", "predicted_mm"])
+    columns = ["detector", "scheme", "score", "size_mm", "predicted_mm"]
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75}
+    table = pd.DataFrame(rows, columns=columns)
+    return measure_tables(table, [0.0, 2.0], rules, names=["summary"])["summary"]
 
 
 NAMES = ["template", "diagonal", "taught"]
-TABLE = predictions(
-    template=[2, 2, 2, 2, 2, 2], diagonal=[0, 0, 2, 2, 2, 0], taught=[0, 0, 3, 0, 2, 2]
-)
+# By balanced accuracy `template` would lead, whose threshold of 1 raises no false alarm here.
+SCORES = {
+    "template": [0, 0, 0.9, 0.8, 2, 2, 0.5, 0.5],
+    "diagonal": [0, 0, 2, 0.8, 2, 2, 1.5, 0.5],
+    "taught": [0, 0, 0.9, 2, 1.5, 0.5, 3, 1.2],
+}
+TABLE = summary(**SCORES)
 
 
 @pytest.mark.parametrize(
-    ("named", "detector", "accuracy"),
-    [("best", "diagonal", 0.875), ("taught", "taught", 0.875), ("template", "template", 0.5)],
+    ("named", "detector", "sensitivity"),
+    [("best", "diagonal", 0.75), ("taught", "taught", 0.75), ("template", "template", 0.5)],
 )
-def test_the_best_leads_unless_another_is_named(named, detector, accuracy):
+def test_the_one_that_finds_most_at_the_same_specificity_leads_unless_another_is_named(
+    named, detector, sensitivity
+):
     lead = leading(TABLE, NAMES, SCHEMES, named)
     assert (lead.detector, lead.named) == (detector, named != "best")
-    assert (lead.balanced_accuracy, lead.compared) == (accuracy, 3)
+    assert (lead.sensitivity, lead.compared) == (sensitivity, 3)
     assert leading(TABLE, NAMES[::-1], SCHEMES, "best").detector == "taught"
 
 
-def test_no_verdict_counts_as_a_wrong_one():
+def test_a_threshold_that_is_set_too_high_or_too_low_does_not_choose():
+    # Every score of `taught` is moved, so that its own threshold finds all, or nothing.
+    for moved in (+5, -5):
+        scores = SCORES | {"taught": [each + moved for each in SCORES["taught"]]}
+        lead = leading(summary(**scores), ["template", "taught"], SCHEMES, "best")
+        assert (lead.detector, lead.sensitivity) == ("taught", 0.75)
+
+
+def test_no_verdict_counts_as_a_false_alarm_or_a_missed_nodule():
     unknown = float("nan")
-    table = predictions(template=[0, 0, 2, 2, 0, 0], taught=[0, unknown, 2, unknown, unknown, 2])
-    assert balanced_accuracy(table[table["detector"] == "taught"]) == 0.5
-    assert leading(table, NAMES, SCHEMES, "best").detector == "template"
+    table = summary(template=SCORES["template"], taught=[0, 0, unknown, 0.5, 2, 2, unknown, 0.2])
+    assert leading(table, NAMES, SCHEMES, "taught").sensitivity == 0.5
+    table = summary(taught=[unknown, unknown, 0, 0.5, 2, 2, 2, 2])
+    assert leading(table, NAMES, SCHEMES, "taught").sensitivity == 0.0
 
 
 def test_where_nothing_can_be_compared_the_first_leads():
-    healthy = TABLE[TABLE["size_mm"] == 0]
-    for table in (healthy, TABLE[TABLE["size_mm"] > 0], predictions()):
+    healthy = {name: [*each[:4], *[math.nan] * 4] for name, each in SCORES.items()}
+    for table in (summary(), summary(**healthy).assign(sensitivity_at_specificity=math.nan)):
         lead = leading(table, NAMES, SCHEMES, "best")
         assert (lead.detector, lead.compared) == ("template", 0)
-        assert math.isnan(lead.balanced_accuracy)
+        assert math.isnan(lead.sensitivity)
 
 
 def test_held_out_recordings_never_choose():
     assert choosing_scheme(["held_out", "leave_one_out", "resubstitution"]) == "leave_one_out"
     assert choosing_scheme(["held_out", "resubstitution"]) == "resubstitution"
-    # On the held-out recordings, the rule of the paper is the only one that is right.
     apart = TABLE[TABLE["scheme"] == "leave_one_out"].assign(scheme="held_out")
-    apart = apart.assign(
-        predicted_mm=apart["size_mm"].where(apart["detector"] == "template", 2 - apart["size_mm"])
-    )
+    apart["sensitivity_at_specificity"] = (apart["detector"] == "template").astype(float)
     both = pd.concat([apart, TABLE])
     assert leading(both, NAMES, ["held_out", *SCHEMES], "best").detector == "diagonal"
 
@@ -91,10 +111,3 @@ def test_the_corrected_interval_of_the_best_of_four_holds_the_truth():
         _, low, high = rate(hits, 100, 0.95)
         plainly += low <= 0.7 <= high
     assert inside / 1500 >= 0.95 > 0.93 > plainly / 1500
-
-
-def test_only_the_main_scheme_counts():
-    other = TABLE.assign(scheme="resubstitution", predicted_mm=TABLE["size_mm"])
-    other = other[other["detector"] == "template"]
-    both = pd.concat([TABLE[TABLE["scheme"] == "leave_one_out"], other])
-    assert leading(both, NAMES, SCHEMES, "best").detector == "diagonal"

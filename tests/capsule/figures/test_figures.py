@@ -40,6 +40,7 @@ def verdict_rows(verdicts, detector="template"):
     """Make rows of pairs of true and predicted size, the same under both schemes."""
     return [
         {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
+        | {"score": predicted}
         for scheme in SCHEMES
         for true, predicted in verdicts
     ]
@@ -51,8 +52,8 @@ def judged(verdicts, sizes_mm):
 
 
 def tables_of(rows, sizes_mm):
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95}
-    return measure_tables(pd.DataFrame(rows), sizes_mm, rules, names=RATES)
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.95}
+    return measure_tables(pd.DataFrame(rows), sizes_mm, rules, names=[*RATES, "summary"])
 
 
 VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]

@@ -78,7 +78,7 @@ def test_the_numbers_are_those_of_the_archive_and_the_configuration():
         "Its specificity was set to 95 % by its threshold, not measured.",
         "Intervals are at 95 %",
         "a prevalence of 10 %",
-        "Of 2 detectors diagonal had the highest balanced accuracy, 75 %.",
+        "Of 2 detectors diagonal had the highest sensitivity at a specificity of 95 %, 75 %.",
         "within 1 mm. Estimated sizes have 90 % intervals",
     ):
         assert part in paragraph

@@ -33,7 +33,10 @@ RATES = {
 }
 COLUMNS = {
     **RATES,
-    "summary": [*_KEY, "recordings", "accuracy", "sensitivity", "specificity"],
+    "summary": [
+        *(*_KEY, "recordings", "accuracy", "sensitivity", "specificity"),
+        "sensitivity_at_specificity",
+    ],
     "predictive_values": [*_KEY, "size_mm", "prevalence", "ppv", "npv"],
     "size_error": [*_KEY, "size_mm", "recordings", "detected", "bias_mm"],
     "calibration": [*_KEY, "stated_low", "stated_high", "recordings", "stated"],

@@ -166,10 +166,28 @@ def summary(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) 
             sensitivity=sensitivity,
             specificity=specificity,
             balanced_accuracy=_mean_of(sensitivity, specificity),
+            sensitivity_at_specificity=found_at(rows, rules["specificity"])
+            if detector != ALWAYS
+            else np.nan,
             exact_rate=rate_over(sized, level, "exact"),
             within_rate=rate_over(sized, level, "within"),
             mean_absolute_error_mm=_absolute_error(error, sized, level),
         )
+
+
+def found_at(rows: RecordArray, specificity: float) -> float:
+    """Return the share of nodules found by the threshold with the wanted share of false alarms.
+
+    It is the height of the ROC curve of one detector. A recording without a verdict or a score is
+    a false alarm, or a missed nodule. It is NaN without a nodule, or without a healthy recording.
+    """
+    nodule, known = rows["size_mm"] > 0, ~np.isnan(rows["predicted_mm"] + rows["score"])
+    if nodule.all() or not nodule.any():
+        return float("nan")
+    scores = np.where(known, rows["score"], np.where(nodule, -np.inf, np.inf))
+    weights = rows["weight"][~nodule], rows["weight"][nodule]
+    allowed = np.array([1 - specificity])
+    return float(height_at(scores[~nodule], scores[nodule], allowed, weights)[0])
 
 
 def _mean_of(first: Interval, second: Interval) -> Interval:

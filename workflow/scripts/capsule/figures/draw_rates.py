@@ -74,7 +74,7 @@ def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
     evaluation, settings = inputs.evaluation, inputs.settings
     schemes = settings["evaluation"]["schemes"]
     lead = leading(
-        evaluation.predictions, evaluation.detectors(), schemes, settings["report"]["lead"]
+        evaluation.tables["summary"], evaluation.detectors(), schemes, settings["report"]["lead"]
     )
     table = evaluation.tables[name]
     table = table[table["scheme"] == main_scheme(table["scheme"].unique())]

@@ -12,7 +12,6 @@ from functools import cache, lru_cache
 from itertools import product
 
 import numpy as np
-import pandas as pd
 
 from capsule.arrays import FloatArray
 from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
@@ -22,7 +21,7 @@ from capsule.detectors.registry import detector_class, detector_row
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import not_installed
 from capsule.evaluation.cross_validation import Detectors, verdict_cells
-from capsule.evaluation.lead import balanced_accuracy
+from capsule.evaluation.rates import is_right
 from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse, with_missing
 from capsule.kinds import Cells, Settings
@@ -198,12 +197,15 @@ class DetectorEstimator(_OfReadings):
         return np.array([verdict.score - verdict.threshold for verdict in self.verdicts(X)])
 
     def score(self, X: object, y: object) -> float:
-        """Return the balanced accuracy; a recording without a verdict counts as wrong.
+        """Return the mean of sensitivity and specificity; no verdict counts as a wrong one.
 
-        The report shows the detector with the highest balanced accuracy first.
+        It is NaN without a recording of a nodule, or without a healthy one.
         """
-        sizes_mm = {"size_mm": np.asarray(y, float), "predicted_mm": self.predict(X)}
-        return balanced_accuracy(pd.DataFrame(sizes_mm))
+        sizes_mm = np.asarray(y, float)
+        right, nodule = is_right(self.predict(X), sizes_mm), sizes_mm > 0
+        if nodule.all() or not nodule.any():
+            return float("nan")
+        return float((right[nodule].mean() + right[~nodule].mean()) / 2)
 
     def verdicts(self, X: object) -> list[Verdict]:
         """Return the detector's full verdict on each recording: size, interval, place, ..."""

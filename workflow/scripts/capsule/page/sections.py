@@ -77,7 +77,10 @@ def page_values(
     schemes, sizes_mm = tables.schemes, evaluation.sizes_mm()
     verdicts = recordings.all_verdicts(evaluation.predictions, tables.detections)
     lead = leading(
-        evaluation.predictions, settings["detectors"], judged["schemes"], settings["report"]["lead"]
+        evaluation.tables["summary"],
+        settings["detectors"],
+        judged["schemes"],
+        settings["report"]["lead"],
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(
