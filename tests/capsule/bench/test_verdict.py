@@ -9,8 +9,9 @@ import pytest
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict import FinalVerdict, verdict_table
 from capsule.detectors import files as detectors_files
+from capsule.detectors.base import Verdict
 from capsule.detectors.diagonal import Diagonal
-from capsule.detectors.familiar import LEAST_PLACES
+from capsule.detectors.familiar import LEAST_PLACES, Familiarity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
@@ -144,6 +145,12 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     )
     assert float(found[2]) <= float(found[1])
     assert float(found[4]) == pytest.approx(run.nodule_at_mm, abs=4)
+
+
+def test_a_probability_is_never_told_as_certain(templates, tmp_path, configuration):
+    final = final_verdict(tmp_path, configuration, taught_by())
+    told = final._line("diagonal", Verdict(0.0, 9.0, 1.0, 0.99999), Familiarity(True))
+    assert "probability of a nodule > 99.9 % at a prevalence of 10 %" in told
 
 
 def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):

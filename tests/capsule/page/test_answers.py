@@ -296,7 +296,8 @@ def test_beside_held_out_sessions_stands_what_leave_one_out_says():
         (Lead("diagonal", False, 0.93, 4), "Of 4 detectors it finds most nodules on this "),
         (
             Lead("template", True, 0.605, 4),
-            "The configuration names it (report.lead). It finds 60.5 % of the nodules at a specificity of 95 %.",
+            "The configuration names it (report.lead). It finds 60.5 % of the nodules at a "
+            "specificity of 95 %.",
         ),
         (
             Lead("template", False, UNKNOWN, 0),
@@ -310,8 +311,9 @@ def test_the_page_tells_why_a_detector_leads(lead, expected):
 
 def test_the_page_tells_whether_what_it_shows_has_chosen_the_detector():
     lead = Lead("diagonal", False, 0.93, 4)
-    assert section("lead", lead=lead, held_out=False, settings=SETTINGS).endswith("are corrected for the choice.")
-    assert section("lead", lead=lead, held_out=True, settings=SETTINGS).endswith("had no part in this choice.")
+    for held_out, end in ((False, "corrected for the choice."), (True, "no part in this choice.")):
+        told = section("lead", lead=lead, held_out=held_out, settings=SETTINGS)
+        assert told.endswith(end)
 
 
 def test_another_tolerance_is_told_and_not_compared():

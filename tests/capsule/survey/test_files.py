@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from capsule.figures.draw_survey import verdict_words
 from capsule.survey.files import SessionError, parse_session
 from capsule.survey.listed import list_surveys
 from support.surveys import EVENTS, PLACES, session_contents, stream_rows
@@ -40,6 +41,14 @@ def test_a_place_says_why_it_is_unlike_what_taught_and_one_of_an_earlier_version
     assert [place.unfamiliar_because for place in places] == ["noise", ""]
 
 
+def test_an_interval_of_a_size_without_an_upper_end_is_read_as_it_is_written():
+    contents = session_contents()
+    opened = contents["places.csv"].replace(b"2.4,3.9", b"2.4,inf")
+    first, _ = parse_session("demo", contents | {"places.csv": opened}).places
+    assert (first.size_low_mm, first.size_high_mm) == (2.4, np.inf)
+    assert verdict_words(first) == "confirmed, 3.1 mm (2.4 mm or more)"
+
+
 @pytest.mark.parametrize(
     ("file", "before", "after", "said"),
     [
@@ -55,6 +64,7 @@ def test_a_place_says_why_it_is_unlike_what_taught_and_one_of_an_earlier_version
         ("events.jsonl", b'"suspected"', b"7", "line 2: event is '7'"),
         ("places.csv", b"confirmed", b"perhaps", "line 2 is not a place with a verdict"),
         ("places.csv", b"3.1", b"big", "line 2: size_mm is 'big'"),
+        ("places.csv", b"3.1", b"inf", "line 2: size_mm is 'inf'"),
         ("session.json", b"{", b"[", "not JSON"),
     ],
 )

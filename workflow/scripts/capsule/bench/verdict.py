@@ -183,7 +183,7 @@ class FinalVerdict:
         if not np.isnan(probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
             parts.append(
-                f"probability of a nodule {words.percent(probability)} at a prevalence "
+                f"probability of a nodule {words.probability(probability)} at a prevalence "
                 f"of {prevalence}"
             )
         return f"verdict of {detector}: {', '.join(parts)}"

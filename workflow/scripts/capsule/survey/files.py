@@ -45,7 +45,7 @@ class StoredPlace:
     place_mm : float
         Position of the place.
     size_mm, size_low_mm, size_high_mm : float
-        Size of the nodule, with its interval.
+        Size of the nodule, with its interval, whose high end is infinite if it has none.
     height : float
         Mean evidence in units of the usual evidence.
     threshold : float
@@ -195,7 +195,8 @@ def _numbers(file: str, columns: Mapping[str, list[str]], name: str) -> FloatArr
             continue
         with contextlib.suppress(ValueError):
             numbers[at] = float(cell)
-        if not math.isfinite(numbers[at]):
+        # An interval of the size without an upper end, as the tables of results write it.
+        if not math.isfinite(numbers[at]) and (name, cell) != ("size_high_mm", "inf"):
             shown = displayed(cell)[:_SHOWN]
             raise SessionError(f"{file}: line {at + 2}: {name} is {shown!r}, which is not a number")
     return numbers
