@@ -46,7 +46,7 @@ DESIGNS = (
 
 
 def main() -> None:
-    """Print the four tables."""
+    """Print the five tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--archives", type=natural, default=1000, help="of each case")
     archives = parser.parse_args().archives
@@ -54,7 +54,8 @@ def main() -> None:
         ("A rate over places", rates(archives)),
         ("A rate over places of which some have many passes", uneven_rates(archives)),
         ("An area under the curve", areas(archives)),
-        ("The specificity of a new patient, central 90 %", specificities(archives)),
+        ("The specificity at new places, central 90 %", specificities(archives)),
+        ("The same range, and a new patient", of_patients(archives)),
     ):
         print(f"{title}:\n\n{table(rows)}")
 
@@ -190,6 +191,26 @@ def specificities(archives: int) -> list[dict[str, object]]:
                 {"healthy places": str(healthy), "scores": name, "range from": low, "to": high}
                 | {"held": inside, "mean specificity": float(np.mean(reached))}
             )
+    return _worst_first(rows, "held")
+
+
+def of_patients(archives: int) -> list[dict[str, object]]:
+    """Return how often that range holds the specificity of a new patient.
+
+    30 % of the variance of the scores lie between patients, of whom each has as many places.
+    """
+    rows = []
+    for healthy, patients in ((20, 1), (20, 4), (40, 4), (100, 10)):
+        low, high = new_specificity(healthy, 0.95)
+        rank = min(int(np.ceil((healthy + 1) * 0.95 - 1e-9)), healthy)
+        inside = []
+        for archive in range(10 * archives):
+            numbers = generator(archive, "patients", str(healthy), str(patients))
+            scores = _scores(numbers, patients, healthy // patients, 0.3)
+            own = (np.sort(scores)[rank - 1] - np.sqrt(0.3) * numbers.normal()) / np.sqrt(0.7)
+            inside.append(low <= float(ndtr(own)) <= high)
+        row = {"healthy places": str(healthy), "patients": str(patients)}
+        rows.append(row | {"held": float(np.mean(inside))})
     return _worst_first(rows, "held")
 
 

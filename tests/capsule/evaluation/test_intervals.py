@@ -169,7 +169,7 @@ def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
     assert gain_interval(before, after, 0.95) == pytest.approx(expected)
 
 
-def test_what_a_new_patient_may_expect_of_a_threshold_at_a_rank():
+def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
     # Of 20 healthy recordings the threshold is the highest score: Beta(20, 1).
     low, high = new_specificity(20, 0.95)
     assert (low, high) == pytest.approx((0.05 ** (1 / 20), 0.95 ** (1 / 20)))
@@ -180,7 +180,7 @@ def test_what_a_new_patient_may_expect_of_a_threshold_at_a_rank():
 
 
 def test_that_range_holds_the_specificity_of_any_scores_as_often_as_it_says():
-    numbers = generator(1, "new patient")
+    numbers = generator(1, "new place")
     low, high = new_specificity(20, 0.95)
     # The distribution function at the highest of 20 scores is the specificity.
     specificity = numbers.random((4000, 20)).max(axis=1)

@@ -318,7 +318,9 @@ def gain_interval(
 
 
 def new_specificity(healthy: int, specificity: float) -> tuple[float, float]:
-    """Return the 90 % range of specificities to expect in a new patient, of a threshold at a rank.
+    """Return the 90 % range of specificities to expect at new places of this bench.
+
+    It does not hold for a new patient, whose places all differ from these in the same way.
 
     The threshold is the score of rank k = min(n, ceil((n + 1) specificity)) of n exchangeable
     healthy places. The specificity that it then has is distributed as Beta(k, n + 1 - k), whatever

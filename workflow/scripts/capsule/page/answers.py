@@ -101,7 +101,7 @@ class SetSpecificity:
         return self.places < self.least_places
 
     def text(self) -> str:
-        """Return what the specificity is, and what a new patient may expect."""
+        """Return what the specificity is, and what new places of this bench may expect."""
         promise = f"The threshold rests on {words.plural(self.places, 'healthy place')}."
         if self.cannot():
             promise = (
@@ -110,9 +110,9 @@ class SetSpecificity:
                 "highest score."
             )
         return (
-            f"{promise} A new patient may expect a specificity of "
+            f"{promise} New places of this bench may expect a specificity of "
             f"{words.interval(self.low, self.high)} (central 90 %; approximate, because scores are "
-            "cross-validated)."
+            "cross-validated). Of a new patient, only held-out set-ups tell."
         )
 
     def aim(self) -> tuple[str, str]:
@@ -284,7 +284,7 @@ def _meaning(
     """Return the predictive values over all sizes; the table has an empty size for these.
 
     Where the threshold sets the specificity, they follow from the set one (Bayes' rule), and their
-    ranges from the specificity that a new patient may expect.
+    ranges from the specificity that new places of this bench may expect.
     """
     rows = table[pd.to_numeric(table["size_mm"]).isna()]
     if rows.empty:
