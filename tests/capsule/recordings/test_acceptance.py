@@ -10,6 +10,7 @@ from capsule.errors import RecordingError
 from capsule.page.plot_data import quality_words
 from capsule.recordings.acceptance import accept, check_recording, columns_by_time
 from capsule.recordings.recording import Recording, format_recording
+from capsule.seeding import generator
 from support.project import ROOT
 from support.synthetic import make_recording
 
@@ -105,10 +106,50 @@ def test_samples_that_never_came_leave_a_gap_and_shift_nothing():
     np.testing.assert_array_equal(values[:, keep], whole.values[:, keep])
 
 
-def test_a_clock_that_is_off_by_a_little_opens_no_gaps():
-    values = accept(recording(time_s=np.arange(300) * 0.0985), **SETTINGS)
-    assert values.shape == (4, 300)
-    assert not np.isnan(values).any()
+@pytest.mark.parametrize("factor", [0.96, 0.985, 1.04])
+def test_a_clock_that_is_off_opens_no_gaps_and_its_readings_stand_at_their_time(factor):
+    # The grid was the recording's own: at 0.96, a place at 12.45 s stood at 11.95 s.
+    time_s = EVEN * factor
+    phases = np.arange(4)[:, np.newaxis]
+    own = 500 + 100 * np.sin(2 * np.pi * time_s / 3.2 - phases)
+    values = accept(recording(time_s=time_s, values=own), **SETTINGS)
+    even_s = np.arange(values.shape[1]) * 0.1
+    assert time_s[-1] - 0.1 < even_s[-1] <= time_s[-1] + 1e-9
+    expected = 500 + 100 * np.sin(2 * np.pi * even_s / 3.2 - phases)
+    np.testing.assert_allclose(values, expected, atol=0.6)
+
+
+def test_a_gap_of_a_clock_that_is_off_stays_as_long_in_time():
+    kept = np.delete(np.arange(SAMPLES), np.arange(200, 215))
+    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
+    values = accept(Recording(kept / 9.7, whole.values[:, kept], whole.header), **SETTINGS)
+    missing = np.flatnonzero(np.isnan(values).all(axis=0))
+    assert missing.size == pytest.approx(15 / 0.97, abs=1)
+    assert missing[0] == pytest.approx(200 / 0.97, abs=1)
+    assert np.isnan(values).sum() == 4 * missing.size
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.9e-3, -0.9e-3])
+def test_readings_at_the_configured_rate_stay_to_the_bit(drift):
+    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
+    jitter = generator(1, "jitter").normal(0, 0.002, SAMPLES)
+    times_s = EVEN * (1 + drift) + jitter
+    values = accept(Recording(times_s, whole.values, whole.header), **SETTINGS)
+    np.testing.assert_array_equal(values, whole.values)
+
+
+def test_a_copy_with_another_clock_has_the_same_marks():
+    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
+    made = [
+        check_recording(
+            "0mm/r01",
+            format_recording(Recording(whole.time_s * factor, whole.values, whole.header)),
+            LARGEST,
+            CONFIG,
+        )[0]["marks"]
+        for factor in (1.0, 0.96)
+    ]
+    assert made[0] == made[1] and made[0]
 
 
 def changed_time(index, time_s):

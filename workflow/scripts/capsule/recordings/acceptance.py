@@ -2,7 +2,8 @@
 
 The samples are placed on an even grid in time, with gaps as NaN. The column of a sample is computed
 from the time since the first one. It is not the number of samples before: one lost sample would
-shift all later samples.
+shift all later samples. The grid is that of the configured rate: readings of a clock that runs at
+another rate, within the tolerance, are interpolated to it.
 """
 
 import hashlib
@@ -43,6 +44,8 @@ _LINES = 3
 _HALF_MEDIAN = 4
 # In intervals. A smaller surplus of time is jitter, not a missing sample.
 _HALF_MISSING = 0.75
+# In intervals. Readings whose clock runs away by less until the end stay as they are.
+_SAME_RATE = 0.5
 # In intervals. If the samples are ahead of the time by more than this, there are too many.
 _TOO_MANY = 1.0
 # One mark of the fingerprint is the pattern of 2^5 = 32 successive rises and falls.
@@ -98,7 +101,8 @@ def check_recording(
         # The readings as recorded: on another full scale the ends of the ADC's range are unknown.
         check["at_ends"] = shares_at_ends(recording.values, recording.header)
         check["readings_sha256"] = readings_checksum(values)
-        check["marks"] = fingerprint(values).tolist()
+        # As recorded too: a copy with another clock is a copy.
+        check["marks"] = fingerprint(recording.values).tolist()
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"
     except ForeignFileError as reason:
@@ -205,17 +209,43 @@ def accept(recording: Recording, *, rules: Settings, window: int, length: int) -
         stretch=window,
         length=length,
     )
-    count = int(columns[-1]) + 1
+    own = np.full((recording.values.shape[0], int(columns[-1]) + 1), np.nan)
+    own[:, columns] = recording.values
+    interval_s = float(np.polyfit(columns, recording.time_s - recording.time_s[0], 1)[0])
+    values = _at_rate(own, interval_s * rules["rate_hz"])
+    count = values.shape[1]
     if count < window:
         raise RecordingError(
             f"{count} samples are fewer than the window of {window} (preprocessing.window)"
         )
-    values = np.full((recording.values.shape[0], count), np.nan)
-    values[:, columns] = recording.values
+    _check_length(count, length)
     _check_missing(values, recording.time_s[0], rules)
-    _check_sensors(values, recording.header, rules)
+    # As recorded: between two readings at the end of a range none is.
+    _check_sensors(own, recording.header, rules)
     _check_alike(values, window, rules["max_sensor_correlation"])
     return values
+
+
+def _at_rate(own: FloatArray, step: float) -> FloatArray:
+    """Return readings at the configured rate, from readings (S, K) on the recording's own grid.
+
+    Parameters
+    ----------
+    own : (S, K) array
+        The readings; NaN where a sample is missing.
+    step : float
+        Their interval, in intervals of the configured rate.
+    """
+    last = own.shape[1] - 1
+    if abs(last * (step - 1)) < _SAME_RATE:
+        return own
+    at = np.arange(int(last * step + 1e-9) + 1) / step
+    before = np.minimum(at.astype(int), last - 1)
+    part = np.minimum(at - before, 1.0)
+    first, second = own[:, before], own[:, before + 1]
+    between: FloatArray = first + part * (second - first)
+    # Beside a gap the nearer reading stands in, so that no gap grows.
+    return np.where(np.isnan(between), np.where(part < 0.5, first, second), between)
 
 
 def _check_missing(values: FloatArray, first_s: float, rules: Settings) -> None:
