@@ -189,7 +189,7 @@ static void settle(board_t *board) {
     avr_cycle_timer_register(board->avr, 370 * MHZ, on_tick, board);
     board->uart_full = board->receive_length = board->receive_done = 0;
     board->coils = 0;
-    for (int i = 0; i < 2; i++) { /* else simavr looks at a closed switch at every cycle */
+    for (int i = 0; i < 8; i++) { /* else simavr looks at a closed switch at every cycle */
         avr_extint_set_strict_lvl_trig(board->avr, (uint8_t)i, 0);
     }
     for (int i = 0; i < SWITCHES; i++) {
