@@ -37,6 +37,7 @@ PLACE_COLUMNS = (
     "place",
     "status",
     "place_mm",
+    "may_be_off_mm",
     "passes",
     "size_mm",
     "size_low_mm",

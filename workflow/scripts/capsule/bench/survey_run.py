@@ -267,6 +267,7 @@ class SurveyRun:
             "place": place.number,
             "status": place.status or "undecided",
             "place_mm": round(place.place_mm, 1),
+            "may_be_off_mm": place.may_be_off_mm,
             "passes": place.passes,
             **dict(zip(("size_mm", "size_low_mm", "size_high_mm"), size, strict=True)),
             "evidence": place.evidence[0] if place.evidence else float("nan"),

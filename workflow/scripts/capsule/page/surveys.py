@@ -92,7 +92,7 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
             {
                 "number": place.number,
                 "status": place.status,
-                "where": f"{words.number(place.place_mm, 1)} mm",
+                "where": _where(place),
                 "passes": place.passes,
                 "size": _size(place),
                 "height": words.number(place.height, 2),
@@ -114,6 +114,13 @@ def _outcome(session: Session) -> str:
     counts = Counter(place.status for place in session.places)
     said = words.enumerate_words([f"{counts[name]} {name}" for name in STATUSES if counts[name]])
     return f"{words.plural(len(session.places), 'suspected place')}: {said}"
+
+
+def _where(place: StoredPlace) -> str:
+    said = f"{words.number(place.place_mm, 1)} mm"
+    if place.may_be_off_mm:
+        return f"{said}, or off by {words.number(place.may_be_off_mm, 0)} mm"
+    return said
 
 
 def _size(place: StoredPlace) -> str:

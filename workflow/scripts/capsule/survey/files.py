@@ -25,6 +25,7 @@ from capsule.survey.survey_log import Event
 _WORD = re.compile("[a-z]{1,20}")
 _TEXTS = ("before", "event", "after", "reason")
 _NUMBERS_OF_PLACE = ("place_mm", "size_mm", "size_low_mm", "size_high_mm", "height", "threshold")
+_OFF = "may_be_off_mm"
 _SHOWN = 60
 
 
@@ -50,6 +51,8 @@ class StoredPlace:
         Mean evidence in units of the usual evidence.
     threshold : float
         Threshold above which the first pass was suspicious.
+    may_be_off_mm : float
+        Error that the position may have, after the capsule was not felt for long; 0 if it was.
     unfamiliar_because : str
         Why a pass is unlike the recordings that teach the size; empty if none is.
     """
@@ -64,6 +67,7 @@ class StoredPlace:
     height: float
     threshold: float
     unfamiliar_because: str = ""
+    may_be_off_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -246,16 +250,17 @@ def _is_number(value: object) -> bool:
 def _parse_places(text: str) -> list[StoredPlace]:
     wanted = ("place", "passes", *_NUMBERS_OF_PLACE)
     columns = _columns(PLACES, text, ("status", *wanted))
-    numbers = [_numbers(PLACES, columns, name).tolist() for name in wanted]
+    # A survey of an earlier version says neither this nor which places are familiar.
+    columns.setdefault(_OFF, ["0"] * len(columns["status"]))
+    numbers = [_numbers(PLACES, columns, name).tolist() for name in (*wanted, _OFF)]
     places = []
     for at, status in enumerate(columns["status"]):
         number, passes, *values = (column[at] for column in numbers)
         if status not in STATUSES or math.isnan(number + passes):
             raise SessionError(f"{PLACES}: line {at + 2} is not a place with a verdict")
         cells = {name: column[at] for name, column in columns.items()}
-        # A survey of an earlier version does not say which places are familiar.
         because = cells.get("unfamiliar_because", "") if cells.get("familiar") == "no" else ""
-        known = dict(zip(_NUMBERS_OF_PLACE, values, strict=True))
+        known = dict(zip((*_NUMBERS_OF_PLACE, _OFF), values, strict=True))
         places.append(
             StoredPlace(int(number), int(passes), status, **known, unfamiliar_because=because)
         )

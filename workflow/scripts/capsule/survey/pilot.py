@@ -127,6 +127,7 @@ class Pilot:
         place = self.suspects.look(evidence, self.sensing.fix_mm)
         if place is None:
             return ()
+        place.may_be_off_mm = self.sensing.may_be_off_mm
         reason = f"place {place.number}: evidence at {place.first_mm:.0f} mm"
         return self._happen("suspected", reason, self.suspects.best_score, place.threshold)
 

@@ -25,6 +25,8 @@ _USUAL_STEP_MM = 0.44
 _FASTEST_STEP_MM = 2.0
 # Mean way over the first two waves, in strokes.
 _FIRST_STROKES = 1.3
+# A capsule that is not felt may be so many times as fast as usual.
+_FASTER = 1.3
 # Weight of the newest step in the running mean.
 _STEP_SHARE = 0.1
 
@@ -45,6 +47,9 @@ class Sensing:
         Recent mean way of the unfolded capsule between two judgements.
     resting : bool
         True while the motor of the fold board rests, so that the capsule travels on unfolded.
+    may_be_off_mm : float
+        Error that the position may have from now on: one wavelength, once the capsule was not felt
+        for so long that it may have travelled half of one; else 0.
     """
 
     def __init__(self, detector: Settings, rate_hz: float) -> None:
@@ -58,6 +63,7 @@ class Sensing:
         self._fixed_at: int | None = None
         self.step_mm = _USUAL_STEP_MM
         self.resting = False
+        self.may_be_off_mm = 0.0
         # The first fix is a mean over the first stroke and part of the next one.
         self._odometer.start_mm = START_MM + _FIRST_STROKES * self._since_fix_mm()
 
@@ -155,14 +161,19 @@ class Sensing:
         newest, before_mm = self._newest(), self._odometer.position_mm
         if newest is None:
             return False
+        unfelt_mm = 0.0
         if not np.isnan(before_mm):
             expected_mm = before_mm + self.step_mm
         elif expected_mm is None:
             expected_mm = self._last_mm
+            since = self._count if self._fixed_at is None else self._fixed_at
+            unfelt_mm = _FASTER * self.on_mm((self._count - since) / self._rate_hz)
         fix_mm = self._odometer.fix(self._count - 1, *newest, expected_mm)
         if np.isnan(fix_mm):
             return False
         self._last_mm, self._fixed_at = fix_mm, self._count
+        if unfelt_mm > self._detector["wavelength_mm"] / 2:
+            self.may_be_off_mm = float(self._detector["wavelength_mm"])
         if not np.isnan(before_mm):
             step_mm = float(np.clip(fix_mm - before_mm, 0.0, _FASTEST_STEP_MM))
             self.step_mm += _STEP_SHARE * (step_mm - self.step_mm)

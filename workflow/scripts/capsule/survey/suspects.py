@@ -71,6 +71,8 @@ class Place:
         Threshold above which the first pass was suspicious.
     status : str
         One of `capsule.survey.cycle.STATUSES`; empty before the decision.
+    may_be_off_mm : float
+        As in `capsule.survey.sensing.Sensing`, at the first pass.
     """
 
     number: int
@@ -80,6 +82,7 @@ class Place:
     heights: list[float] = field(default_factory=list)
     again_mm: list[float] = field(default_factory=list)
     status: str = ""
+    may_be_off_mm: float = 0.0
 
     @property
     def passes(self) -> int:

@@ -1,0 +1,33 @@
+"""The position of the capsule after it was not felt for some time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capsule.bench.simulated_bench import bench_with
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.survey.sensing import Sensing
+
+DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
+
+
+# Kills: a position that is one wavelength off, and nobody says so.
+@pytest.mark.parametrize(("unfelt_s", "off_mm"), [(30, 0.0), (100, 80.0)])
+def test_a_capsule_that_was_not_felt_for_long_may_be_one_wavelength_off(unfelt_s, off_mm):
+    bench = bench_with(
+        read_phantom(DEFAULT_TABLE, []), seed=7, length_mm=200.0, nodules=[], sensors=4
+    )
+    sensing = Sensing(DETECTOR, 10.0)
+    for from_s, until_s, felt in ((0, 60, True), (60, 60 + unfelt_s, False), (160, 190, True)):
+        for _ in range(round((until_s - from_s) / 0.8)):
+            readings = bench.read(8)
+            if not felt:
+                readings = replace(readings, values=np.full_like(readings.values, np.nan))
+            sensing.take(readings)
+            sensing.follow()
+    assert sensing.may_be_off_mm == off_mm
+    error_mm = sensing.position_mm - bench.head_mm[-1][-1]
+    assert error_mm == pytest.approx(-off_mm, abs=5)
