@@ -17,6 +17,8 @@ from capsule.detectors.wave import (
     wave_phase,
     window_mean,
 )
+from capsule.engine.configuration import read_schema
+from capsule.engine.project import PROJECT
 from capsule.recordings.units import pressed_and_period
 from capsule.seeding import generator
 
@@ -142,6 +144,22 @@ def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_tes
 def phases_of(values):
     pressed, period = pressed_and_period(values, 10.0, BENCH)
     return phase_tests(pressed, period)
+
+
+def test_the_rate_holds_for_white_noise_alone_and_the_configuration_says_so():
+    resonance = [1, -2 * 0.98 * np.cos(2 * np.pi / 32), 0.98**2]
+    passed = {"white": 0, "narrow": 0}
+    for run in range(200):
+        numbers = numbers_of("narrow", run)
+        noise = numbers.normal(0, 8, 620)
+        for name, own in (("white", noise), ("narrow", lfilter([1], resonance, noise))):
+            values = wave(numbers)
+            values[run % 4] = 500 + own[200:]
+            passed[name] += phases_of(values)[0][run % 4] <= FALSE_RATE
+    assert passed["white"] <= 8 < 25 < passed["narrow"]
+    schema = read_schema(PROJECT / "workflow" / "schemas" / "config.schema.json")
+    told = schema["properties"]["recording"]["properties"]["wave_false_rate"]["description"]
+    assert "white noise" in told and "white noise" in missing_wave.__doc__
 
 
 @pytest.mark.parametrize("behind", [-0.12, -0.05, 0.03, 0.0787, 0.15])

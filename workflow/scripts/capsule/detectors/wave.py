@@ -269,7 +269,8 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     settings : mapping
         Section ``diagonal`` of the configuration, which describes wave and sensors.
     false_rate : float
-        How often a sensor without a wave may pass; if 1, every recording passes.
+        How often a sensor with white noise may pass; if 1, every recording passes. Of 0.01, a
+        random walk passes at 0.03, and noise in a narrow band around the wave's frequency at 0.25.
 
     Returns
     -------
