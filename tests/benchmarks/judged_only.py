@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.geometry.origami import pitch
 from capsule.phantom.contact import shaped_noise
+from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import counts, resistance
 from capsule.phantom.simulation import SENSORS, Run, simulate_run

@@ -33,7 +33,6 @@ FLOORS = (
     "capsule.engine.keys",
     "capsule.store",
     "capsule.recordings.held_out",
-    "capsule.geometry",
     "capsule.phantom",
     "capsule.parts",
     "capsule.detectors",
@@ -47,7 +46,6 @@ FLOORS = (
     "capsule.figures",
     "capsule.interface",
     "capsule.page",
-    "capsule.parts.draw_design",
     "capsule.parts.sheets",
     "capsule.parts.command",
     "capsule.engine",
@@ -70,13 +68,11 @@ ON_FILES |= {"archive", "described", "listed", "unchanged", "folder"}
 ON_FILES |= {"__main__", "cli", "command", "completion", "new", "forget"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "verify", "report"}
-# These folders are at work on files, boards and other programs as a whole; and one module reads the
-# options for parts.
+# These folders are at work on files, boards and other programs as a whole.
 AT_WORK = (
     "capsule.bench.",
     "capsule.exporting.",
     "capsule.importing.",
-    "capsule.parts.part_options",
 )
 SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}
 

@@ -38,7 +38,7 @@ def read_3mf(path):
 
 
 def read_svg(path):
-    """Return the outlines of an SVG by layer, in mm, with y upwards."""
+    """Return the outlines of an SVG by layer as polygons, in mm, with y upwards."""
     root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
     width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
     # One unit of the picture is one millimetre.
@@ -47,9 +47,28 @@ def read_svg(path):
     for group in root.iter("{http://www.w3.org/2000/svg}g"):
         (path_element,) = group
         closed = [part for part in path_element.get("d").split("Z") if part.strip()]
-        points = [np.array(re.findall(r"([\d.]+),([\d.]+)", part), float) for part in closed]
-        layers[group.get("id")] = [each * [1, -1] + [0, height] for each in points]
+        layers[group.get("id")] = [_flattened(part) * [1, -1] + [0, height] for part in closed]
     return layers
+
+
+def _flattened(data):
+    """Return the corners of a path's lines, and points on its arcs."""
+    points = []
+    for kind, words in re.findall(r"([MLA])([^MLA]*)", data):
+        *arc, end = words.split()
+        end = complex(*map(float, end.split(",")))
+        if kind == "A" and end != points[-1]:
+            radius, large, sweep = float(arc[0]), arc[3] == "1", arc[4] == "1"
+            half = np.arcsin(min(abs(end - points[-1]) / 2 / radius, 1.0))
+            turn = (2 * np.pi - 2 * half if large else 2 * half) * (1 if sweep else -1)
+            # The centre, around which the start turns to the end.
+            centre = (end - points[-1] * np.exp(1j * turn)) / (1 - np.exp(1j * turn))
+            steps = np.exp(1j * turn * np.arange(1, 64) / 64)
+            points += list(centre + (points[-1] - centre) * steps)
+        points.append(end)
+    # The last point closes the path.
+    points = np.array(points[:-1] if points[0] == points[-1] else points)
+    return np.column_stack([points.real, points.imag])
 
 
 def edges_of(outlines):

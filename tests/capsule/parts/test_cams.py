@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from capsule.geometry.cam import follower_displacement
 from capsule.parts import bench_parts
+from capsule.parts.cam import follower_displacement
 from capsule.parts.files import shipped_design
+from capsule.parts.solids import one
 from support.measured import read_stl, section
 from support.parts import make_into
 from support.project import ROOT
@@ -92,9 +93,9 @@ def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mir
 @pytest.mark.parametrize("turn_deg", [0, 40, 90, 180, 270, 300])
 def test_a_follower_passes_the_cam_and_touches_it_when_it_lags_by_more_than_its_play(turn_deg):
     bench, at = DESIGN.parts.bench, 20.0
-    cam = bench_parts.cam_solid(bench, CAM).rotate((0.0, 0.0, float(turn_deg)))
+    cam = one(bench_parts.cam_solid(bench, CAM)).rotate((0.0, 0.0, float(turn_deg)))
     middle = follower_displacement(CAM, np.array(at), np.radians(turn_deg))
-    follower = bench_parts.follower_solid(DESIGN)
+    follower = one(bench_parts.follower_solid(DESIGN))
 
     def overlap(lag_mm) -> float:
         shift = (float(middle) + lag_mm, 0.0, at - bench.follower_mm / 2)

@@ -11,6 +11,7 @@ import ezdxf
 import numpy as np
 import pytest
 import trimesh
+from ezdxf.path import make_path
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -74,10 +75,20 @@ def outlines(made, name, kind):
     """Return the outlines to cut from a DXF or SVG file."""
     if kind == "svg":
         return read_svg(made / f"{name}.svg")["CUT"]
-    drawing = ezdxf.readfile(made / f"{name}.dxf")
-    polylines = drawing.modelspace().query("POLYLINE[layer=='CUT']")
+    return [each for each, _ in flattened(made / f"{name}.dxf", "CUT")]
+
+
+def flattened(path, layer):
+    """Return a DXF's closed outlines as polygons, each with the radii of its arcs."""
+    polylines = ezdxf.readfile(path).modelspace().query(f"POLYLINE[layer=='{layer}']")
     assert all(each.is_closed for each in polylines)
-    return [np.array([(point.x, point.y) for point in each.points()]) for each in polylines]
+    return [
+        (
+            np.array([(point.x, point.y) for point in make_path(each).flattening(1e-4)])[:-1],
+            [part.dxf.radius for part in each.virtual_entities() if part.dxftype() == "ARC"],
+        )
+        for each in polylines
+    ]
 
 
 def edges_in(made, name, kind):
@@ -180,8 +191,14 @@ def test_the_platforms_scale_has_a_line_every_millimetre(made):
     np.testing.assert_allclose(
         np.sort([line[:, 0].mean() - middle[0] for line in lines]), np.arange(-80, 81), atol=1e-3
     )
-    drawing = ezdxf.readfile(made / "platform.dxf")
-    assert len(drawing.modelspace().query("POLYLINE[layer=='ENGRAVE']")) == len(marks)
+    assert len(flattened(made / "platform.dxf", "ENGRAVE")) == len(marks)
+
+
+def test_a_laser_cuts_the_end_plates_rounds_as_arcs(made):
+    arcs = [sorted(radii) for _, radii in flattened(made / "end-plate.dxf", "CUT") if radii]
+    # Two bearings, the motor's shaft and its two screws.
+    rounds = [9.6, 9.6, 5.0, 2.1, 2.1]
+    assert arcs == [pytest.approx([radius] * 2, abs=1e-6) for radius in rounds]
 
 
 def texts(path):

@@ -6,7 +6,6 @@ import subprocess
 import numpy as np
 import pytest
 
-from capsule.geometry.substructure import shape_of
 from capsule.parts.files import shipped_design
 from support.marks import needs_programs
 from support.parts import make_into
@@ -68,8 +67,7 @@ def crossing(lines, point, normal):
 
 
 def test_each_layer_is_one_unbroken_line_along_every_straight_wall(made):
-    design = shipped_design()
-    shape = shape_of(design.phantom.origami, design.parts.choice)
+    shape = shipped_design().shape
     # The slicer centres the box around the part.
     box = np.array([-1.1742, 6.2088])
     corner = {

@@ -1,6 +1,7 @@
 """Whole simulated runs, and the command that writes them."""
 
 import io
+import re
 import time
 from pathlib import Path
 
@@ -9,9 +10,9 @@ import pytest
 
 from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
-from capsule.geometry.origami import pitch
 from capsule.method.preprocessing import preprocess
 from capsule.phantom import files as phantom
+from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.recordings.recording import format_recording, read_recording
@@ -248,10 +249,33 @@ def test_all_mechanisms_at_once_leave_a_recording_usable():
         assert np.isfinite(matrix).all()
 
 
-@pytest.mark.parametrize("change", ["sensor.noise", "sensor.noise=loud"])
-def test_a_change_that_cannot_be_read_is_answered_with_an_example(change):
-    with pytest.raises(CapsuleError, match=r"such as sensor\.noise=0\.01"):
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("sensor.noise", "--set sensor.noise: write sensor.noise=NUMBER"),
+        ("sensor.noise=loud", "write sensor.noise=NUMBER"),
+        ("sensor.noise=nan", "sensor.noise is nan; allowed is a number from 0 on"),
+        ("electronics.adc_bits=99", "electronics.adc_bits is 99; allowed is 1 to 32"),
+        ("electronics.adc_bits=9.5", "electronics.adc_bits is 9.5; allowed are whole numbers"),
+        ("wall.speed_mm_s=0", "wall.speed_mm_s is 0; allowed is a number greater than 0"),
+        ("advance.stick_probability=2", "stick_probability is 2; allowed is 0 to 1"),
+        ("origami.fold_side=left", "origami.fold_side is left; allowed are head, tail"),
+        ("sensor.noize=1", "no parameter sensor.noize; did you mean sensor.noise?"),
+        ("fold_side=tail", "did you mean origami.fold_side?"),
+        ("sensor.colour=1", "no parameter sensor.colour; config/phantom.yaml lists all"),
+    ],
+)
+def test_a_change_that_cannot_be_made_is_told_by_name(change, told):
+    with pytest.raises(CapsuleError, match=re.escape(told)):
         phantom.read_phantom(phantom.DEFAULT_TABLE, [change])
+
+
+def test_the_fold_side_reaches_the_simulator():
+    tail = phantom.read_phantom(phantom.DEFAULT_TABLE, ["origami.fold_side=tail"])
+    assert [round(pitch(each.origami), 2) for each in (PHANTOM, tail)] == [6.27, 5.38]
+    runs = [simulate_run(each, 3.0, 1, "3mm/r01") for each in (PHANTOM, tail)]
+    # A shorter capsule has left the nodule sooner.
+    assert runs[1].time_s.size < runs[0].time_s.size
 
 
 def test_120_recordings(capsys):

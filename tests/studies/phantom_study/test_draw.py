@@ -8,8 +8,8 @@ from phantom_study import simulated_archive
 from phantom_study.draw import describe, examples
 from phantom_study.simulated_archive import read_detector
 
-from capsule.geometry.origami import sensor_offsets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.origami import sensor_offsets
 from capsule.store.files import read_csv
 
 ROOT = Path(__file__).resolve().parents[3]

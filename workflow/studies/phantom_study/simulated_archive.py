@@ -9,11 +9,11 @@ import numpy as np
 from capsule.detectors.template import nearest_size, template_distances
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
-from capsule.geometry.origami import sensor_offsets
 from capsule.method.particle import Particle, fit_options, fit_particle
 from capsule.method.preprocessing import preprocess
 from capsule.method.templates import TemplateSet, build_templates, by_size
 from capsule.phantom.advance import first_arrival
+from capsule.phantom.origami import sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.recordings.names import size_mm

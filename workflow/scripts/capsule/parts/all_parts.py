@@ -1,26 +1,27 @@
 """Make all parts: those of the capsule, test coupons to print before it, and the bench's."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from manifold3d import Manifold
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.geometry.cam import relief
-from capsule.geometry.stand import bore, circle, rectangle, window
-from capsule.geometry.substructure import (
+from capsule.parts.bench_parts import bench_parts, window_cut
+from capsule.parts.cam import relief
+from capsule.parts.design import BENCH, CAPSULE, Design, Flat, Part, extent
+from capsule.parts.outlines import Prism, Solid, circle, polygon, rectangle, reverse
+from capsule.parts.solids import exact
+from capsule.parts.stand import bore, window
+from capsule.parts.substructure import (
     EYELET_AT_MM,
     EYELET_MM,
     awn_end,
-    glue_faces,
+    face_to_face,
     loop_length,
-    named_corners,
     outline,
-    spacing,
     wall_area,
 )
-from capsule.parts import solids
-from capsule.parts.bench_parts import bench_parts, window_cut
-from capsule.parts.design import BENCH, CAPSULE, Design, Flat, Part, extent
+from capsule.phantom.origami import pitch, vertices
 
 # Plays of the gauge's three windows, as multiples of the design's play.
 _PLAYS = (0.5, 1.0, 1.5)
@@ -63,24 +64,21 @@ def all_parts(design: Design, sensors: int) -> list[Part]:
     return parts
 
 
-def substructure_solid(design: Design) -> Manifold:
-    """Return one substructure, upright on its lower side."""
-    origami = design.phantom.origami
-    solid = solids.prism(outline(design.shape), origami.height_mm)
+def substructure_solid(design: Design, places_mm: Sequence[float] = (0.0,)) -> Solid:
+    """Return copies of the substructure, upright on their lower sides."""
+    height, boundaries = design.phantom.origami.height_mm, outline(design.shape)
+    holes = []
     if design.parts.choice.folding == "eyelets":
-        length = float(np.ptp(outline(design.shape)[0][:, 0])) + 2.0
-        for side in (-1.0, 1.0):
-            eyelet = circle(EYELET_MM / 2, (side * EYELET_AT_MM, origami.height_mm / 2), points=32)
-            hole = solids.crossways([eyelet], 2 * length, "x")
-            solid = solid - hole
-    return solid
+        far = float(np.ptp(boundaries[0][:, 0])) + 2.0
+        eyelets = [circle(EYELET_MM / 2, (at, height / 2)) for at in (-EYELET_AT_MM, EYELET_AT_MM)]
+        holes = [Prism(eyelets, -far, far, "x")]
+    return Solid(Prism(boundaries, 0.0, height), holes, places_mm)
 
 
 def substructure(design: Design, sensors: int) -> Part:
     """Return the substructure, which is printed once per sensor."""
-    origami, choices, shape = design.phantom.origami, design.parts.choice, design.shape
-    corner = named_corners(origami, choices)
-    faces = glue_faces(shape)
+    origami, shape = design.phantom.origami, design.shape
+    corner = vertices(origami)
     sizes = {
         "width_mm": 2 * float(corner["D"][1]),
         "height_mm": origami.height_mm,
@@ -95,13 +93,13 @@ def substructure(design: Design, sensors: int) -> Part:
         "flat_AA_mm": 2 * float(corner["A"][1]),
         "flat_BB_mm": 2 * float(corner["B"][1]),
         "flats_apart_mm": abs(float(corner["A"][0] - corner["B"][0])),
-        "face_to_face_mm": float(faces["head"][0, 0] - faces["tail"][0, 0]),
+        "face_to_face_mm": face_to_face(shape),
         "loop_mm": loop_length(shape),
         "wall_area_mm2": wall_area(shape),
     }
     return Part(
         "substructure",
-        *solids.mesh(substructure_solid(design)),
+        *exact(substructure_solid(design)),
         sensors,
         CAPSULE,
         "One sensor: the hexagon with its two awns.",
@@ -113,22 +111,19 @@ def substructure(design: Design, sensors: int) -> Part:
 
 def assembly(design: Design, sensors: int) -> Part:
     """Return the row of substructures, with sensor 1 at the head and without the adhesive."""
-    pitch = spacing(design.shape, design.phantom.origami.adhesive_mm)
-    unit = substructure_solid(design)
-    row = Manifold.compose([unit.translate((-pitch * n, 0.0, 0.0)) for n in range(sensors)])
-    face = float(glue_faces(design.shape)["head"][0, 0] - glue_faces(design.shape)["tail"][0, 0])
+    step = pitch(design.phantom.origami)
+    places = (-step * np.arange(sensors)).tolist()
     return Part(
         "assembly",
-        *solids.mesh(row),
+        *exact(substructure_solid(design, places)),
         0,
         CAPSULE,
         "The substructures where they lie once they are glued; to look at, not to print.",
         "origami.fold_to_shoulder_mm",
-        bodies=sensors,
         sizes={
-            "pitch_mm": pitch,
+            "pitch_mm": step,
             "adhesive_mm": design.phantom.origami.adhesive_mm,
-            "faces_mm": face + (sensors - 1) * pitch,
+            "faces_mm": face_to_face(design.shape) + (sensors - 1) * step,
         },
     )
 
@@ -144,7 +139,7 @@ def _flat_coupon(
     height = design.phantom.origami.height_mm
     return Part(
         f"coupon-{name}",
-        *solids.mesh(solids.prism([shape], height)),
+        *exact(Solid(Prism([shape], 0.0, height))),
         quantity,
         CAPSULE,
         note,
@@ -195,19 +190,18 @@ def _strip(design: Design) -> Part:
 def _tip(design: Design) -> Part:
     """Return the awn, from its shoulder to its end, upright on a handle."""
     shape = design.shape
-    end = awn_end(shape)
-    foot = shape.shoulder
-    half = shape.wall_mm / 2 * shape.headward
+    foot, half = shape.shoulder, shape.wall_mm / 2 * shape.headward
     wide, high = _HANDLE_MM
-    corners = [[-wide / 2, 0.0], [-wide / 2, -high], [wide / 2, -high], [wide / 2, 0.0]]
-    handle = foot + np.array(corners)
+    handle = np.array([[-wide / 2, 0.0], [-wide / 2, -high], [wide / 2, -high], [wide / 2, 0.0]])
     # The outline runs down the tail side, around the handle, and up the head side.
-    chain = np.vstack([end, foot - half, handle, foot + half])
-    chain[len(end), 1] = chain[-1, 1] = foot[1]
+    sides = np.vstack([foot - half, foot + half])
+    sides[:, 1] = foot[1]
+    below = polygon(np.vstack([sides[:1], foot + handle, sides[1:]]))
+    chain = np.vstack([awn_end(shape), below])
     return _flat_coupon(
         design,
         "awn",
-        chain - foot,
+        chain - [*foot, 0.0],
         1,
         "The awn alone: its end has to come out round, without a thread or a gap.",
         length_mm=design.phantom.origami.shoulder_to_tip_mm,
@@ -219,7 +213,7 @@ def _glue(design: Design) -> Part:
     """Return an angle: a flat to glue to a second angle, and a leg for the meter's probe."""
     shape = design.shape
     wall, flat = shape.wall_mm, 2 * float(shape.fold[1])
-    angle = np.array(
+    angle = polygon(
         [[0.0, 0.0], [_PROBE_MM, 0.0], [_PROBE_MM, wall], [wall, wall], [wall, flat], [0.0, flat]]
     )
     return _flat_coupon(
@@ -245,28 +239,26 @@ def _fit(design: Design) -> list[Part]:
         centres.append(at + frame + half + bevel)
         at += frame + 2 * (half + bevel)
     right = at + frame
-    outer = rectangle(0.0, -high / 2 - frame, right, high / 2 + frame)
-    gauge = solids.prism([outer], thickness)
-    holes = []
-    for centre, half in zip(centres, widths, strict=True):
-        cut = window_cut(half, half + bevel, high / 2, thickness)
-        gauge = gauge - cut.translate((centre, 0.0, 0.0))
-        face = half + bevel
-        holes.append(rectangle(centre - face, -high / 2, centre + face, high / 2)[::-1])
+    low = -high / 2 - frame
+    corners = [[right, -low], [0.0, -low], [0.0, low]]
     # One, two or three notches in the lower edge number the windows.
     for count, centre in enumerate(centres, start=1):
         for notch in range(count):
             left = centre + 2.0 * (notch - (count - 1) / 2) - 0.5
-            low = -high / 2 - frame
-            notched = rectangle(left, low - 1.0, left + 1.0, low + 1.0)
-            gauge = gauge - solids.prism([notched], thickness + 2.0, -1.0)
-    disc = solids.prism(
-        [circle(cam.radius_mm, (cam.eccentricity_mm, 0.0)), bore(bench)[::-1]], _DISC_MM
+            corners += [[left, low], [left, low + 1.0], [left + 1.0, low + 1.0], [left + 1.0, low]]
+    gauge = Solid(
+        Prism([polygon([*corners, [right, low]])], 0.0, thickness),
+        [
+            window_cut(half, half + bevel, high / 2, thickness, centre)
+            for centre, half in zip(centres, widths, strict=True)
+        ],
     )
+    round_cam = circle(cam.radius_mm, (cam.eccentricity_mm, 0.0))
+    disc = Solid(Prism([round_cam, reverse(bore(bench))], 0.0, _DISC_MM))
     return [
         Part(
             "coupon-fit-window",
-            *solids.mesh(gauge),
+            *exact(gauge),
             1,
             BENCH,
             "Three windows with half, once and one and a half times the play; notches count them.",
@@ -279,7 +271,7 @@ def _fit(design: Design) -> list[Part]:
         ),
         Part(
             "coupon-fit-cam",
-            *solids.mesh(disc),
+            *exact(disc),
             1,
             BENCH,
             "A piece of the cam for the three windows, and for the rod with its flat.",

@@ -1,16 +1,14 @@
 """Make the bench's parts: cam shafts, followers, slides, platform, end plates."""
 
 import numpy as np
-from manifold3d import Manifold
 
-from capsule.geometry import stand
-from capsule.geometry.cam import Cam, phase_step, steepest_overhang
-from capsule.geometry.stand import Bench, scale_marks
-from capsule.parts import solids
-from capsule.parts.design import BENCH, Design, Flat, Part, Spiral
+from capsule.parts import stand
+from capsule.parts.cam import Cam, phase_step, steepest_overhang
+from capsule.parts.design import BENCH, Design, Flat, Part
+from capsule.parts.outlines import Prism, Solid, Spiral, polygon, rectangle
+from capsule.parts.solids import exact, united
+from capsule.parts.stand import Bench, scale_marks
 
-# Steps along a cam shaft's section, and corners of its circle: within 0.01 mm of the exact cam.
-_STEPS, _CORNERS = 160, 96
 _ENGRAVED_MM = 0.4
 
 
@@ -25,15 +23,14 @@ def bench_parts(design: Design) -> list[Part]:
     ]
 
 
-def cam_solid(bench: Bench, cam: Cam, turned: bool = False) -> Manifold:
+def cam_solid(bench: Bench, cam: Cam, turned: bool = False) -> Solid:
     """Return one section of a cam shaft, which is one turn, printed upright.
 
     A belt joins both shafts, so they turn in the same direction. For the mirrored wave, the second
     shaft has the same hand and is half a turn ahead: its key is turned, and its cam not mirrored.
     """
-    circle = stand.circle(cam.radius_mm, (cam.eccentricity_mm, 0.0), points=_CORNERS)
-    body = solids.twisted([circle], cam.lead_mm, -360.0, _STEPS)
-    return body - solids.prism([stand.bore(bench, turned)], cam.lead_mm + 2.0, -1.0)
+    body = Spiral(cam.radius_mm, cam.eccentricity_mm, cam.lead_mm)
+    return Solid(body, [Prism([stand.bore(bench, turned)], -1.0, cam.lead_mm + 1.0)])
 
 
 def cam_sections(design: Design) -> list[Part]:
@@ -50,20 +47,21 @@ def cam_sections(design: Design) -> list[Part]:
         made.append(
             Part(
                 f"cam-{side}",
-                *solids.mesh(cam_solid(bench, cam, turned)),
+                *exact(cam_solid(bench, cam, turned)),
                 round(bench.length_mm / cam.lead_mm),
                 BENCH,
                 f"A section of the {side} cam shaft, one wave long; the flat of the rod keys it.",
                 "wall.wavelength_mm",
-                spiral=Spiral(cam, stand.bore(bench, turned)),
                 sizes={**sizes, "key_deg": 180.0 if turned else 0.0},
             )
         )
     return made
 
 
-def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: float) -> Manifold:
-    """Return the solid to cut for a window, which is narrowest at the middle of the plate.
+def window_cut(
+    ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: float, centre_mm: float = 0.0
+) -> Prism:
+    """Return the prism to cut for a window, which is narrowest at the middle of the plate.
 
     Parameters
     ----------
@@ -71,6 +69,8 @@ def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: 
         Half width at the middle, half width at the faces, and half height.
     thickness_mm
         Thickness of the plate, which lies on z = 0.
+    centre_mm
+        Position of the window's middle along x.
     """
     right = [
         [face_mm, -1.0],
@@ -80,17 +80,17 @@ def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: 
         [face_mm, thickness_mm + 1.0],
     ]
     profile = np.array([*right, *[[-x, z] for x, z in reversed(right)]])
-    return solids.crossways([profile], 2 * height_mm, "y")
+    return Prism([polygon(profile + np.array([centre_mm, 0.0]))], -height_mm, height_mm, "y")
 
 
-def follower_solid(design: Design) -> Manifold:
+def follower_solid(design: Design) -> Solid:
     """Return a follower that lies on its face, with u as x and z as y."""
     bench, cam = design.parts.bench, design.cam
     outer, _ = stand.follower_outline(bench, cam, design.front_mm)
     thickness = bench.follower_mm - bench.follower_gap_mm
     opening = stand.window(bench, cam)
     cut = window_cut(opening.ridge_mm, opening.face_mm, opening.height_mm, thickness)
-    return solids.prism([outer], thickness) - cut
+    return Solid(Prism([outer], 0.0, thickness), [cut])
 
 
 def follower(design: Design) -> Part:
@@ -99,7 +99,7 @@ def follower(design: Design) -> Part:
     opening = stand.window(bench, cam)
     return Part(
         "follower",
-        *solids.mesh(follower_solid(design)),
+        *exact(follower_solid(design)),
         2 * round(bench.length_mm / bench.follower_mm),
         BENCH,
         "Pushes the silicone; the ridge in its window rides on the cam.",
@@ -122,7 +122,7 @@ def slide(design: Design) -> Part:
     outline = stand.slide_outline(bench, design.cam, design.front_mm)
     return Part(
         "slide",
-        *solids.mesh(solids.prism([outline], bench.slide_mm)),
+        *exact(Solid(Prism([outline], 0.0, bench.slide_mm))),
         4,
         BENCH,
         "Lies above or below a row, so that followers slide across the gut alone.",
@@ -140,13 +140,13 @@ def platform(design: Design) -> Part:
     bench = design.parts.bench
     # Its ends stand in the end plates.
     length, width = stand.row_length(bench) + 2 * bench.plate_mm, bench.platform_width_mm
-    outline = stand.rectangle(-length / 2, -width / 2, length / 2, width / 2)
-    marks = scale_marks(bench.length_mm, bench.platform_width_mm)
-    body = solids.prism([outline], bench.platform_mm)
-    engraved = solids.prism(marks, 1.0, bench.platform_mm - _ENGRAVED_MM)
+    outline = rectangle(-length / 2, -width / 2, length / 2, width / 2)
+    marks = united(scale_marks(bench.length_mm, bench.platform_width_mm))
+    top = bench.platform_mm
+    engraved = Prism(marks, top - _ENGRAVED_MM, top + 1.0)
     return Part(
         "platform",
-        *solids.mesh(body - engraved),
+        *exact(Solid(Prism([outline], 0.0, top), [engraved])),
         1,
         BENCH,
         "Carries the capsule between the walls; the scale tells how far it has moved.",
@@ -166,7 +166,7 @@ def end_plate(design: Design) -> Part:
     outline, holes = stand.end_plate(bench, design.cam, design.front_mm)
     return Part(
         "end-plate",
-        *solids.mesh(solids.prism([outline, *holes], bench.plate_mm)),
+        *exact(Solid(Prism([outline, *holes], 0.0, bench.plate_mm))),
         2,
         BENCH,
         "Holds both shafts, the slides, the platform and the motor.",

@@ -1,7 +1,6 @@
 """Make the parts of capsule and bench to print: meshes, outlines, drawings and lists, in mm."""
 
 import argparse
-import difflib
 from pathlib import Path
 
 from capsule.engine.configuration import read_settings
@@ -14,7 +13,6 @@ from capsule.parts.formats import (
     dxf_text,
     parts_table,
     profile_text,
-    split_bodies,
     stl_bytes,
     svg_text,
     threemf_bytes,
@@ -22,6 +20,14 @@ from capsule.parts.formats import (
 )
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.parameters import (
+    nearest,
+    number_of,
+    parameter_names,
+    parsed,
+    with_values,
+    words_of,
+)
 from capsule.store import files
 
 _NOZZLE = "print.nozzle_mm"
@@ -85,11 +91,10 @@ def main(arguments: argparse.Namespace) -> None:
             stream.write(data)
 
     for part in parts:
-        bodies = split_bodies(part.name, part.vertices, part.triangles)
         write(f"{part.name}.stl", stl_bytes(part.name, part.vertices, part.triangles))
-        write(f"{part.name}.3mf", threemf_bytes(bodies))
+        write(f"{part.name}.3mf", threemf_bytes(part.bodies))
         if arguments.step:
-            write(f"{part.name}.step", step_bytes(part))
+            write(f"{part.name}.step", step_bytes(part.name, part.solid))
         if part.flat is not None:
             write(f"{part.name}.dxf", dxf_text(part.flat))
             write(f"{part.name}.svg", svg_text(part.name, part.flat))
@@ -121,24 +126,25 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
         changes = [*changes, f"{_NOZZLE}={nozzle}"]
     table = read_parts_table()
     rows = dict(entries(table))
+    theirs = [*table[LIMITS], *filter(words_of, parameter_names())]
     own: dict[str, str | float] = {}
     of_phantom = []
     for change in changes:
         name, _, text = change.partition("=")
         if name in rows:
-            own[name] = text if "allowed" in rows[name] else _number(change, text)
-        elif name in table[LIMITS]:
-            _number(change, text)
+            own[name] = text if "allowed" in rows[name] else number_of(change)
+        elif name in theirs:
             of_phantom.append(change)
         else:
-            known = [*rows, *table[LIMITS]]
-            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
-            raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
+            near = nearest(name, [*rows, *theirs])
+            hint = f"did you mean {near}?" if near else "config/parts.yaml lists all"
+            raise CapsuleError(f"the parts have no value {name}; {hint}")
     unchanged = read_phantom(DEFAULT_TABLE, [])
+    phantom = with_values(unchanged, dict(map(parsed, of_phantom)))
     # It uses the library of the solids.
     from capsule.parts.refusals import check_design
 
-    design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
+    design = design_of(table, own, phantom, unchanged)
     check_design(design)
     return design
 
@@ -147,12 +153,3 @@ def read_sensors() -> int:
     """Read the number of substructures of a capsule."""
     sensors: int = read_settings(config_file())["recording"]["sensors"]
     return sensors
-
-
-def _number(change: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise CapsuleError(
-            f"--set {change}: write part.name=number, such as origami.fold_angle_deg=40"
-        ) from None

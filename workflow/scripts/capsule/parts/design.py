@@ -8,9 +8,10 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
-from capsule.geometry.cam import Cam
-from capsule.geometry.stand import Bench
-from capsule.geometry.substructure import Choices, Shape, loop_length, shape_of
+from capsule.parts.cam import Cam
+from capsule.parts.outlines import Solid
+from capsule.parts.stand import Bench
+from capsule.parts.substructure import Choices, Shape, loop_length, shape_of
 from capsule.phantom.parameters import Phantom, built, value_of
 
 CAPSULE, BENCH = "conductive TPU", "PLA"
@@ -82,7 +83,7 @@ class Design:
     @property
     def shape(self) -> Shape:
         """The substructure at rest."""
-        return shape_of(self.phantom.origami, self.parts.choice)
+        return shape_of(self.phantom.origami)
 
     @property
     def cam(self) -> Cam:
@@ -160,7 +161,7 @@ def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> 
     """
     origami = phantom.origami
     section_mm2 = origami.wall_thickness_mm * origami.height_mm
-    length_mm = loop_length(shape_of(origami, choices))
+    length_mm = loop_length(shape_of(origami))
     whole = resistivity_ohm_m * 1e3 * length_mm / section_mm2
     return whole if choices.current == "loop" else whole / 4
 
@@ -172,21 +173,10 @@ def resistivity(phantom: Phantom, choices: Choices) -> float:
 
 @dataclass(frozen=True)
 class Flat:
-    """The closed outlines of a flat part to cut and to engrave, each of shape (N, 2), in mm."""
+    """The outlines of a flat part to cut and to engrave."""
 
     cuts: Sequence[FloatArray]
     marks: Sequence[FloatArray] = ()
-
-
-@dataclass(frozen=True)
-class Spiral:
-    """The exact form of a cam shaft's section, which the mesh approximates.
-
-    The cam's circle turns once. The bore's outline is anticlockwise: shape (N, 2), in mm.
-    """
-
-    cam: Cam
-    bore: FloatArray
 
 
 @dataclass(frozen=True)
@@ -197,31 +187,43 @@ class Part:
     ----------
     name
         Name of the part and of its files.
+    solid
+        Its exact form.
     vertices, triangles
-        The mesh: shape (V, 3) in mm, and shape (T, 3), anticlockwise seen from outside.
+        The solid's mesh, as `capsule.parts.solids.mesh` makes it: shape (V, 3) in mm, and shape
+        (T, 3), anticlockwise seen from outside.
     quantity, material, note
         Number of pieces for the whole experiment, material, and purpose in one sentence.
     limited_by
         Name of the value to change if the part does not fit the printer.
-    bodies
-        Number of separate bodies in the mesh.
-    flat, spiral
-        Outline, if the part can be cut from a sheet; exact form, if not all faces are plane.
+    flat
+        Outlines, if the part can be cut from a sheet.
     sizes
         Dimensions for the list of parts, by name.
     """
 
     name: str
+    solid: Solid
     vertices: FloatArray
     triangles: IntArray
     quantity: int
     material: str
     note: str
     limited_by: str
-    bodies: int = 1
     flat: Flat | None = None
-    spiral: Spiral | None = None
     sizes: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def bodies(self) -> list[tuple[str, FloatArray, IntArray]]:
+        """Name and mesh of each body; of several copies, the first is at the head."""
+        count = len(self.solid.places_mm)
+        if count == 1:
+            return [(self.name, self.vertices, self.triangles)]
+        triangles = np.split(self.triangles, count)[0]
+        return [
+            (f"{self.name} {number}", vertices, triangles)
+            for number, vertices in enumerate(np.split(self.vertices, count), start=1)
+        ]
 
 
 def volume(part: Part) -> float:

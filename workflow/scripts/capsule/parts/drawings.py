@@ -8,23 +8,22 @@ from matplotlib.patches import Polygon
 
 from capsule.arrays import FloatArray
 from capsule.figures.style import BLUE, GREEN, INK, MUTED, ORANGE
-from capsule.geometry import stand
-from capsule.geometry.origami import Origami
-from capsule.geometry.substructure import (
+from capsule.kinds import Look
+from capsule.parts import stand
+from capsule.parts.design import Design
+from capsule.parts.outlines import circle, points, rectangle
+from capsule.parts.substructure import (
     EYELET_AT_MM,
     Choices,
     Shape,
     cut_lines,
     glue_faces,
-    named_corners,
     outline,
     shape_of,
-    spacing,
     top_mm,
     wire_positions,
 )
-from capsule.kinds import Look
-from capsule.parts.design import Design
+from capsule.phantom.origami import Origami, pitch, vertices
 
 CAPSULE_COLOUR, EMPTY = "#c9d6e4", "#ffffff"
 FOLLOWER, CAM = "#e9e4d8", "#cdd3da"
@@ -137,7 +136,7 @@ def draw_label(
 def draw_area(axes: Axes, outline: FloatArray, colour: str, **look: Any) -> None:  # noqa: ANN401
     """Fill an outline."""
     style = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6} | look
-    axes.add_patch(Polygon(outline, closed=True, **style))
+    axes.add_patch(Polygon(points(outline), closed=True, **style))
 
 
 def true_scale(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
@@ -146,19 +145,17 @@ def true_scale(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> No
     axes.set_axis_off()
 
 
-def draw_wall(
-    axes: Axes, shape: Shape, shift_mm: float = 0.0, colour: str = CAPSULE_COLOUR
-) -> None:
+def draw_wall(axes: Axes, shape: Shape, shift_mm: float = 0.0) -> None:
     """Draw one substructure in section; the inside of the hexagon stays empty."""
     outer, inner = outline(shape)
-    shift = np.array([shift_mm, 0.0])
+    shift = np.array([shift_mm, 0.0, 0.0])
     draw_area(axes, outer + shift, CAPSULE_COLOUR)
     draw_area(axes, inner + shift, EMPTY)
 
 
 def draw_substructure(axes: Axes, origami: Origami, choices: Choices) -> None:
     """Draw the dimensioned substructure with cut, wires and glue faces."""
-    shape, corner = shape_of(origami, choices), named_corners(origami, choices)
+    shape, corner = shape_of(origami), vertices(origami)
     draw_wall(axes, shape)
     faces, side = glue_faces(shape), shape.side
     right = max(float(faces["head"][0, 0]), float(corner["C"][0])) + 1.0
@@ -254,12 +251,11 @@ def _draw_angles(axes: Axes, origami: Origami, corner: dict[str, FloatArray], si
 
 def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> None:
     """Draw the row of substructures with their sensors' numbers and wires."""
-    shape = shape_of(origami, choices)
-    pitch = spacing(shape, origami.adhesive_mm)
+    shape, step = shape_of(origami), pitch(origami)
     faces = glue_faces(shape)
     half = top_mm(shape)
     for number in range(1, sensors + 1):
-        shift = -pitch * (number - 1)
+        shift = -step * (number - 1)
         draw_wall(axes, shape, shift)
         middle = shift + (shape.fold[0] + shape.lower[0]) / 2
         axes.text(middle, 0.0, str(number), ha="center", va="center", weight="bold", fontsize=9)
@@ -272,17 +268,17 @@ def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> No
             glued = faces["tail"][:, 0] + shift - origami.adhesive_mm / 2
             axes.plot(glued, faces["tail"][:, 1], **_GLUE)
     if choices.folding == "eyelets":
-        ends = np.array([faces["head"][0, 0] + 2.5, faces["tail"][0, 0] - (sensors - 1) * pitch])
+        ends = np.array([faces["head"][0, 0] + 2.5, faces["tail"][0, 0] - (sensors - 1) * step])
         for side in (-1.0, 1.0):
             axes.plot(ends, [side * EYELET_AT_MM] * 2, color=ORANGE, linewidth=0.7, zorder=6)
         axes.text(ends[0], 2.2, "cables\n(ours)", ha="center", va="bottom", color=ORANGE)
     axes.text(faces["head"][0, 0] + 0.8, 0.0, "head", ha="left", va="center", color=MUTED)
-    tail = faces["tail"][0, 0] - (sensors - 1) * pitch
+    tail = faces["tail"][0, 0] - (sensors - 1) * step
     axes.text(tail - 0.8, 0.0, "tail", ha="right", va="center", color=MUTED)
     first, last = faces["head"][0], np.array([tail, faces["tail"][0, 1]])
     draw_length(axes, first, last, -half - 4.2, upright=False)
     start = faces["head"][1]
-    draw_length(axes, start, start - [pitch, 0.0], half + 3.8, upright=False, name="pitch")
+    draw_length(axes, start, start - [step, 0.0], half + 3.8, upright=False, name="pitch")
     true_scale(axes, (tail - 5.0, first[0] + 5.0), (-half - 5.2, half + 5.2))
 
 
@@ -300,35 +296,33 @@ def draw_bench(axes: Axes, design: Design, turn_rad: float = np.pi / 2) -> None:
     shaft, silicone = bench.shaft_distance_mm / 2, wall.wall_mm + wall.sheet_mm
     tall = outer[:, 1].max() - 1.0
     for side in (-1.0, 1.0):
-        # A follower's coordinate u increases towards the gut.
-        flip = np.array([-side, 1.0])
-        at, stroke = np.array([side * shaft, 0.0]), np.array([moved, 0.0])
+        # A follower's coordinate u increases towards the gut; a mirrored arc turns the other way.
+        flip = np.array([-side, 1.0, -side])
+        at, stroke = np.array([side * shaft, 0.0, 0.0]), np.array([moved, 0.0, 0.0])
         draw_area(axes, at + flip * (outer + stroke), FOLLOWER)
-        ridge = stand.rectangle(
+        ridge = rectangle(
             -opening.ridge_mm, -opening.height_mm, opening.ridge_mm, opening.height_mm
         )
         draw_area(axes, at + flip * (ridge + stroke), EMPTY)
         centre = (moved, cam.eccentricity_mm * np.sin(turn_rad))
-        draw_area(axes, at + flip * stand.circle(cam.radius_mm, centre), CAM)
-        draw_area(axes, at + flip * stand.circle(bench.rod_mm / 2), _STEEL)
+        draw_area(axes, at + flip * circle(cam.radius_mm, centre), CAM)
+        draw_area(axes, at + flip * circle(bench.rod_mm / 2), _STEEL)
         for levels in ((low, high), (-high, -low)):
-            slide = stand.rectangle(span[0], levels[0], span[1], levels[1])
+            slide = rectangle(span[0], levels[0], span[1], levels[1])
             draw_area(axes, at + flip * slide, _SLIDE)
         inner = wall.lumen_mm / 2 - moved
         for depth, thick, colour in (
             (inner, wall.wall_mm, _WALL),
             (inner + wall.wall_mm, silicone - wall.wall_mm, _SHEET),
         ):
-            sheet = stand.rectangle(depth, -tall, depth + thick, tall)
-            draw_area(axes, flip * [-1.0, 1.0] * sheet, colour)
+            sheet = rectangle(depth, -tall, depth + thick, tall)
+            draw_area(axes, flip * [-1.0, 1.0, -1.0] * sheet, colour)
     half, top = bench.platform_width_mm / 2, bench.platform_top_mm
-    draw_area(axes, stand.rectangle(-half, top - bench.platform_mm, half, top), FOLLOWER)
+    draw_area(axes, rectangle(-half, top - bench.platform_mm, half, top), FOLLOWER)
     origami = design.phantom.origami
     wide = top_mm(design.shape)
     pressed = min(wide, wall.lumen_mm / 2 - moved)
-    draw_area(
-        axes, stand.rectangle(-pressed, top, pressed, top + origami.height_mm), CAPSULE_COLOUR
-    )
+    draw_area(axes, rectangle(-pressed, top, pressed, top + origami.height_mm), CAPSULE_COLOUR)
     _label_bench(axes, design, moved, (low, high), span)
     wide = shaft - span[0] + 44.0
     true_scale(axes, (-wide, wide), (-high - 8.0, high + 7.0))

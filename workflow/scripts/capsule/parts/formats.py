@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from capsule.geometry.stand import belt_length, row_length
-from capsule.geometry.substructure import loop_length
 from capsule.parts.design import CAPSULE, Design, Flat, Part, Printing, extent, resistance, volume
+from capsule.parts.outlines import points, radii
+from capsule.parts.stand import belt_length, row_length
+from capsule.parts.substructure import loop_length
 
 # A facet of binary STL: normal, three corners, two unused bytes.
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
@@ -100,26 +99,11 @@ def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes
     return stream.getvalue()
 
 
-def split_bodies(
-    name: str, vertices: np.ndarray, triangles: np.ndarray
-) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return the separate bodies of a mesh with their names; the one at the head is first."""
-    ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    edges = coo_array((np.ones(triangles.size), ends), shape=(len(vertices),) * 2)
-    _, label = connected_components(edges, directed=False)
-    bodies = []
-    for body in np.unique(label[triangles[:, 0]]):
-        chosen = triangles[label[triangles[:, 0]] == body]
-        used, renumbered = np.unique(chosen, return_inverse=True)
-        bodies.append((vertices[used], renumbered.reshape(-1, 3)))
-    if len(bodies) == 1:
-        return [(name, *bodies[0])]
-    bodies.sort(key=lambda each: -each[0][:, 0].max())
-    return [(f"{name} {number}", *body) for number, body in enumerate(bodies, start=1)]
-
-
 def dxf_text(flat: Flat) -> str:
-    """Return an outline as DXF (release 12, closed polylines, in mm, a layer for each kind)."""
+    """Return outlines as DXF (release 12, in mm, a layer for each kind).
+
+    Each is a closed polyline of lines and arcs.
+    """
     layers = "".join(
         _groups((0, "LAYER"), (2, name), (70, 0), (62, colour), (6, "CONTINUOUS"))
         for name, colour in _COLOURS.items()
@@ -148,8 +132,9 @@ def _groups(*pairs: tuple[int, object]) -> str:
 def _polyline(outline: np.ndarray, layer: str) -> str:
     head = _groups((0, "POLYLINE"), (8, layer), (66, 1), (70, 1), (10, 0.0), (20, 0.0), (30, 0.0))
     corners = "".join(
-        _groups((0, "VERTEX"), (8, layer), (10, f"{x:.6f}"), (20, f"{y:.6f}"), (30, "0.0"))
-        for x, y in outline
+        _groups((0, "VERTEX"), (8, layer), (10, f"{x:.9f}"), (20, f"{y:.9f}"), (30, "0.0"))
+        + (_groups((42, f"{bulge:.12f}")) if bulge else "")
+        for x, y, bulge in outline
     )
     return head + corners + _groups((0, "SEQEND"), (8, layer))
 
@@ -159,16 +144,13 @@ def _by_layer(flat: Flat) -> list[tuple[str, Sequence[np.ndarray]]]:
 
 
 def svg_text(name: str, flat: Flat) -> str:
-    """Return an outline as SVG at true size; as in the DXF, y points upwards."""
-    points = np.vstack(flat.cuts)
-    low, high = points.min(axis=0) - _MARGIN_MM, points.max(axis=0) + _MARGIN_MM
+    """Return outlines of lines and arcs as SVG at true size; as in the DXF, y points upwards."""
+    corners = np.vstack([points(each) for each in flat.cuts])
+    low, high = corners.min(axis=0) - _MARGIN_MM, corners.max(axis=0) + _MARGIN_MM
     width, height = high - low
     groups = []
     for layer, outlines in _by_layer(flat):
-        path = " ".join(
-            "M" + " L".join(f"{x - low[0]:.6f},{high[1] - y:.6f}" for x, y in outline) + " Z"
-            for outline in outlines
-        )
+        path = " ".join(_path(each, low[0], high[1]) for each in outlines)
         if path:
             groups.append(
                 f'<g id="{layer}" fill="none" stroke="{_STROKES[layer]}" stroke-width="0.1">'
@@ -180,6 +162,17 @@ def svg_text(name: str, flat: Flat) -> str:
         + "".join(groups)
         + "</svg>\n"
     )
+
+
+def _path(outline: np.ndarray, left: float, top: float) -> str:
+    """Return an outline as the data of an SVG path, whose y points downwards."""
+    ends = [f"{x - left:.6f},{top - y:.6f}" for x, y in outline[:, :2]]
+    drawn = [f"M{ends[0]}"]
+    for bulge, radius, end in zip(outline[:, 2], radii(outline), ends[1:] + ends[:1], strict=True):
+        # An arc: two radii, rotation, whether it is more than half a circle, and its direction.
+        to = f"A{radius:.6f} {radius:.6f} 0 {abs(bulge) > 1:d} {bulge < 0:d} " if bulge else "L"
+        drawn.append(to + end)
+    return " ".join(drawn) + " Z"
 
 
 def parts_table(design: Design, parts: Sequence[Part]) -> dict[str, Any]:
@@ -208,7 +201,7 @@ def parts_table(design: Design, parts: Sequence[Part]) -> dict[str, Any]:
                 "box_mm": [round(float(size), 4) for size in extent(part)],
                 "volume_mm3": round(volume(part), 3),
                 "mass_g": round(mass(design, part), 3),
-                "bodies": part.bodies,
+                "bodies": len(part.bodies),
                 "sizes": {name: round(float(value), 4) for name, value in part.sizes.items()},
                 "note": part.note,
             }
@@ -273,10 +266,10 @@ def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> st
 
 def title_lines(design: Design) -> list[str]:
     """Return the lines with the design's choices that every drawing shows."""
-    choices = design.parts.choice
+    origami, choices = design.phantom.origami, design.parts.choice
     return [
-        f"A at the {choices.fold_side} of BC; corners on the wall's {choices.corners}; "
-        f"tip: {choices.tip}",
+        f"A at the {origami.fold_side} of BC; corners on the wall's {origami.corners}; "
+        f"tip: {origami.tip}",
         f"current: {choices.current}; cut: {choices.cut}; folding: {choices.folding}",
     ]
 

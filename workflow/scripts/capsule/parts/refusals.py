@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.geometry.cam import steepest_overhang
-from capsule.geometry.stand import (
+from capsule.parts.cam import steepest_overhang
+from capsule.parts.design import Design
+from capsule.parts.outlines import Prism, points, polygon, signed_area
+from capsule.parts.solids import prism, section
+from capsule.parts.stand import (
     belt_length,
     outer_radius,
     pitch_radius,
@@ -19,21 +21,18 @@ from capsule.geometry.stand import (
     teeth_around,
     window,
 )
-from capsule.geometry.substructure import (
+from capsule.parts.substructure import (
     EYELET_AT_MM,
     EYELET_MM,
+    Shape,
+    face_to_face,
     folded,
     outline,
-    signed_area,
-    spacing,
     top_mm,
 )
-from capsule.parts.design import Design
-from capsule.parts.solids import prism, section
-from capsule.phantom.parameters import value_of, with_values
+from capsule.phantom.origami import pitch
+from capsule.phantom.parameters import value_of
 
-# Number of tried values, and number of bisections, in the search for a limit.
-_TRIES, _HALVINGS = 41, 16
 # Least wall around a bore or between two openings.
 _LEFT_MM = 1.0
 # Largest distance that `gap` finds.
@@ -63,11 +62,13 @@ def check_design(design: Design) -> None:
     Raises
     ------
     CapsuleError
-        If so; the message names the value and its limit.
+        If so; the message names the value and its limit, or the value to change.
     """
     _check(design, _substructure_bounds(design))
-    for names, margin, reason in _TRIALS:
-        _check_by_trial(design, names, margin, reason)
+    for room, name, change, reason in _ROOMS:
+        if room(design) < 0:
+            value = _value_of(design, name)
+            raise CapsuleError(f"{name} is {value:g}; {reason}; {change}")
     _check(design, _bench_bounds(design))
 
 
@@ -95,20 +96,20 @@ def _value_of(design: Design, name: str) -> float:
 
 def _angle_and_tip_bounds(design: Design) -> Iterator[Bound]:
     """Yield the bounds without which a substructure has no outline."""
-    origami, choices = design.phantom.origami, design.parts.choice
+    origami = design.phantom.origami
     nozzle, tilt = design.parts.print.nozzle_mm, origami.awn_tilt_deg
     wall, angle = origami.wall_thickness_mm, "origami.fold_angle_deg"
     thin = f"no wall is thinner than the nozzle (print.nozzle_mm = {nozzle:g})"
     yield _at_least("origami.wall_thickness_mm", nozzle, thin)
-    if choices.fold_side == "head":
+    if origami.fold_side == "head":
         yield _at_most(angle, 85 - tilt, "the wall AC meets the axis")
     else:
         yield _at_least(angle, tilt + 5, "the wall AC leans from the flat A")
     radius, room = "origami.tip_radius_mm", origami.shoulder_to_tip_mm - wall
-    if choices.tip == "bulb":
+    if origami.tip == "bulb":
         yield _at_most(radius, room / 2, "the bulb stands clear of the shoulder C")
         yield _at_least(radius, wall / 2, "the bulb is as wide as the wall")
-    elif choices.tip == "curl":
+    elif origami.tip == "curl":
         yield _at_most(radius, room, "the curl stands clear of the shoulder C")
         yield _at_least(radius, 1.5 * wall, "the wall can bend that closely")
     else:
@@ -120,49 +121,12 @@ def _substructure_bounds(design: Design) -> Iterator[Bound]:
     wall = origami.wall_thickness_mm
     yield from _angle_and_tip_bounds(design)
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
-    yield _at_most("choice.lower_corner_mm", shoulder - 3 * wall, "B lies below C")
+    yield _at_most("origami.lower_corner_mm", shoulder - 3 * wall, "B lies below C")
     if design.parts.choice.folding == "eyelets":
         least, reason = EYELET_AT_MM + EYELET_MM / 2 + wall, "the eyelets lie in the flats"
         yield _at_least("origami.axis_to_fold_mm", least, reason)
-        yield _at_least("choice.lower_corner_mm", least, reason)
+        yield _at_least("origami.lower_corner_mm", least, reason)
         yield _at_least("origami.height_mm", 2 * EYELET_MM, reason)
-
-
-def _check_by_trial(
-    design: Design, names: Sequence[str], margin: Callable[[Design], float], reason: str
-) -> None:
-    """Raise an error if a margin is negative, with the limit of the first name that can help.
-
-    The limit is found by trying other values of each name in turn.
-    """
-    if margin(design) >= 0:
-        return
-    for name in names:
-        value = value_of(design.phantom, name)
-
-        def allowed(tried: float, name: str = name) -> bool:
-            phantom = with_values(design.phantom, {name: float(tried)})
-            other = replace(design, phantom=phantom)
-            try:
-                _check(other, _angle_and_tip_bounds(other))
-            except CapsuleError:
-                return False
-            return margin(other) >= 0
-
-        tries = [each for each in np.linspace(*design.limits[name], _TRIES) if allowed(each)]
-        if tries:
-            good, bad = min(tries, key=lambda each: abs(each - value)), value
-            for _ in range(_HALVINGS):
-                middle = (good + bad) / 2
-                good, bad = (middle, bad) if allowed(middle) else (good, middle)
-            bound = _at_least if good > value else _at_most
-            _check(design, [bound(name, good, reason)])
-    low, high = design.limits[names[0]]
-    raise CapsuleError(
-        f"{names[0]} is {value_of(design.phantom, names[0]):g}; no value from {low:g} to "
-        f"{high:g}, and no value of {', '.join(names[1:])}, is such that {reason}; change several "
-        "of them together"
-    )
 
 
 def _room_inside(design: Design) -> float:
@@ -184,9 +148,8 @@ def _room_inside(design: Design) -> float:
 
 def _room_beside(design: Design) -> float:
     """Return the distance to the neighbour, less half the film of adhesive."""
-    adhesive = design.phantom.origami.adhesive_mm
-    outer, _ = outline(design.shape)
-    return _room_to_next(outer, spacing(design.shape, adhesive)) - adhesive / 2
+    origami = design.phantom.origami
+    return _room_to_next(design.shape, pitch(origami)) - origami.adhesive_mm / 2
 
 
 def _room_pressed(design: Design) -> float:
@@ -196,34 +159,38 @@ def _room_pressed(design: Design) -> float:
         pressed = folded(shape, top_mm(shape) - design.phantom.contact.fold_limit_mm)
     except ValueError:
         return -1.0
-    outer, _ = outline(pressed)
-    return _room_to_next(outer, spacing(pressed, design.phantom.origami.adhesive_mm))
+    step = face_to_face(pressed) + design.phantom.origami.adhesive_mm
+    return _room_to_next(pressed, step)
 
 
-def _room_to_next(outer: FloatArray, pitch_mm: float) -> float:
+def _room_to_next(shape: Shape, pitch_mm: float) -> float:
     """Return the distance to the neighbour's outline; -1 if there is none."""
     # The lower half is the mirror image.
-    upper = outer[outer[:, 1] > 0]
-    room = gap(upper, upper - np.array([pitch_mm, 0.0]))
+    outer = points(outline(shape)[0])
+    upper = polygon(outer[outer[:, 1] > 0])
+    room = gap(upper, upper - [pitch_mm, 0.0, 0.0])
     return room if room > 0 and not crosses([upper]) else -1.0
 
 
-# The names of the values that can help, the margin that must not be negative, and the reason.
-_TRIALS: tuple[tuple[tuple[str, ...], Callable[[Design], float], str], ...] = (
+# The margin that must not be negative, the name to tell, how to change it, and the fault.
+_ROOMS: tuple[tuple[Callable[[Design], float], str, str, str], ...] = (
     (
-        ("origami.fold_angle_deg", "origami.fold_to_shoulder_mm", "origami.axis_to_fold_mm"),
         _room_inside,
-        "the hexagon does not cross itself",
+        "origami.fold_angle_deg",
+        "enlarge it or origami.fold_to_shoulder_mm, or reduce origami.wall_thickness_mm",
+        "the hexagon crosses itself",
     ),
     (
-        ("origami.tip_radius_mm", "origami.fold_angle_deg", "origami.awn_tilt_deg"),
         _room_beside,
-        "tips and walls stay out of the neighbour",
+        "origami.tip_radius_mm",
+        "reduce it, or enlarge origami.fold_angle_deg",
+        "tips and walls meet the neighbour",
     ),
     (
-        ("origami.tip_radius_mm", "origami.fold_angle_deg", "contact.fold_limit_mm"),
         _room_pressed,
-        "tips and walls stay out of the neighbour at the phantom's largest compression",
+        "contact.fold_limit_mm",
+        "reduce it or origami.tip_radius_mm, or enlarge origami.fold_angle_deg",
+        "tips and walls meet the neighbour at the phantom's largest compression",
     ),
 )
 
@@ -290,18 +257,14 @@ def _end_plate_bounds(design: Design) -> Iterator[Bound]:
 
 
 def crosses(outlines: Sequence[FloatArray]) -> bool:
-    """Return whether the outlines of an area cross themselves or each other.
-
-    Parameters
-    ----------
-    outlines
-        Each of shape (N, 2); holes are clockwise and lie inside.
-    """
+    """Return whether the outlines of an area cross themselves or each other."""
+    polygons = [polygon(points(each)) for each in outlines]
     # Where outlines cross, some of the area counts twice, or with the wrong sign.
-    signed = sum(signed_area(each) for each in outlines)
-    return bool(abs(section(outlines).area() - signed) > 1e-6 * abs(signed))
+    signed = sum(signed_area(each) for each in polygons)
+    return bool(abs(section(polygons).area() - signed) > 1e-6 * abs(signed))
 
 
 def gap(first: FloatArray, second: FloatArray) -> float:
-    """Return the distance between two polygons in mm, at most 100; 0 if they overlap."""
-    return float(prism([first], 1.0).min_gap(prism([second], 1.0), _FAR_MM))
+    """Return the distance between two outlines in mm, at most 100; 0 if they overlap."""
+    one, other = (prism(Prism([each], 0.0, 1.0)) for each in (first, second))
+    return float(one.min_gap(other, _FAR_MM))

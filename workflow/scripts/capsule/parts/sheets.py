@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from capsule.figures.style import INK, MUTED, figure_style
-from capsule.geometry import stand
-from capsule.geometry.cam import follower_displacement
+from capsule.parts import stand
+from capsule.parts.cam import follower_displacement
 from capsule.parts.design import Design
 from capsule.parts.drawings import (
     AXIS,
@@ -28,6 +28,7 @@ from capsule.parts.drawings import (
     length_text,
     true_scale,
 )
+from capsule.parts.outlines import circle, polygon
 
 _MM_IN = 25.4
 _MARGIN_MM = 10.0
@@ -121,9 +122,10 @@ def draw_follower(axes: Axes, design: Design) -> None:
     draw_area(axes, inner, EMPTY)
     for u in (-opening.ridge_mm, opening.ridge_mm):
         axes.plot([u, u], [-opening.height_mm, opening.height_mm], color=INK, linewidth=0.4)
+    outer, inner = outer[:, :2], inner[:, :2]
     low, high = outer.min(axis=0), outer.max(axis=0)
     centre = np.zeros(2)
-    draw_area(axes, stand.circle(cam.radius_mm), EMPTY, facecolor="none", linestyle=(0, (4, 2)))
+    draw_area(axes, circle(cam.radius_mm), EMPTY, facecolor="none", linestyle=(0, (4, 2)))
     axes.plot([low[0] - 2, high[0] + 2], [0, 0], **AXIS)
     axes.plot([0, 0], [low[1] - 2, high[1] + 2], **AXIS)
     ridge = np.array([opening.ridge_mm, 0.0])
@@ -153,7 +155,7 @@ def _draw_follower_section(axes: Axes, design: Design, left: float) -> None:
     profile[:, 1] = (profile[:, 1] - frame) * large
     profile[:2, 1] = -frame * 2
     profile[:, 0] += left
-    draw_area(axes, profile, FOLLOWER)
+    draw_area(axes, polygon(profile), FOLLOWER)
     axes.text(left, -frame * 2 - 8.0, "window\u2019s edge, 5 times", ha="center", va="center")
     draw_length(axes, profile[0], profile[1], -frame * 2 - 4.0, upright=False, part=large)
     peak = profile[3]
@@ -165,7 +167,7 @@ def draw_cam(axes: Axes, design: Design) -> None:
     """Draw the cam shaft in section, seen from its end, and one lead of it from the side."""
     bench, cam = design.parts.bench, design.cam
     centre = (cam.eccentricity_mm, 0.0)
-    draw_area(axes, stand.circle(cam.radius_mm, centre), CAM)
+    draw_area(axes, circle(cam.radius_mm, centre), CAM)
     draw_area(axes, stand.bore(bench), EMPTY)
     reach = cam.radius_mm + cam.eccentricity_mm
     axes.plot([-reach, reach + 2], [0, 0], **AXIS)
@@ -189,7 +191,7 @@ def draw_cam(axes: Axes, design: Design) -> None:
             np.column_stack([start + along, middle - cam.radius_mm])[::-1],
         ]
     )
-    draw_area(axes, flank, CAM)
+    draw_area(axes, polygon(flank), CAM)
     axes.plot([start - 3, start + cam.lead_mm + 3], [0, 0], **AXIS)
     axes.plot(start + along, middle, color=INK, linewidth=0.5, linestyle=(0, (4, 2)))
     end = np.array([start + cam.lead_mm, -cam.radius_mm])
@@ -204,7 +206,7 @@ def draw_end_plate(axes: Axes, design: Design) -> None:
     draw_area(axes, outline, FOLLOWER)
     for hole in holes:
         draw_area(axes, hole, EMPTY)
-    low, high = outline.min(axis=0), outline.max(axis=0)
+    low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
     shaft, motor = bench.shaft_distance_mm / 2, stand.motor_height(bench)
     axes.plot([low[0] - 2, high[0] + 2], [0, 0], **AXIS)
     for side in (-shaft, shaft):

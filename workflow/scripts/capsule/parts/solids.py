@@ -1,7 +1,4 @@
-"""Make solids from outlines: prisms and twisted prisms.
-
-The solids are those of manifold3d, so they are always manifold.
-"""
+"""Make meshes of solids, by manifold3d, whose solids are always manifold."""
 
 from collections.abc import Sequence
 
@@ -9,42 +6,68 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, Manifold
 
 from capsule.arrays import FloatArray, IntArray
+from capsule.parts.outlines import Prism, Solid, Spiral, circle, points, polygon, signed_area
 
 # Vertices closer than this, in mm, are merged; it is a tenth of a printer's accuracy.
 _FINEST_MM = 1e-3
+# Steps along a spiral: within 0.01 mm of the exact cam.
+_STEPS = 160
 
 
 def section(outlines: Sequence[FloatArray]) -> CrossSection:
     """Return the area inside outlines; a clockwise outline is a hole."""
-    return CrossSection(list(outlines), FillRule.Positive)
+    return CrossSection([points(each) for each in outlines], FillRule.Positive)
 
 
-def prism(outlines: Sequence[FloatArray], height_mm: float, low_mm: float = 0.0) -> Manifold:
-    """Return the prism above an area, from the height ``low_mm`` on."""
-    return Manifold.extrude(section(outlines), height_mm).translate((0.0, 0.0, low_mm))
+def united(outlines: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the outlines of a union of polygons; holes follow the outline around them."""
+    made = []
+    for area in section(outlines).decompose():
+        around = [polygon(each) for each in area.to_polygons()]
+        made += sorted(around, key=signed_area, reverse=True)
+    return made
 
 
-def twisted(
-    outlines: Sequence[FloatArray], height_mm: float, twist_deg: float, steps: int
-) -> Manifold:
-    """Return the prism above an area, twisted about the origin."""
-    return Manifold.extrude(section(outlines), height_mm, steps - 1, twist_deg)
-
-
-def crossways(outlines: Sequence[FloatArray], length_mm: float, along: str) -> Manifold:
-    """Return the prism of an area along x or y, centred on the origin.
-
-    Along x, the area's coordinates are (y, z). Along y, they are (x, z).
-    """
-    solid = Manifold.extrude(section(outlines), length_mm).translate((0.0, 0.0, -length_mm / 2))
-    if along == "x":
+def prism(shape: Prism) -> Manifold:
+    """Return a prism."""
+    low, high = shape.low_mm, shape.high_mm
+    solid = Manifold.extrude(section(shape.outlines), high - low)
+    if shape.along == "x":
         # (a, b, c) -> (c, a, b)
-        return solid.transform(((0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)))
-    # (a, b, c) -> (a, -c, b)
-    return solid.transform(((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0), (0.0, 1.0, 0.0, 0.0)))
+        return solid.transform(((0.0, 0.0, 1.0, low), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)))
+    if shape.along == "y":
+        # (a, b, c) -> (a, -c, b)
+        return solid.transform(((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -1.0, high), (0.0, 1.0, 0.0, 0.0)))
+    return solid.translate((0.0, 0.0, low))
 
 
-def mesh(solid: Manifold) -> tuple[FloatArray, IntArray]:
-    """Return a solid's vertices, shape (V, 3), and triangles, shape (T, 3)."""
-    made = solid.simplify(_FINEST_MM).to_mesh64()
-    return np.asarray(made.vert_properties)[:, :3].copy(), np.asarray(made.tri_verts).astype(int)
+def spiral(shape: Spiral) -> Manifold:
+    """Return a spiral; its polygon has the area of its circle, so that the cam is not too thin."""
+    thin = section([circle(shape.radius_mm)])
+    radius_mm = shape.radius_mm**2 * np.sqrt(np.pi / thin.area())
+    area = section([circle(radius_mm, (shape.eccentricity_mm, 0.0))])
+    return Manifold.extrude(area, shape.lead_mm, _STEPS - 1, -360.0)
+
+
+def one(solid: Solid) -> Manifold:
+    """Return one copy of a solid, unshifted."""
+    made = spiral(solid.body) if isinstance(solid.body, Spiral) else prism(solid.body)
+    for cut in solid.cuts:
+        made = made - prism(cut)
+    return made
+
+
+def mesh(solid: Solid) -> tuple[FloatArray, IntArray]:
+    """Return a solid's vertices, shape (V, 3), and triangles, shape (T, 3), copy after copy."""
+    made = one(solid).simplify(_FINEST_MM).to_mesh64()
+    vertices = np.asarray(made.vert_properties)[:, :3]
+    triangles = np.asarray(made.tri_verts).astype(int)
+    return (
+        np.vstack([vertices + np.array([place, 0.0, 0.0]) for place in solid.places_mm]),
+        np.vstack([triangles + n * len(vertices) for n in range(len(solid.places_mm))]),
+    )
+
+
+def exact(solid: Solid) -> tuple[Solid, FloatArray, IntArray]:
+    """Return a solid with its mesh, as `capsule.parts.design.Part` takes them."""
+    return solid, *mesh(solid)

@@ -1,4 +1,4 @@
-"""Make parts as STEP files with exact faces, not with the triangles of a mesh.
+"""Make parts as STEP files of the exact solids: planes, cylinders, and the cam's flank.
 
 This is the only module that needs Open CASCADE (OCP). `capsule parts` imports it only for
 ``--step``.
@@ -14,20 +14,19 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_MakeEdge,
     BRepBuilderAPI_MakeFace,
-    BRepBuilderAPI_MakePolygon,
-    BRepBuilderAPI_MakeShapeOnMesh,
     BRepBuilderAPI_MakeWire,
 )
 from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.collections import List_TopoDS_Shape
 from OCP.Convert import Convert_ParameterisationType
+from OCP.GC import GC_MakeArcOfCircle
 from OCP.Geom import Geom_Circle
 from OCP.GeomConvert import GeomConvert
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_Gravity
-from OCP.Poly import Poly_Triangle, Poly_Triangulation
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.StepBasic import StepBasic_Product
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
@@ -35,11 +34,11 @@ from OCP.StepData import StepData_StepModel
 from OCP.TCollection import TCollection_HAsciiString
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape, TopoDS_Wire
 
-from capsule.arrays import FloatArray, IntArray
-from capsule.parts.design import Part, Spiral
-from capsule.parts.formats import split_bodies
+from capsule.arrays import FloatArray
+from capsule.parts.outlines import Prism, Solid, Spiral, middles, signed_area
 
 # A fixed date: the bytes must depend only on the part.
 _EPOCH = "1980-01-01T00:00:00"
@@ -47,10 +46,8 @@ _EPOCH = "1980-01-01T00:00:00"
 _SECTIONS = 33
 
 
-def step_bytes(part: Part) -> bytes:
-    """Return a part as STEP (AP214), in mm, with a solid for each of its bodies.
-
-    A mesh of plane faces becomes exactly these faces. A cam becomes its spiral, to 1e-6 mm.
+def step_bytes(name: str, solid: Solid) -> bytes:
+    """Return a solid as STEP (AP214), in mm, with a body for each of its copies.
 
     Raises
     ------
@@ -59,22 +56,20 @@ def step_bytes(part: Part) -> bytes:
     """
     builder, whole = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(whole)
-    if part.spiral is not None:
-        builder.Add(whole, _spiral_solid(part.spiral))
-    else:
-        for _, vertices, triangles in split_bodies(part.name, part.vertices, part.triangles):
-            builder.Add(whole, _plane_solid(vertices, triangles))
+    for body in bodies(solid):
+        builder.Add(whole, body)
     # Without this, Open CASCADE prints its progress between the lines of this program.
     for printer in Message.DefaultMessenger_s().Printers():
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
     writer, stream = STEPControl_Writer(), io.BytesIO()
-    # Only the seam of a flank needs curves in the parameters of its surface; a plane does not.
-    Interface_Static.SetIVal_s("write.surfacecurve.mode", int(part.spiral is not None))
+    # Only the seam of a flank needs curves in the parameters of its surface.
+    curved = isinstance(solid.body, Spiral)
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", int(curved))
     done = [writer.Transfer(whole, STEPControl_StepModelType.STEPControl_AsIs)]
-    _set_names(writer.Model(), part.name)
+    _set_names(writer.Model(), name)
     done.append(writer.WriteStream(stream))
     if done != [IFSelect_ReturnStatus.IFSelect_RetDone] * 2:
-        raise RuntimeError(f"Open CASCADE did not write {part.name}: {done}")
+        raise RuntimeError(f"Open CASCADE did not write {name}: {done}")
     return stream.getvalue()
 
 
@@ -92,56 +87,73 @@ def _set_names(model: StepData_StepModel, name: str) -> None:
             entity.SetName(text)
 
 
-def _pieces(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> Iterator[TopoDS_Shape]:
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        yield explorer.Current()
-        explorer.Next()
-
-
-def _plane_solid(vertices: FloatArray, triangles: IntArray) -> TopoDS_Solid:
-    """Return the solid within a closed mesh; triangles in one plane become one face."""
-    mesh = Poly_Triangulation(len(vertices), len(triangles), False, False)
-    for number, point in enumerate(vertices.tolist(), start=1):
-        mesh.SetNode(number, gp_Pnt(*point))
-    for number, corners in enumerate((triangles + 1).tolist(), start=1):
-        mesh.SetTriangle(number, Poly_Triangle(*corners))
-    facets = BRepBuilderAPI_MakeShapeOnMesh(mesh)
-    facets.Build()
-    joined = ShapeUpgrade_UnifySameDomain(facets.Shape())
+def bodies(solid: Solid) -> Iterator[TopoDS_Shape]:
+    """Yield each copy of a solid."""
+    (whole,) = [_flank(solid.body)] if isinstance(solid.body, Spiral) else _prisms(solid.body)
+    if solid.cuts:
+        cut, first, tools = BRepAlgoAPI_Cut(), List_TopoDS_Shape(), List_TopoDS_Shape()
+        first.Append(whole)
+        for tool in (each for prism in solid.cuts for each in _prisms(prism)):
+            tools.Append(tool)
+        cut.SetArguments(first)
+        cut.SetTools(tools)
+        cut.Build()
+        whole = cut.Shape()
+    # Faces that continue each other become one, such as the two halves of a cylinder.
+    joined = ShapeUpgrade_UnifySameDomain(whole)
     joined.Build()
-    builder, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
-    builder.MakeShell(shell)
-    for face in _pieces(joined.Shape(), TopAbs_ShapeEnum.TopAbs_FACE):
-        builder.Add(shell, face)
-    shell.Closed(True)
-    builder.MakeSolid(solid)
-    builder.Add(solid, shell)
-    return solid
+    body = TopExp_Explorer(joined.Shape(), TopAbs_ShapeEnum.TopAbs_SOLID).Current()
+    for place in solid.places_mm:
+        move = gp_Trsf()
+        move.SetTranslation(gp_Vec(place, 0.0, 0.0))
+        yield body.Moved(TopLoc_Location(move))
 
 
-def _spiral_solid(spiral: Spiral) -> TopoDS_Shape:
-    """Return a cam's section: its circle, moved along a helix, less the bore."""
-    cam = spiral.cam
+def _prisms(shape: Prism) -> list[TopoDS_Shape]:
+    """Return the prism of each outline, with the holes that follow it."""
+    faces: list[BRepBuilderAPI_MakeFace] = []
+    for outline in shape.outlines:
+        if signed_area(outline) > 0:
+            faces.append(BRepBuilderAPI_MakeFace(_wire(outline, shape), True))
+        else:
+            faces[-1].Add(_wire(outline, shape))
+    along = gp_Vec(*(_place(shape, 0.0, 0.0, shape.high_mm - shape.low_mm)))
+    return [BRepPrimAPI_MakePrism(face.Face(), along).Shape() for face in faces]
+
+
+def _place(shape: Prism, a: float, b: float, along: float) -> tuple[float, float, float]:
+    """Return x, y and z of a point of a prism's area at a place along its axis."""
+    return {"x": (along, a, b), "y": (a, along, b), "z": (a, b, along)}[shape.along]
+
+
+def _wire(outline: FloatArray, shape: Prism) -> TopoDS_Wire:
+    """Return the lines and arcs of an outline at the lower end of its prism."""
+    wire = BRepBuilderAPI_MakeWire()
+    corners = [gp_Pnt(*_place(shape, x, y, shape.low_mm)) for x, y in outline[:, :2].tolist()]
+    between = [gp_Pnt(*_place(shape, x, y, shape.low_mm)) for x, y in middles(outline).tolist()]
+    for bulge, start, middle, end in zip(
+        outline[:, 2].tolist(), corners, between, corners[1:] + corners[:1], strict=True
+    ):
+        curved = (GC_MakeArcOfCircle(start, middle, end).Value(),) if bulge else (start, end)
+        wire.Add(BRepBuilderAPI_MakeEdge(*curved).Edge())
+    return wire.Wire()
+
+
+def _flank(spiral: Spiral) -> TopoDS_Shape:
+    """Return the solid of a circle moved along a helix."""
     axes = gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, 1.0))
     # An exact circle in one smooth piece.
     circle = GeomConvert.CurveToBSplineCurve_s(
-        Geom_Circle(axes, cam.radius_mm), Convert_ParameterisationType.Convert_QuasiAngular
+        Geom_Circle(axes, spiral.radius_mm), Convert_ParameterisationType.Convert_QuasiAngular
     )
     flank = BRepOffsetAPI_ThruSections(True)
     for turn in np.linspace(0.0, 1.0, _SECTIONS).tolist():
+        angle = 2 * np.pi * turn
         # The circle's angle lags upwards, because the wave travels along the shaft.
-        x, y = cam.eccentricity_mm * np.array([np.cos(2 * np.pi * turn), -np.sin(2 * np.pi * turn)])
-        edge = BRepBuilderAPI_MakeEdge(circle.Translated(gp_Vec(x, y, cam.lead_mm * turn)))
+        x, y = spiral.eccentricity_mm * np.array([np.cos(angle), -np.sin(angle)])
+        edge = BRepBuilderAPI_MakeEdge(circle.Translated(gp_Vec(x, y, spiral.lead_mm * turn)))
         flank.AddWire(BRepBuilderAPI_MakeWire(edge.Edge()).Wire())
     # The sections already begin at the same angle.
     flank.CheckCompatibility(False)
     flank.Build()
-    ring = BRepBuilderAPI_MakePolygon()
-    for x, y in spiral.bore.tolist():
-        ring.Add(gp_Pnt(x, y, 0.0))
-    ring.Close()
-    through = gp_Vec(0.0, 0.0, cam.lead_mm)
-    bore = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(ring.Wire()).Face(), through)
-    cut = BRepAlgoAPI_Cut(flank.Shape(), bore.Shape())
-    return next(_pieces(cut.Shape(), TopAbs_ShapeEnum.TopAbs_SOLID))
+    return flank.Shape()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.geometry.origami import Origami
+from capsule.phantom.origami import Origami, end_radius
 from capsule.phantom.wall import (
     Unevenness,
     Wall,
@@ -70,7 +70,7 @@ def bulge_width(contact: Contact, wall: Wall, origami: Origami, nodule_mm: float
     A rounded tip touches the sphere through the wall, so half the width is about radius + wall +
     tip radius. This counts as two standard deviations. The substructure's own reach adds to it.
     """
-    half_width_mm = nodule_mm / 2 + wall.wall_mm + origami.tip_radius_mm
+    half_width_mm = nodule_mm / 2 + wall.wall_mm + end_radius(origami)
     return float(np.hypot(half_width_mm / 2, contact.reach_mm))
 
 

@@ -8,7 +8,7 @@ import yaml
 
 from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
-from capsule.phantom.parameters import Phantom, bench_table, phantom_from_table, with_values
+from capsule.phantom.parameters import Phantom, bench_table, parsed, phantom_from_table, with_values
 
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
 BENCHES = CONFIG / "benches"
@@ -18,7 +18,7 @@ def bench_file(name: str) -> Path:
     """Return the file of a bench; the error for an unknown name suggests the nearest one."""
     benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
     if name not in benches:
-        nearest = difflib.get_close_matches(name, benches, n=1, cutoff=0.4)
+        nearest = difflib.get_close_matches(name, benches, n=1)
         hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(benches)}"
         raise CapsuleError(f"there is no bench {name} in {BENCHES}; {hint}")
     return benches[name]
@@ -52,16 +52,7 @@ def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> P
             phantom = phantom_from_table(bench_table(content, differences))
     except (yaml.YAMLError, CapsuleError) as error:
         raise CapsuleError(f"{path}: {error}") from error
-    values = {}
-    for change in changes:
-        name, _, text = change.partition("=")
-        try:
-            values[name] = float(text)
-        except ValueError:
-            raise CapsuleError(
-                f"--set {change}: write part.parameter=number, such as sensor.noise=0.01"
-            ) from None
-    return with_values(phantom, values)
+    return with_values(phantom, dict(map(parsed, changes)))
 
 
 def add_phantom_arguments(parser: argparse.ArgumentParser) -> None:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.geometry.origami import half_width, sensor_offsets
 from capsule.phantom.advance import (
     Motion,
     Strokes,
@@ -31,6 +30,7 @@ from capsule.phantom.contact import (
     stray_offset,
     wandering_strength,
 )
+from capsule.phantom.origami import half_width, sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import Polymer, Unloaded, counts, draw_unloaded, loaded_resistance
 from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train

@@ -1,20 +1,45 @@
 """Hold the simulated phantom's parameters, and read them from tables with their sources."""
 
 import difflib
+import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from capsule.errors import CapsuleError
-from capsule.geometry.origami import Origami
 from capsule.phantom.advance import Advance, Folding
 from capsule.phantom.contact import Contact, Seat
+from capsule.phantom.origami import Origami
 from capsule.phantom.sensor import Electronics, Sensor
 from capsule.phantom.wall import Wall, Wave
 
 Whole = TypeVar("Whole")
 SOURCES = ("paper", "data sheet", "calibrated", "assumed", "absent")
+# Limits of numbers, for which 0 and more is allowed otherwise.
+_RANGES = {
+    "wall.poisson_ratio": (0.0, 0.5),
+    "wave.skew": (-0.95, 0.95),
+    "advance.snag": (-math.inf, math.inf),
+    "advance.longest_samples": (2.0, math.inf),
+    "contact.stray_mm": (-math.inf, math.inf),
+    "sensor.gauge_per_mm": (-math.inf, math.inf),
+    "electronics.adc_bits": (1.0, 32.0),
+    "folding.speed_mm_s": (-math.inf, math.inf),
+}
+# Shares of a whole, at most 1, besides probabilities and fractions.
+_SHARES = {"sensor.hysteresis", "sensor.crosstalk", "folding.signal_left", "folding.height_redrawn"}
+_WHOLE = {"electronics.adc_bits", "advance.longest_samples"}
+# A model divides by these.
+_POSITIVE = {
+    *(f"wall.{key}" for key in ("wavelength_mm", "speed_mm_s", "modulus_kpa")),
+    *("wall.lumen_mm", "wall.unevenness_length_mm"),
+    *(f"contact.{key}" for key in ("fold_limit_mm", "bearing_height_mm", "wander_time_s")),
+    *("seat.strength_time_s", "advance.speed_mm_s", "advance.grip_fraction"),
+    *(f"sensor.{key}" for key in ("resistance_ohm", "saturation_mm", "settling_s", "jump_s")),
+    *(f"electronics.{key}" for key in ("series_ohm", "vref_v", "rate_hz")),
+    *("folding.fold_s", "folding.drift_return_s"),
+}
 # The key of the sentence at the head of a bench's file.
 EXPLAINS = "explains"
 
@@ -38,6 +63,37 @@ def parameter_names() -> list[str]:
     """Return every parameter's name as ``part.parameter``."""
     parts = get_type_hints(Phantom)
     return [f"{part}.{item.name}" for part, kind in parts.items() for item in fields(kind)]
+
+
+def words_of(name: str) -> tuple[str, ...]:
+    """Return the words that a parameter may be; nothing for a number."""
+    part, key = name.split(".")
+    words: tuple[str, ...] = get_args(get_type_hints(get_type_hints(Phantom)[part])[key])
+    return words
+
+
+def parsed(change: str) -> tuple[str, float | str]:
+    """Return name and value of a change ``part.parameter=value``.
+
+    Raises
+    ------
+    CapsuleError
+        If the name is unknown, or the value is not allowed.
+    """
+    name, _, text = change.partition("=")
+    check_known(name)
+    value = text if words_of(name) else number_of(change)
+    check_value(name, value)
+    return name, value
+
+
+def number_of(change: str) -> float:
+    """Return the number of a change ``part.parameter=number``."""
+    name, _, text = change.partition("=")
+    try:
+        return float(text)
+    except ValueError:
+        raise CapsuleError(f"--set {change}: write {name}=NUMBER") from None
 
 
 def built(kind: type[Whole], values: Mapping[str, Any]) -> Whole:
@@ -114,7 +170,7 @@ def bench_parts(bench: Mapping[str, Any]) -> dict[str, Any]:
     return {part: entries for part, entries in bench.items() if part != EXPLAINS}
 
 
-def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:
+def with_values(phantom: Phantom, values: Mapping[str, float | str]) -> Phantom:
     """Return the phantom with some parameters changed.
 
     Parameters
@@ -125,11 +181,12 @@ def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:
     Raises
     ------
     CapsuleError
-        If a name is unknown; the message gives the nearest known name.
+        If a name is unknown or a value is not allowed; the message names it.
     """
     for name, value in values.items():
-        _check_known(name)
+        check_known(name)
         part, key = name.split(".")
+        check_value(name, value)
         changed = replace(getattr(phantom, part), **{key: value})
         phantom = replace(phantom, **{part: changed})
     return phantom
@@ -137,7 +194,7 @@ def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:
 
 def value_of(phantom: Phantom, name: str) -> float:
     """Return the value of the parameter ``part.parameter``."""
-    _check_known(name)
+    check_known(name)
     part, key = name.split(".")
     number: float = getattr(getattr(phantom, part), key)
     return number
@@ -172,12 +229,26 @@ def rewritten(text: str, values: Mapping[str, float]) -> str:
     return "".join(lines)
 
 
-def _check_known(name: str) -> None:
+def check_known(name: str) -> None:
+    """Raise an error for an unknown name."""
     known = parameter_names()
     if name not in known:
-        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(known)}"
+        near = nearest(name, known)
+        hint = f"did you mean {near}?" if near else "config/phantom.yaml lists all"
         raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known ``part.parameter`` that a name most likely means; None if none is near."""
+
+    def likeness(one: str, other: str) -> float:
+        return difflib.SequenceMatcher(None, one, other).ratio()
+
+    # The part alone makes two names no more alike.
+    key = name.rpartition(".")[2]
+    alike = {each: likeness(key, each.rpartition(".")[2]) for each in known}
+    likely = [each for each, ratio in alike.items() if ratio >= 0.7]
+    return max(likely, key=lambda each: (alike[each], likeness(name, each)), default=None)
 
 
 def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -187,7 +258,7 @@ def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]
             raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
         for key, entry in entries.items():
             name = f"{part}.{key}"
-            _check_known(name)
+            check_known(name)
             _check_entry(name, entry)
             yield name, entry
 
@@ -195,10 +266,31 @@ def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]
 def _check_entry(name: str, entry: Any) -> None:  # noqa: ANN401 - whatever the file holds
     if not isinstance(entry, Mapping) or not {"value", "unit", "source"} <= set(entry):
         raise CapsuleError(f"{name}: write it as {{value: ..., unit: ..., source: ...}}")
-    value = entry["value"]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CapsuleError(f"{name}: the value {value!r} is not a number")
+    check_value(name, entry["value"])
     if entry["source"] not in SOURCES:
         raise CapsuleError(
             f"{name}: the source {entry['source']!r} is not one of {', '.join(SOURCES)}"
         )
+
+
+def check_value(name: str, value: Any) -> None:  # noqa: ANN401 - whatever a file holds
+    """Raise an error if a parameter's value is not allowed; it names what is.
+
+    A number is finite and not negative; some must be greater than 0, and some have a limit.
+    """
+    words = words_of(name)
+    if words:
+        if value not in words:
+            raise CapsuleError(f"{name} is {value}; allowed are {', '.join(words)}")
+        return
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise CapsuleError(f"{name}: the value {value!r} is not a number")
+    share = name.endswith(("_probability", "_fraction")) or name in _SHARES
+    low, high = _RANGES.get(name, (0.0, 1.0 if share else math.inf))
+    positive = name in _POSITIVE
+    if not low <= value <= high or not math.isfinite(value) or (positive and value == 0):
+        allowed = f"{low:g} to {high:g}" if high < math.inf else f"a number from {low:g} on"
+        allowed = "a number greater than 0" if positive else allowed
+        raise CapsuleError(f"{name} is {value:g}; allowed is {allowed}")
+    if name in _WHOLE and value != round(value):
+        raise CapsuleError(f"{name} is {value:g}; allowed are whole numbers")

@@ -7,7 +7,6 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
-from capsule.geometry.origami import half_width, pitch, sensor_offsets
 from capsule.phantom.advance import Motion, draw_holds, draw_strokes, first_arrival, slips_back
 from capsule.phantom.contact import (
     Pressing,
@@ -19,6 +18,7 @@ from capsule.phantom.contact import (
     stray_offset,
     wandering_strength,
 )
+from capsule.phantom.origami import half_width, pitch, sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import counts, resistance
 from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train

@@ -8,10 +8,10 @@ begin at its shaft, at the middle of its stroke: u runs towards the gut, and z u
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from capsule.arrays import FloatArray
-from capsule.geometry.cam import Cam, relief
+from capsule.parts.cam import Cam, relief
+from capsule.parts.outlines import arc, circle, polygon, rectangle, reverse, slot
 
 # GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth of a groove.
 _PITCH_MM = 2.0
@@ -67,33 +67,6 @@ class Window:
     height_mm: float
 
 
-def rectangle(left: float, low: float, right: float, high: float) -> FloatArray:
-    """Return a rectangle, anticlockwise: shape (4, 2)."""
-    return np.array([[left, low], [right, low], [right, high], [left, high]])
-
-
-def circle(
-    radius_mm: float, centre: tuple[float, float] = (0.0, 0.0), points: int = 96
-) -> FloatArray:
-    """Return a polygon with the area of a circle, anticlockwise: shape (points, 2)."""
-    step = 2 * np.pi / points
-    angles = step * np.arange(points)
-    radius = radius_mm * np.sqrt(step / np.sin(step))
-    polygon: FloatArray = np.array(centre) + radius * np.column_stack(
-        [np.cos(angles), np.sin(angles)]
-    )
-    return polygon
-
-
-def slot(centre: tuple[float, float], width_mm: float, travel_mm: float) -> FloatArray:
-    """Return an upright slot with round ends, anticlockwise: shape (N, 2)."""
-    half = np.linspace(0.0, np.pi, 25)
-    end = width_mm / 2 * np.column_stack([np.cos(half), np.sin(half)])
-    upper = end + np.array([0.0, travel_mm / 2])
-    polygon: FloatArray = np.array(centre) + np.vstack([upper, -upper])
-    return polygon
-
-
 def bore(bench: Bench, turned: bool = False) -> FloatArray:
     """Return the bore for the rod: a circle with a flat, which sets the cam's phase.
 
@@ -103,11 +76,9 @@ def bore(bench: Bench, turned: bool = False) -> FloatArray:
         Whether the flat is on the side away from the cam's circle, instead of next to it.
     """
     radius = bench.rod_mm / 2 + bench.fit_mm
-    flat = bench.rod_mm / 2 - bench.rod_flat_mm + bench.fit_mm
-    edge = np.arccos(flat / radius)
-    angles = np.linspace(edge, 2 * np.pi - edge, 60)
-    points = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    return -points if turned else points
+    edge = np.arccos((bench.rod_mm / 2 - bench.rod_flat_mm + bench.fit_mm) / radius)
+    around = arc(np.zeros(2), radius, edge, 2 * np.pi - edge)
+    return around * [-1.0, -1.0, 1.0] if turned else around
 
 
 def window(bench: Bench, cam: Cam) -> Window:
@@ -125,7 +96,7 @@ def follower_outline(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArra
     back = opening.face_mm + bench.frame_mm
     outer = rectangle(-back, -height, front_mm, height)
     inner = rectangle(-opening.face_mm, -opening.height_mm, opening.face_mm, opening.height_mm)
-    return outer, inner[::-1]
+    return outer, reverse(inner)
 
 
 def row_length(bench: Bench) -> float:
@@ -162,7 +133,7 @@ def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> FloatArray:
         right += [[half, start], [reach, start], [reach, end], [half, end]]
     right.append([half, high])
     edge = np.array(right)
-    return np.vstack([edge, edge[::-1] * [-1.0, 1.0]])
+    return polygon(np.vstack([edge, edge[::-1] * [-1.0, 1.0]]))
 
 
 def motor_height(bench: Bench) -> float:
@@ -198,7 +169,7 @@ def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list
     # 28BYJ-48: the shaft is 8 mm beside the middle of the body; two screws of 4 mm, 35 mm apart.
     holes.append(slot((shaft, motor), 10.0, 6.0))
     holes += [slot((shaft + side * 17.5, motor + 8.0), 4.2, 6.0) for side in (-1.0, 1.0)]
-    return outline, [hole[::-1] for hole in holes]
+    return outline, [reverse(hole) for hole in holes]
 
 
 def pitch_radius(teeth: int) -> float:
@@ -232,11 +203,15 @@ def shaft_distance(first_teeth: int, second_teeth: int, belt_mm: float) -> float
     ValueError
         If the belt is too short for both pulleys.
     """
-    low = pitch_radius(first_teeth) + pitch_radius(second_teeth)
-    high = belt_mm / 2
-    if high <= low or belt_length(first_teeth, second_teeth, low) > belt_mm:
+    nearest = pitch_radius(first_teeth) + pitch_radius(second_teeth)
+    distance = belt_mm / 2
+    if distance <= nearest or belt_length(first_teeth, second_teeth, nearest) > belt_mm:
         raise ValueError(f"a belt of {belt_mm:g} mm is too short")
-    return float(brentq(lambda at: belt_length(first_teeth, second_teeth, at) - belt_mm, low, high))
+    apart = pitch_radius(first_teeth) - pitch_radius(second_teeth)
+    # Newton's steps: from above, they come ever closer, because the length is convex.
+    while (more := belt_length(first_teeth, second_teeth, distance) - belt_mm) > 1e-12 * belt_mm:
+        distance -= more / (2 * np.sqrt(1 - (apart / distance) ** 2))
+    return float(distance)
 
 
 def _digit(digit: int, left: float, low: float) -> list[FloatArray]:

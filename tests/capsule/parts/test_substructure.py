@@ -6,54 +6,59 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from capsule.geometry.cam import follower_displacement, phase_step, steepest_overhang
-from capsule.geometry.origami import pitch, vertices
-from capsule.geometry.stand import (
-    belt_length,
-    rectangle,
-    scale_marks,
-    shaft_distance,
-)
-from capsule.geometry.substructure import (
+from capsule.parts.cam import follower_displacement, phase_step, steepest_overhang
+from capsule.parts.files import shipped_design
+from capsule.parts.outlines import circle, points, rectangle, reverse, signed_area, slot
+from capsule.parts.refusals import crosses, gap
+from capsule.parts.stand import belt_length, scale_marks, shaft_distance
+from capsule.parts.substructure import (
     cut_lines,
+    face_to_face,
     folded,
     glue_faces,
     loop_length,
-    named_corners,
     outline,
     shape_of,
-    signed_area,
-    spacing,
     top_mm,
     wire_positions,
 )
-from capsule.parts.files import shipped_design
-from capsule.parts.refusals import crosses, gap
+from capsule.phantom.origami import pitch
 
 DESIGN = shipped_design()
 ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice
 SIDES, CORNERS, TIPS = ("head", "tail"), ("middle", "outside"), ("bulb", "round", "curl")
 READINGS = [
-    replace(CHOICES, fold_side=side, corners=corners, tip=tip)
+    replace(ORIGAMI, fold_side=side, corners=corners, tip=tip)
     for side in SIDES
     for corners in CORNERS
     for tip in TIPS
 ]
 
 
-def test_the_chosen_corners_are_those_of_the_simulator():
-    theirs = vertices(ORIGAMI)
-    for name, point in named_corners(ORIGAMI, CHOICES).items():
-        np.testing.assert_array_equal(point, theirs[name])
-    assert spacing(DESIGN.shape, ORIGAMI.adhesive_mm) == pytest.approx(pitch(ORIGAMI))
+def named(origami):
+    return f"{origami.fold_side} {origami.corners} {origami.tip}"
 
 
-@pytest.mark.parametrize("choices", READINGS, ids=lambda c: f"{c.fold_side} {c.corners} {c.tip}")
-def test_the_outline_is_one_wall_of_the_papers_width(choices):
-    shape = shape_of(ORIGAMI, choices)
-    outer, inner = outline(shape)
-    assert not crosses([outer, inner])
-    assert signed_area(outer) > 0 > signed_area(inner)
+def test_an_outline_is_as_large_and_wide_as_its_lines_and_arcs():
+    pill = slot((1.0, 2.0), 4.2, 6.0)
+    assert signed_area(pill) == pytest.approx(4.2 * 6.0 + np.pi * 2.1**2)
+    assert signed_area(reverse(circle(3.0))) == pytest.approx(-9 * np.pi)
+    box = np.array([points(pill).min(axis=0), points(pill).max(axis=0)])
+    np.testing.assert_allclose(box, [[1 - 2.1, 2 - 5.1], [1 + 2.1, 2 + 5.1]], atol=1e-12)
+    for radius in (0.2, 3.0, 40.0):
+        corners = points(circle(radius))
+        np.testing.assert_allclose(np.linalg.norm(corners, axis=1), radius, rtol=1e-12)
+        halfway = (corners + np.roll(corners, 1, axis=0)) / 2
+        assert radius - np.linalg.norm(halfway, axis=1).min() <= 0.005
+
+
+@pytest.mark.parametrize("origami", READINGS, ids=named)
+def test_the_outline_is_one_wall_of_the_papers_width(origami):
+    shape = shape_of(origami)
+    boundaries = outline(shape)
+    assert not crosses(boundaries)
+    assert signed_area(boundaries[0]) > 0 > signed_area(boundaries[1])
+    outer, inner = map(points, boundaries)
     assert np.ptp(outer[:, 1]) == pytest.approx(20.0)
     # Half a millimetre lies between both boundaries at the flats, and everywhere at least that.
     faces = glue_faces(shape)
@@ -61,10 +66,8 @@ def test_the_outline_is_one_wall_of_the_papers_width(choices):
     assert faces["head"][0, 0] == pytest.approx(flats[:, 0].max() + 0.5)
     assert faces["tail"][0, 0] == pytest.approx(flats[:, 0].min() - 0.5)
     assert min(np.linalg.norm(outer[:, np.newaxis] - inner, axis=2).min(axis=0)) >= 0.5 - 1e-9
-    outside = choices.corners == "outside"
-    corner = named_corners(ORIGAMI, choices)
-    reach = abs(corner["A"][0] - corner["B"][0]) + (0.0 if outside else 0.5)
-    assert spacing(shape, 0.25) == pytest.approx(reach + 0.25)
+    # The simulator's pitch is the drawn one: the faces and the adhesive.
+    assert face_to_face(shape) + 0.25 == pytest.approx(pitch(origami))
 
 
 def test_the_loop_has_the_length_of_the_hexagon():
@@ -72,10 +75,10 @@ def test_the_loop_has_the_length_of_the_hexagon():
     assert loop_length(DESIGN.shape) == pytest.approx(by_hand, abs=1e-3)
 
 
-@pytest.mark.parametrize("choices", READINGS, ids=lambda c: f"{c.fold_side} {c.corners} {c.tip}")
-@pytest.mark.parametrize("half_width_mm", [9.9, 9.0, 8.375, 8.0])
-def test_folding_turns_walls_and_keeps_their_lengths(choices, half_width_mm):
-    rest = shape_of(ORIGAMI, choices)
+@pytest.mark.parametrize("origami", READINGS, ids=named)
+@pytest.mark.parametrize("half_width_mm", [9.9, 8.375, 8.0])
+def test_folding_turns_walls_and_keeps_their_lengths(origami, half_width_mm):
+    rest = shape_of(origami)
     shape = folded(rest, half_width_mm)
     for first, second in pairwise(("fold", "shoulder", "lower", "cap")):
         lengths = [
@@ -83,7 +86,7 @@ def test_folding_turns_walls_and_keeps_their_lengths(choices, half_width_mm):
         ]
         assert lengths[0] == pytest.approx(lengths[1])
     assert top_mm(shape) == pytest.approx(half_width_mm)
-    assert outline(shape)[0][:, 1].max() == pytest.approx(half_width_mm)
+    assert points(outline(shape)[0])[:, 1].max() == pytest.approx(half_width_mm)
     assert (shape.fold[1], shape.lower[1]) == (rest.fold[1], rest.lower[1])
     # The awns lean to the tail, so that the capsule moves to the head when it is pressed.
     assert shape.tilt_rad > rest.tilt_rad
@@ -110,20 +113,17 @@ def test_a_loops_wires_sit_at_both_sides_of_its_cut_and_halves_have_one_in_each(
     assert abs(halves[0, 0] - halves[1, 0]) == pytest.approx(5.5213, abs=1e-3)
 
 
-def test_a_gap_is_the_distance_of_two_outlines():
-    square = rectangle(0.0, 0.0, 1.0, 1.0)
-    assert gap(square, square + np.array([1.5, 0.0])) == pytest.approx(0.5)
-    assert gap(square, square + np.array([4.0, 5.0])) == pytest.approx(5.0)
-    assert gap(square, 0.2 * square + 0.4) == 0.0
-    assert gap(square, square + np.array([0.5, 0.5])) == 0.0
+def test_a_gap_is_the_distance_of_two_outlines_and_crossing_ones_are_no_area():
+    def square(size, x, y):
+        return rectangle(x, y, x + size, y + size)
 
-
-def test_outlines_that_cross_themselves_or_each_other_are_no_area():
-    square = rectangle(0.0, 0.0, 1.0, 1.0)
-    assert not crosses([square, (0.2 * square + 0.4)[::-1]])
-    assert crosses([square[[0, 2, 1, 3]]])
-    assert crosses([square, (0.2 * square + 0.9)[::-1]])
-    assert crosses([square, (0.2 * square + 2.0)[::-1]])
+    whole = square(1.0, 0.0, 0.0)
+    assert gap(whole, square(1.0, 1.5, 0.0)) == pytest.approx(0.5)
+    assert gap(whole, square(1.0, 4.0, 5.0)) == pytest.approx(5.0)
+    assert gap(whole, square(0.2, 0.4, 0.4)) == 0.0
+    assert not crosses([whole, reverse(square(0.2, 0.4, 0.4))])
+    assert crosses([whole[[0, 2, 1, 3]]])
+    assert crosses([whole, reverse(square(0.2, 0.9, 0.9))])
 
 
 def test_the_cam_turns_once_in_a_wave():

@@ -4,6 +4,7 @@ Coordinates: x runs along the capsule to its head (to the right), y away from th
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -26,6 +27,10 @@ class Origami:
     wall_thickness_mm: float
     adhesive_mm: float
     height_mm: float
+    fold_side: Literal["head", "tail"]
+    lower_corner_mm: float
+    corners: Literal["middle", "outside"]
+    tip: Literal["bulb", "round", "curl"]
 
 
 def half_width(origami: Origami) -> float:
@@ -33,19 +38,16 @@ def half_width(origami: Origami) -> float:
     return origami.axis_to_fold_mm + origami.fold_to_shoulder_mm + origami.shoulder_to_tip_mm
 
 
-def vertices(
-    origami: Origami, fold_side: str = "head", lower_corner_mm: float | None = None
-) -> dict[str, FloatArray]:
+def end_radius(origami: Origami) -> float:
+    """Return the radius of an awn's end, in mm."""
+    return origami.wall_thickness_mm / 2 if origami.tip == "round" else origami.tip_radius_mm
+
+
+def vertices(origami: Origami) -> dict[str, FloatArray]:
     """Return the corners A, B, C and the awn's tip D of one half of a substructure.
 
-    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta.
-
-    Parameters
-    ----------
-    fold_side
-        The side of that line, ``head`` or ``tail``, on which A lies.
-    lower_corner_mm
-        Distance of B from the axis; by default that of A, h_1. There, neighbours are glued.
+    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta, to the
+    fold's side. At B, neighbours are glued.
 
     Returns
     -------
@@ -54,12 +56,11 @@ def vertices(
     """
     alpha, beta = origami.awn_tilt_deg, origami.fold_angle_deg
     tilt = np.radians(alpha)
-    run = np.tan(np.radians(alpha + beta if fold_side == "head" else alpha - beta))
-    lower = origami.axis_to_fold_mm if lower_corner_mm is None else lower_corner_mm
-    rise = origami.fold_to_shoulder_mm + (origami.axis_to_fold_mm - lower)
+    run = np.tan(np.radians(alpha + beta if origami.fold_side == "head" else alpha - beta))
+    rise = origami.fold_to_shoulder_mm + (origami.axis_to_fold_mm - origami.lower_corner_mm)
     return {
         "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
-        "B": np.array([rise * np.tan(tilt), lower]),
+        "B": np.array([rise * np.tan(tilt), origami.lower_corner_mm]),
         "C": np.array([0.0, origami.axis_to_fold_mm + origami.fold_to_shoulder_mm]),
         "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
     }
@@ -68,13 +69,13 @@ def vertices(
 def pitch(origami: Origami) -> float:
     """Return the distance along the axis from one substructure to the next, in mm.
 
-    The corners are on the middle line of the printed wall, so a substructure ends half a wall
-    beyond A and B. A film of adhesive joins it to its neighbour. So the pitch is
-    ``h_2 (tan(alpha + beta) - tan(alpha)) + wall + adhesive``.
+    A substructure ends at A and B, or half a wall beyond if they are on the middle of the wall. A
+    film of adhesive joins it to its neighbour.
     """
     corners = vertices(origami)
-    hexagon = float(corners["A"][0] - corners["B"][0])
-    return hexagon + origami.wall_thickness_mm + origami.adhesive_mm
+    hexagon = abs(float(corners["A"][0] - corners["B"][0]))
+    beyond = origami.wall_thickness_mm if origami.corners == "middle" else 0.0
+    return hexagon + beyond + origami.adhesive_mm
 
 
 def sensor_offsets(origami: Origami, sensors: int) -> FloatArray:

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
-from capsule.geometry.substructure import outline, shape_of
-from capsule.parts.draw_design import (
+from capsule.figures.draw_design import (
     capsule_drawing,
     draw_capsule,
     other_readings,
     readings_drawing,
 )
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
 from capsule.parts.files import shipped_design
+from capsule.parts.outlines import points
+from capsule.parts.substructure import outline, shape_of
 
 DESIGN = shipped_design()
 INPUTS = SimpleNamespace(settings={"recording": {"sensors": 4}})
@@ -36,7 +37,11 @@ def test_the_capsule_is_drawn_with_its_dimensions_sensors_and_bench(width_in):
     assert {"1", "2", "3", "4", "head", "tail", "pitch = 6.27", "24.84"} <= texts(row)
     assert {"20", "60", "cam, radius 9", "follower 2", "sheet 3", "wall 1"} <= texts(bench)
     outer = table[table["boundary"] == "outer"][["x_mm", "y_mm"]].to_numpy()
-    np.testing.assert_allclose(outer, outline(DESIGN.shape)[0], atol=1e-4)
+    np.testing.assert_allclose(outer, points(outline(DESIGN.shape)[0]), atol=1e-4)
+
+
+def taken(part, choice):
+    return {name: value for name, value in choice.items() if hasattr(part, name)}
 
 
 def inked(figure):
@@ -58,8 +63,12 @@ def inked(figure):
 )
 @pytest.mark.parametrize("width_in", WIDTHS)
 def test_no_label_lies_on_another_or_leaves_the_figure(width_in, choice):
-    choices = replace(DESIGN.parts.choice, **choice)
-    design = replace(DESIGN, parts=replace(DESIGN.parts, choice=choices))
+    origami, choices = DESIGN.phantom.origami, DESIGN.parts.choice
+    design = replace(
+        DESIGN,
+        phantom=replace(DESIGN.phantom, origami=replace(origami, **taken(origami, choice))),
+        parts=replace(DESIGN.parts, choice=replace(choices, **taken(choices, choice))),
+    )
     figure = draw_capsule(design, 4, width_in)
     boxes = inked(figure)
     for index, (text, box) in enumerate(boxes):
@@ -85,9 +94,9 @@ def test_each_other_reading_lies_over_the_chosen_one_with_its_pitch(width_in):
 
 @pytest.mark.parametrize("tip", ["bulb", "round", "curl"])
 def test_the_other_readings_differ_from_the_choice_and_from_each_other(tip):
-    choices = replace(DESIGN.parts.choice, tip=tip)
-    readings = other_readings(choices)
-    assert len(readings) == len(set(readings.values())) == 5
-    assert next(iter(readings.values())) == choices
-    shapes = [outline(shape_of(DESIGN.phantom.origami, each))[0] for each in readings.values()]
+    origami = replace(DESIGN.phantom.origami, tip=tip)
+    readings = other_readings(origami)
+    assert len(readings) == 5
+    assert next(iter(readings.values())) == origami
+    shapes = [outline(shape_of(each))[0] for each in readings.values()]
     assert len({each.tobytes() for each in shapes}) == len(readings)

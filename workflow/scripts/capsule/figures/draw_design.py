@@ -21,11 +21,13 @@ from capsule.figures.style import (
     Drawing,
     figure_style,
 )
-from capsule.geometry.substructure import Choices, outline, shape_of, spacing
 from capsule.kinds import Look
 from capsule.parts.design import Design
 from capsule.parts.drawings import draw_bench, draw_row, draw_substructure, true_scale
 from capsule.parts.files import shipped_design
+from capsule.parts.outlines import points
+from capsule.parts.substructure import outline, shape_of
+from capsule.phantom.origami import Origami, pitch
 
 # The chosen reading, and the one beside it.
 _LOOKS: tuple[Look, ...] = (
@@ -42,42 +44,38 @@ _OTHERS = (
 )
 
 
-def other_readings(choices: Choices) -> dict[str, Choices]:
-    """Return the chosen design, then each design that differs from it in one choice."""
-    readings = {"chosen": choices}
+def other_readings(origami: Origami) -> dict[str, Origami]:
+    """Return the chosen origami, then each that differs from it in one choice."""
+    readings = {"chosen": origami}
     for key, instead, words in _OTHERS:
-        other = instead[getattr(choices, key)]
+        other = instead[getattr(origami, key)]
         changes: dict[str, Any] = {key: other}
-        readings[words.format(other)] = replace(choices, **changes)
+        readings[words.format(other)] = replace(origami, **changes)
     return readings
 
 
-def outline_table(design: Design, readings: dict[str, Choices]) -> pd.DataFrame:
+def outline_table(readings: dict[str, Origami]) -> pd.DataFrame:
     """Return a figure's outlines, one row per corner, with the pitch of each reading."""
-    origami = design.phantom.origami
     rows = []
-    for words, choices in readings.items():
-        shape = shape_of(origami, choices)
-        pitch = spacing(shape, origami.adhesive_mm)
-        for boundary, points in zip(("outer", "inner"), outline(shape), strict=True):
-            rows += [(words, pitch, boundary, x, y) for x, y in points.round(4)]
+    for words, origami in readings.items():
+        boundaries = zip(("outer", "inner"), outline(shape_of(origami)), strict=True)
+        for boundary, each in boundaries:
+            rows += [(words, pitch(origami), boundary, x, y) for x, y in points(each).round(4)]
     return pd.DataFrame(rows, columns=["reading", "pitch_mm", "boundary", "x_mm", "y_mm"])
 
 
 def capsule_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the substructure, the row of sensors, and the bench in section."""
     design = shipped_design()
-    table = outline_table(design, {"chosen": design.parts.choice})
+    table = outline_table({"chosen": design.phantom.origami})
     sensors = inputs.settings["recording"]["sensors"]
     return table, lambda width_in: draw_capsule(design, sensors, width_in)
 
 
 def readings_drawing(_: FigureInputs) -> Drawing:
     """Return the drawing that compares the readings of the paper's text."""
-    design = shipped_design()
-    readings = other_readings(design.parts.choice)
-    table = outline_table(design, readings)
-    return table, lambda width_in: draw_other_readings(design, readings, width_in)
+    readings = other_readings(shipped_design().phantom.origami)
+    return outline_table(readings), lambda width_in: draw_other_readings(readings, width_in)
 
 
 def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) -> Figure:
@@ -140,12 +138,12 @@ def _stack(
             left += wide * scale / width_in
 
 
-def draw_other_readings(
-    design: Design, readings: dict[str, Choices], width_in: float = PAGE_WIDTH_IN
-) -> Figure:
+def draw_other_readings(readings: dict[str, Origami], width_in: float = PAGE_WIDTH_IN) -> Figure:
     """Draw each other reading over the chosen reading, which is the first; C at the same place."""
-    origami = design.phantom.origami
-    outlines = {words: outline(shape_of(origami, each)) for words, each in readings.items()}
+    outlines = {
+        words: [points(boundary) for boundary in outline(shape_of(each))]
+        for words, each in readings.items()
+    }
     chosen, *others = readings
     with figure_style():
         figure = Figure()
@@ -158,8 +156,7 @@ def draw_other_readings(
             corners = np.vstack([outlines[reading][0] for reading in (chosen, words)])
             box = np.array([corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6])
             true_scale(axes, tuple(box[:, 0]), tuple(box[:, 1]))
-            pitch = spacing(shape_of(origami, readings[words]), origami.adhesive_mm)
-            axes.set_title(f"{words}\npitch {pitch:.2f} mm", loc="center")
+            axes.set_title(f"{words}\npitch {pitch(readings[words]):.2f} mm", loc="center")
             panels.append(axes)
             boxes.append(box)
         left, right = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)

@@ -1,21 +1,20 @@
 """Compute one substructure as a closed wall: middle lines, outline, length, cut and wires.
 
-Coordinates are as in `capsule.geometry.origami`. The module computes one half; the other half is
+Coordinates are as in `capsule.phantom.origami`. The module computes one half; the other half is
 its mirror image.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.geometry.origami import Origami, half_width, vertices
+from capsule.parts.outlines import arc, mirrored, polygon, reverse, signed_area
+from capsule.phantom.origami import Origami, end_radius, half_width, vertices
 
 # A guide eyelet for folding cables (not in the paper): its bore, and its distance from the axis.
 EYELET_MM = 0.8
 EYELET_AT_MM = 1.0
-# Largest angle between points of an arc.
-_STEP_RAD = np.radians(6.0)
 # Angle of a curled awn's end, which points back into the lumen, away from the wall.
 _CURL_END_RAD = np.radians(135.0)
 _UP = np.array([0.0, 1.0])
@@ -23,12 +22,8 @@ _UP = np.array([0.0, 1.0])
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices that the paper leaves open about one substructure, as in config/parts.yaml."""
+    """The choices about cut, wires and cables, as in config/parts.yaml."""
 
-    fold_side: str
-    lower_corner_mm: float
-    corners: str
-    tip: str
     current: str
     cut: str
     folding: str
@@ -47,7 +42,7 @@ class Shape:
     tilt_rad, turn_rad
         Tilt of the line BD to the tail, and the part of it since rest.
     wall_mm, tip
-        Thickness of the wall, and form of the awn's end, as in `Choices`.
+        Thickness of the wall, and form of the awn's end, as in `Origami`.
     """
 
     fold: FloatArray
@@ -74,11 +69,6 @@ class Shape:
     def headward(self) -> FloatArray:
         """Direction across the awn, to the head."""
         return np.array([np.cos(self.tilt_rad), np.sin(self.tilt_rad)])
-
-
-def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
-    """Return the corners A, B, C and D to which the dimensions of a drawing refer."""
-    return vertices(origami, choices.fold_side, choices.lower_corner_mm)
 
 
 def _crossing(
@@ -114,21 +104,19 @@ def _offset_corners(
     )
 
 
-def shape_of(origami: Origami, choices: Choices) -> Shape:
+def shape_of(origami: Origami) -> Shape:
     """Return the middle lines of a substructure at rest."""
-    corner = named_corners(origami, choices)
+    corner = vertices(origami)
     wall = origami.wall_thickness_mm
-    inward = 0.0 if choices.corners == "middle" else wall / 2
+    inward = 0.0 if origami.corners == "middle" else wall / 2
     fold, lower, shoulder = _offset_corners(corner["A"], corner["B"], corner["C"], inward)
-    tilt = np.radians(origami.awn_tilt_deg)
-    radius = wall / 2 if choices.tip == "round" else origami.tip_radius_mm
-    height = half_width(origami) - radius
+    tilt, radius = float(np.radians(origami.awn_tilt_deg)), end_radius(origami)
+    rest = Shape(fold, lower, shoulder, shoulder, radius, tilt, wall, origami.tip)
     # The centre of a curl is beside the wall; the centre of another end is on the wall's middle.
-    beside = radius - wall / 2 if choices.tip == "curl" else 0.0
-    foot = shoulder - beside * np.array([np.cos(tilt), np.sin(tilt)])
-    along = np.array([-np.sin(tilt), np.cos(tilt)])
-    cap = foot + along * (height - foot[1]) / along[1]
-    return Shape(fold, lower, shoulder, cap, radius, float(tilt), wall, choices.tip)
+    beside = radius - wall / 2 if origami.tip == "curl" else 0.0
+    foot = shoulder - beside * rest.headward
+    cap = foot + rest.along * (half_width(origami) - radius - foot[1]) / rest.along[1]
+    return replace(rest, cap=cap)
 
 
 def top_mm(shape: Shape) -> float:
@@ -165,69 +153,40 @@ def folded(shape: Shape, half_width_mm: float) -> Shape:
     if height <= 0:
         raise ValueError(f"at {half_width_mm:g} mm the shoulder C is below the fold A")
     run = np.sqrt(slope @ slope - height**2)
-    return Shape(
-        np.array([shoulder[0] + shape.side * run, shape.fold[1]]),
-        shape.lower,
-        shoulder,
-        shape.lower + turned @ arm,
-        shape.cap_radius_mm,
-        shape.tilt_rad + turn,
-        shape.wall_mm,
-        shape.tip,
-        shape.turn_rad + turn,
+    return replace(
+        shape,
+        fold=np.array([shoulder[0] + shape.side * run, shape.fold[1]]),
+        shoulder=shoulder,
+        cap=shape.lower + turned @ arm,
+        tilt_rad=shape.tilt_rad + turn,
+        turn_rad=shape.turn_rad + turn,
     )
 
 
-def _arc(centre: FloatArray, radius_mm: float, start_rad: float, end_rad: float) -> FloatArray:
-    """Return points on an arc, with both ends and, if it includes it, the highest point."""
-    steps = int(np.ceil(abs(end_rad - start_rad) / _STEP_RAD)) + 1
-    angles = np.linspace(start_rad, end_rad, steps)
-    low, high = sorted((start_rad, end_rad))
-    if low < np.pi / 2 < high:
-        nearest = 1 + int(np.argmin(np.abs(angles[1:-1] - np.pi / 2)))
-        angles[nearest] = np.pi / 2
-    return centre + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
-
-
 def awn_end(shape: Shape) -> FloatArray:
-    """Return the outline of the awn's end, from head side to tail side: shape (N, 2)."""
+    """Return the awn's end from head side to tail side, as rows of an outline."""
     half = shape.wall_mm / 2
     radius, tilt, centre = shape.cap_radius_mm, shape.tilt_rad, shape.cap
     if shape.tip != "curl":
         # The circle meets the awn's two sides where it is as wide as the wall.
         neck = np.arccos(min(1.0, half / radius))
-        return _arc(centre, radius, tilt - neck, tilt + np.pi + neck)
+        return arc(centre, radius, tilt - neck, tilt + np.pi + neck)
     end = _CURL_END_RAD + shape.turn_rad
     middle = centre + (radius - half) * np.array([np.cos(end), np.sin(end)])
     return np.vstack(
         [
-            _arc(centre, radius, tilt, end),
-            _arc(middle, half, end, end + np.pi)[1:-1],
-            _arc(centre, radius - shape.wall_mm, end, tilt),
+            arc(centre, radius, tilt, end)[:1],
+            arc(middle, half, end, end + np.pi)[:1],
+            arc(centre, radius - shape.wall_mm, end, tilt),
         ]
     )
 
 
-def _mirrored(half: FloatArray) -> FloatArray:
-    """Return a chain of points, followed by its mirror image about the axis in reverse order."""
-    return np.vstack([half, half[::-1] * [1.0, -1.0]])
-
-
 def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
-    """Return the wall's outer and inner boundary.
-
-    Returns
-    -------
-    outer : array of shape (N, 2)
-        Anticlockwise, in mm.
-    inner : array of shape (6, 2)
-        Clockwise, because the hexagon's inside is a hole.
-    """
+    """Return the wall's outer outline, and the hexagon's inside as a hole."""
     half = shape.wall_mm / 2
     fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -half)
-    inner_fold, inner_lower, inner_shoulder = _offset_corners(
-        shape.fold, shape.lower, shape.shoulder, half
-    )
+    hole = _offset_corners(shape.fold, shape.lower, shape.shoulder, half)
     # The point at which the awn's side next to A meets the outside of the wall AC.
     joint = _crossing(
         fold,
@@ -235,28 +194,23 @@ def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
         shape.shoulder + half * shape.side * shape.headward,
         shape.along,
     )
-    end = awn_end(shape) if shape.side > 0 else awn_end(shape)[::-1]
-    upper = np.vstack([fold, joint, end, lower])
-    outer = _mirrored(upper)
-    inner = _mirrored(np.vstack([inner_fold, inner_shoulder, inner_lower]))
-    return (outer, inner[::-1]) if shape.side > 0 else (outer[::-1], inner)
+    end = awn_end(shape)
+    if shape.side < 0:
+        end = reverse(end)
+    outer = mirrored(np.vstack([polygon([fold, joint]), end, polygon([lower])]))
+    inner = mirrored(polygon([hole[0], hole[2], hole[1]]))
+    return (outer, reverse(inner)) if shape.side > 0 else (reverse(outer), inner)
 
 
 def loop_length(shape: Shape) -> float:
     """Return the length of the hexagon's wall along its middle line, in mm."""
-    middle = _mirrored(np.vstack([shape.fold, shape.shoulder, shape.lower]))
+    middle = mirrored(polygon([shape.fold, shape.shoulder, shape.lower]))
     return float(np.linalg.norm(middle - np.roll(middle, 1, axis=0), axis=1).sum())
 
 
 def wall_area(shape: Shape) -> float:
     """Return the area of the wall's section with the awns, in mm2."""
     return sum(signed_area(boundary) for boundary in outline(shape))
-
-
-def signed_area(polygon: FloatArray) -> float:
-    """Return the area of a polygon; it is negative if the polygon is clockwise."""
-    x, y = polygon.T
-    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def glue_faces(shape: Shape) -> dict[str, FloatArray]:
@@ -275,10 +229,10 @@ def glue_faces(shape: Shape) -> dict[str, FloatArray]:
     }
 
 
-def spacing(shape: Shape, adhesive_mm: float) -> float:
-    """Return the distance along the axis from one substructure to the next, in mm."""
+def face_to_face(shape: Shape) -> float:
+    """Return the distance between the two glue faces, in mm."""
     faces = glue_faces(shape)
-    return float(faces["head"][0, 0] - faces["tail"][0, 0]) + adhesive_mm
+    return float(faces["head"][0, 0] - faces["tail"][0, 0])
 
 
 def cut_lines(shape: Shape, choices: Choices) -> list[FloatArray]:
