@@ -20,7 +20,7 @@ help:  ## list what make can do
 	@sed -n 's/^\([a-z-]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
 
 report: $(BIN)/capsule  ## set up the environment and make results/report.html
-	$(BIN)/snakemake -c$(CORES) --quiet host reason
+	$(BIN)/snakemake -c$(CORES)
 
 # Where Python may keep nothing, each test worker, command and job would compile its modules anew.
 PYTEST := env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder

@@ -33,6 +33,8 @@ RULES = {
     r"draw the survey \S+": "survey",
     r"write the report": "report",
 }
+# The line of a job in a run, and in a dry run.
+JOB = re.compile(r"^(?:\d+ of \d+|Job \d+): (?!everything$)(.+)", re.MULTILINE)
 # With these, `coverage` counts which branches run in the jobs, beside what `pytest --cov` counts.
 MEASURED = {
     "COVERAGE_PROCESS_START": str(ROOT / "pyproject.toml"),
@@ -202,7 +204,7 @@ class Run:
 
     def __init__(self, status: int, output: str) -> None:
         self.status, self.output = status, output
-        self.jobs = Counter(map(rule_of, re.findall(r"^Job \d+: (.+)", output, re.MULTILINE)))
+        self.jobs = Counter(map(rule_of, JOB.findall(output)))
 
     @property
     def did_nothing(self) -> bool:

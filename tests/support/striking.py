@@ -25,7 +25,6 @@ def strike_at_random(
     strike: Callable[[], None],
     *,
     most_jobs: int = 2,
-    hear: Callable[[str], None] = lambda line: None,
 ) -> None:
     """Read a run's log to its end, and call a function once during the run.
 
@@ -43,8 +42,6 @@ def strike_at_random(
         The function.
     most_jobs : int
         Largest number of jobs before the moment.
-    hear : callable
-        Function that is called with each line of the log.
     """
     jobs = numbers.randint(0, most_jobs)
     timer = threading.Timer(numbers.uniform(0.0, 0.5 if jobs else 1.5), strike)
@@ -53,8 +50,7 @@ def strike_at_random(
         if jobs == 0:
             timer.start()
         for line in process.stdout or []:
-            hear(line)
-            begun += bool(re.match(r"Job \d+: ", line))
+            begun += bool(re.match(r"\d+ of \d+: ", line))
             if jobs and begun == jobs:
                 timer.start()
                 jobs = 0

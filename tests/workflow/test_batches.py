@@ -142,7 +142,7 @@ def test_results_of_a_recording_that_is_gone_are_named(in_threes, alone, tmp_pat
 def test_a_killed_batch_is_made_again(alone, new, tmp_path):
     project = in_batches_of(100, new, tmp_path / "project")
     with project.start(*TABLES) as process:
-        assert any(re.match(r"Job \d+: fit ", line) for line in process.stdout)
+        assert any(re.match(r"\d+ of \d+: fit ", line) for line in process.stdout)
         os.killpg(process.pid, signal.SIGKILL)
     run = make(project)
     assert run.jobs["fit"] == 1

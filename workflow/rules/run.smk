@@ -5,6 +5,7 @@
 # gives: the lock .snakemake/run.lock, and lines on the terminal
 
 from capsule.engine.run import Run
+from capsule.engine.short_log import shorten_log
 
 RUN = Run(
     RAW,
@@ -36,6 +37,11 @@ if not IS_MODULE:
         figures,
         survey,
         report,
+
+    # A dry run gives Snakemake's reasons.
+    in_full = workflow.output_settings.dryrun or workflow.output_settings.verbose
+    if workflow.is_main_process and not in_full:
+        shorten_log(lambda: RUN.about_report(REPORT.key()))
 
 
 onstart:

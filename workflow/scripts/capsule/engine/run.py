@@ -124,13 +124,18 @@ class Run:
             self._tell_leftovers()
         except CapsuleError as error:
             _tell(files.error_line(error))
-        if not self.page.exists():
-            return
-        if is_made_from(self.page, key):
+        if self.page.exists() and is_made_from(self.page, key):
             mark_outdated(self.page, outdated=False)
-            _tell(f"The report: {self.page}")
-        else:
-            _tell(f"{self.page} is out of date; make it again: snakemake -c2 {self.page}")
+        if line := self.about_report(key):
+            _tell(line)
+
+    def about_report(self, key: str) -> str:
+        """Return where the report is, or that it is not made from this key; empty without one."""
+        if not self.page.exists():
+            return ""
+        if is_made_from(self.page, key):
+            return f"The report: {self.page}"
+        return f"{self.page} is out of date; make it again: snakemake -c2 {self.page}"
 
     def fail(self) -> None:
         """Explain how Slurm has ended jobs of this run."""
