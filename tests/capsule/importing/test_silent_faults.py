@@ -84,7 +84,7 @@ def test_a_start_that_is_no_date_is_named_and_the_next_file_comes_in(tmp_path, g
     path = hdf_file(tmp_path / "run.h5", started=began)
     imported = import_files(tmp_path, path, good)
     assert imported.refused == ""
-    assert f"note: the file says that it began {began!r}, which is no date" in imported.shown
+    assert f"run.h5: the file says that it began {began!r}, which is no date" in imported.shown
     assert "started" not in imported.recordings()["3mm/run"].header
 
 
@@ -297,22 +297,8 @@ def test_numbers_as_column_names_are_no_sample(tmp_path, ending, index):
         frame.to_excel(path, index=bool(index))
     imported = import_files(tmp_path, path, "--time", "1", "--sensors", *"2345")
     assert_readings(imported.the_recording(), TIME_S, COUNTS)
-    names = ",0,1,2,3" if index else "0,1,2,3,4"
-    assert f" 1: '{names}' is taken for the names of the columns, not for a" in imported.shown
-
-
-def test_numbers_that_can_be_names_or_a_sample_are_asked_for(tmp_path):
-    values = np.array([[2, 1, 4, 3, 2, 1] * 20, [1, 2, 3, 4, 2, 3] * 20] * 2)
-    values[:, 0] = [1, 2, 3, 4]
-    path = write(tmp_path / "few.csv", [TIME_S[:120], *values], "")
-    told = ["--unit", "kohm"]
-    assert (
-        "line 1: '0,1,2,3,4' can be the names of the columns (--skip-lines 1) or the first sample "
-        "(--skip-lines 0); choose one"
-    ) in import_files(tmp_path, path, *told).refused
-    for skipped in (0, 1):
-        other = import_files(tmp_path / str(skipped), path, *told, "--skip-lines", str(skipped))
-        np.testing.assert_array_equal(other.the_recording().values, values[:, skipped:])
+    names = "0, 1, 2, 3" if index else "1, 2, 3, 4"
+    assert f" 1, with {names}, is passed over: it counts the columns" in imported.shown
 
 
 def test_an_empty_cell_in_quotes_between_blanks_is_a_missing_sample(tmp_path):
@@ -332,8 +318,8 @@ def test_a_first_sample_far_from_all_others_and_a_long_gap_are_named(tmp_path, g
     values[:, 0] = [3, 1, 2, 7]
     time_s[150:] += 300
     shown = import_files(tmp_path, write(tmp_path / "a.csv", [time_s, *values])).shown
-    assert "note: the first sample, 3, 1, 2, 7, is far from all others; if it is none" in shown
-    assert "note: a gap of 5 min follows sample 150; if another run begins behind it" in shown
+    assert "note: line 2, with 3, 1, 2, 7, is passed over: 3 is far from all others" in shown
+    assert "note: a gap of 5 min follows sample 149; if another run begins behind it" in shown
 
 
 def test_no_column_is_the_time_and_a_sensor(tmp_path, good):

@@ -17,7 +17,8 @@ TIME_S = np.arange(50) / 10
 
 def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
     keys = replace(checked_keys(said, SETTINGS), rate_hz=configured_hz)
-    return read_time(table_of([(name, values, unit)], "", rate_hz=rate_hz), 0, keys)
+    rates_hz = {} if rate_hz is None else {"fs": rate_hz}
+    return read_time(table_of([(name, values, unit)], "", rates_hz=rates_hz), 0, keys)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +73,7 @@ def test_a_known_rate_decides():
 @pytest.mark.parametrize("rate_hz", [5.6e-308, -10.0, 1e39, float("nan"), float("inf")])
 def test_a_rate_that_cannot_be_is_refused_where_it_gives_the_time(rate_hz):
     keys = checked_keys({}, SETTINGS)
-    table = table_of([("", np.arange(50.0), "")], "", rate_hz=rate_hz)
+    table = table_of([("", np.arange(50.0), "")], "", rates_hz={"fs": rate_hz})
     with pytest.raises(CapsuleError, match=r"by the file is not between 0\.2 and 100000 Hz"):
         read_time(table, None, keys)
     with pytest.raises(CapsuleError, match="give the right one with --rate"):

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import QuestionError, Table
+from capsule.importing.table import Table
 from capsule.importing.text import STAMP_NAME
 from capsule.importing.times import WRAPS, text_kind, unwrapped
 from capsule.importing.units import is_time_name, split_unit
@@ -22,24 +22,26 @@ _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
 
 
-def choose_columns(table: Table, keys: Keys) -> tuple[int | None, tuple[int, ...], int | None]:
+def choose_columns(
+    table: Table, keys: Keys, questions: list[str]
+) -> tuple[int | None, tuple[int, ...], int | None]:
     """Return the columns of time, sensors and run, by lab.yaml, then by names, then by position.
 
-    Of the keys, ``time``, ``sensors``, ``run_column`` and ``sensor_count`` are used.
+    Where more than one choice fits, a question is added to `questions`.
 
     Returns
     -------
     time : int or None
-        Index of the column of the time; None if there is none.
+        Index of the column of the time; None if there is none, or several can be it.
     sensors : tuple of S int
-        Indices of the sensors' columns.
+        Indices of the sensors' columns; all that can be one, if it is asked.
     run : int or None
         Index of the column that names the run; None if there is none.
 
     Raises
     ------
     CapsuleError
-        If a named column does not exist, or more than one choice fits.
+        If a named column does not exist.
     """
     run = None if keys.run_column is None else _named_column(table, keys.run_column, "run_column")
     given = keys.sensors or ()
@@ -52,16 +54,30 @@ def choose_columns(table: Table, keys: Keys) -> tuple[int | None, tuple[int, ...
                 "columns, or give their numbers, from 1 on"
             )
     if keys.time is None:
-        time = _time(table, {*picked, run}, 0 if picked else keys.sensor_count)
+        times = _times(table, {*picked, run}, 0 if picked else keys.sensor_count)
+        if len(times) > 1:
+            listed = table.listed(times)
+            questions.append(f"the columns {listed} can all be the time; name one with --time")
+        time = times[0] if len(times) == 1 else None
     else:
         time = None if keys.time == NO_TIME else _named_column(table, keys.time, "time")
+        times = [] if time is None else [time]
     for twice, count in Counter((time, *picked)).items():
         if twice is not None and count > 1:
             raise CapsuleError(
                 f"column {table.column_label(twice)} is named twice; name another column with "
                 "--time or --sensors"
             )
-    return time, picked or _sensors(table, {time, run}, keys.sensor_count), run
+    if not picked:
+        picked = _sensors(table, {*times, run}, keys.sensor_count)
+        if len(picked) != keys.sensor_count:
+            count = keys.sensor_count
+            questions.append(
+                f"{len(picked)} columns can be sensors, {table.listed(picked) or 'none'}, and "
+                f"there are {count} sensors; name {count} with --sensors, in the order of the "
+                "sensors, or set recording.sensors of the configuration"
+            )
+    return time, picked, run
 
 
 def _named_column(table: Table, wanted: str | int, key: str) -> int:
@@ -80,8 +96,8 @@ def _named_column(table: Table, wanted: str | int, key: str) -> int:
     raise CapsuleError(f"{key}: {wanted!r} {what}; columns 1 to {count} are {listed}")
 
 
-def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | None:
-    """Return the column of the time; `sensors` other columns of numbers must remain."""
+def _times(table: Table, taken: Collection[int | None], sensors: int) -> list[int]:
+    """Return the columns that can be the time; `sensors` other columns of numbers must remain."""
     free = [at for at in range(len(table.names)) if at not in taken]
     numbers = [at for at in free if table.holds_numbers(at)]
     texts = [at for at in free if text_kind(table, at)]
@@ -93,12 +109,7 @@ def _time(table: Table, taken: Collection[int | None], sensors: int) -> int | No
         # Without names, the first column is the time, unless another one also steps evenly.
         clocks = [at for at in clocks if _steps_evenly(table.columns[at])]
     stamps = [at for at in texts if table.names[at] == STAMP_NAME]
-    candidates = named or clocks or stamps or texts
-    if len(candidates) > 1:
-        raise QuestionError(
-            f"the columns {table.listed(candidates)} can all be the time; name one with --time"
-        )
-    return candidates[0] if candidates else None
+    return named or clocks or stamps or texts
 
 
 def _rises(values: np.ndarray) -> bool:
@@ -115,7 +126,7 @@ def _steps_evenly(values: np.ndarray) -> bool:
 
 
 def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple[int, ...]:
-    """Return the columns of the sensors: those with numbered names, or all that are left."""
+    """Return the columns of the sensors: those with numbered names, or all that can be one."""
     free = [at for at in range(len(table.names)) if at not in taken and table.holds_numbers(at)]
     families = defaultdict(list)
     for index in free:
@@ -125,11 +136,11 @@ def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple
     if len(whole) == 1:
         return tuple(index for _, index in whole[0])
     plain = [at for at in free if not (_is_counter(table, at) and _rises(table.columns[at]))]
-    if len(plain) != sensors:
-        raise QuestionError(
-            f"{len(plain)} columns can be sensors, {table.listed(plain) or 'none'}, and there are "
-            f"{sensors} sensors; name {sensors} with --sensors, in the order of the sensors"
-        )
+    # Beside --time none, there may be a column of the time.
+    if len(plain) > sensors:
+        plain = [at for at in plain if not is_time_name(table.names[at])]
+    if len(plain) > sensors:
+        plain = [at for at in plain if not _rises(table.columns[at])]
     return tuple(plain)
 
 

@@ -57,6 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     written, lab = "file for the guessed description (default: %(default)s)", Path("lab.yaml")
     add("--write-map", type=Path, default=lab, metavar="FILE", help=written)
     add("--name", type=recording_name, help="name of the recording (default: the file's)")
+    preview = "show the first samples and a line of bars of each file, also of many"
+    add("--preview", action="store_true", help=preview)
     add("--dry-run", action="store_true", help="show what would be done, and write nothing")
     add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
     here = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
@@ -116,12 +118,18 @@ class Importer:
             if content is not None:
                 self._names[_checksum(content)] = name
         self.written = self.known = self.refused = 0
+        # Of many files, a way to read them is shown once, and so is a note, with all its files.
+        self._full, self._width, self._shown = True, 0, set[str]()
+        self._notes: dict[str, list[str]] = {}
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
         asked: dict[str, list[str]] = {}
-        for files in self._groups():
-            names = ", ".join(displayed(str(file)) for file in files)
+        self._notes.clear()
+        groups = self._groups()
+        named = [", ".join(displayed(str(file)) for file in files) for files in groups]
+        self._full, self._width = len(groups) == 1 or self._options.preview, max(map(len, named))
+        for files, names in zip(groups, named, strict=True):
             try:
                 self._import(files, names)
             except (CapsuleError, OSError) as fault:
@@ -140,6 +148,9 @@ class Importer:
         for first, *more in asked.values():
             if more:
                 _tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
+        if not self._full:
+            for text, places in self._notes.items():
+                _tell(f"note: {', '.join(places)}: {text}")
 
     def _groups(self) -> list[list[Path]]:
         """Return the files in groups; the files of one group are one run."""
@@ -161,9 +172,13 @@ class Importer:
 
     def _import(self, files: list[Path], names: str) -> None:
         readings, sums = self._read(files)
-        _tell(names)
-        for reading in readings:
-            _tell("\n".join(_reading_lines(reading, self._keys)))
+        told = "\n".join(line for each in readings for line in _reading_lines(each, self._keys))
+        if self._full:
+            _tell(f"{names}\n{told}")
+        elif told not in self._shown:
+            head = "".join(f"{word:>10}" for word in ("samples", "seconds", "lowest", "highest"))
+            _tell(f"{told}\n  {'file':<{self._width}}{head}")
+        self._shown.add(told)
         parts = [joined(readings, self._keys)] if len(files) > 1 else readings
         named = ", ".join(file.name for file in files)
         origin = {"source": f"imported from {named}", "import_file": named, "import_sha256": sums}
@@ -189,12 +204,15 @@ class Importer:
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
         for name, each in planned.items():
-            self._archive(name, *each)
+            self._archive(names, name, *each)
         if not (self._options.map or self._options.dry_run):
             alone = not self._keys.per_sensor
             described = as_map(readings[0], self._keys) if alone else self._keys.given
             if told := keep_map(self._options.write_map, described):
-                _tell(f"  {told}")
+                if told.startswith("wrote"):
+                    _tell(f"  {told}")
+                else:
+                    self._note(names, told, "")
 
     def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
         """Read files, and find out what their columns are; return their checksums, too."""
@@ -227,15 +245,36 @@ class Importer:
                     "another --name"
                 )
 
+    def _note(self, names: str, text: str, word: str = "note: ") -> None:
+        """Show a text on a file once; of many files, notes are shown at the end."""
+        places = self._notes.setdefault(text, [])
+        if names not in places:
+            places.append(names)
+            if self._full:
+                _tell(f"  {word}{text}")
+
     def _archive(
-        self, name: str, content: bytes, checksum: str, recording: Recording, remarks: list[str]
+        self,
+        names: str,
+        name: str,
+        content: bytes,
+        checksum: str,
+        recording: Recording,
+        remarks: list[str],
     ) -> None:
         """Write a recording, unless the archive holds it; show what was done."""
-        _tell("\n".join(_sample_lines(recording)))
+        size, end = recording.time_s.size, recording.time_s[-1]
+        if self._full:
+            _tell("\n".join(_sample_lines(recording)))
+        else:
+            span = np.nanmin(recording.values), np.nanmax(recording.values)
+            cells = "".join(f"{cell:>10}" for cell in (size, *(f"{x:.6g}" for x in (end, *span))))
+            _tell(f"  {names:<{self._width}}{cells}")
         # It may be one that this file holds twice.
         if known := self._names.get(checksum):
             self.known += 1
-            _tell(f"  already in the archive: {known} holds the same samples; nothing is written")
+            told = f"already in the archive: {known} holds the same samples; nothing is written"
+            self._note(names, told, "")
             return
         path, verb = self._path(name), "would write"
         if not self._options.dry_run:
@@ -247,19 +286,20 @@ class Importer:
                 raise
             self._names[checksum], verb = name, "wrote"
         self.written += 1
-        here = Path.cwd()
-        near = path.relative_to(here) if path.is_relative_to(here) else path
-        _tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
+        if self._full:
+            here = Path.cwd()
+            near = path.relative_to(here) if path.is_relative_to(here) else path
+            _tell(f"  {verb} {near}: {size} samples, {end:g} s")
         if resampled := recording.header.get("import_resampled"):
-            _tell(f"  resampled {resampled}")
+            self._note(names, f"resampled {resampled}", "")
         for remark in remarks:
-            _tell(f"  note: {remark}")
+            self._note(names, remark)
         try:
             _, no_verdict = readings_of(recording, self._settings)
             if no_verdict:
-                _tell(f"  note: the report will give no verdict: {no_verdict}")
+                self._note(names, f"the report will give no verdict: {no_verdict}")
         except RecordingError as reason:
-            _tell(f"  note: the report will reject it: {reason}")
+            self._note(names, f"the report will reject it: {reason}")
 
     def summary(self) -> str:
         """Return a line with the numbers of recordings imported and known, and files refused."""

@@ -68,6 +68,11 @@ _NO_TABLE |= dict.fromkeys(
     "it is a pickle of Python, which can run any code when it is read; save it as text: "
     "pandas.read_pickle('{0}').to_csv('{1}.csv')",
 )
+_NO_TABLE |= dict.fromkeys(
+    [b"{", b"[{", b"[["],
+    "it is JSON; save it as text: pandas.read_json('{0}').to_csv('{1}.csv'), with lines=True if "
+    "each line is a sample",
+)
 # Name, numbers and unit of each column.
 _Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
 

@@ -54,7 +54,7 @@ def usual_rate(time_s: np.ndarray) -> float:
     wrong = np.flatnonzero(steps <= 0)
     if wrong.size:
         at = int(wrong[0])
-        what, remedy = "runs backwards", "if another run begins there, give --run-gap-s"
+        what, remedy = "runs backwards", "if another run begins there, give --run-gap-s 5"
         if steps[at] == 0:
             what, remedy = "repeats", "if its clock is too coarse, give --time none and --rate"
         raise CapsuleError(

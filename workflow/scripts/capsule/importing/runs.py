@@ -1,7 +1,7 @@
 """Make recordings from a laboratory's tables, and record how each column was read."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
-from capsule.importing.table import Table, is_far, naming
+from capsule.importing.table import QuestionError, Table, is_far, is_lone, naming, without_first
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
 from capsule.recordings.names import displayed
@@ -21,6 +21,8 @@ from capsule.recordings.recording import Recording
 _KEPT = ("site", "session", "setup", "adc_bits", "vref_v", "series_ohm")
 _MILLI_DIGITS = 9
 _MOST_RUNS = 1000
+# Readings far from their neighbours that are named.
+_MOST_LONE = 5
 # A longer gap is named.
 _LONG_GAP_S = 60.0
 # Characters of a header line that the import adds.
@@ -71,7 +73,10 @@ def read_columns(table: Table, keys: Keys) -> Reading:
     CapsuleError
         If the columns, the time or the unit are unknown or ambiguous.
     """
-    time, sensors, run = choose_columns(table, keys)
+    questions = list[str]()
+    time, sensors, run = choose_columns(table, keys, questions)
+    table = without_first(table, sensors)
+    _ask(table, time, sensors, questions, keys)
     columns = tuple(map(table.column_label, sensors))
     _check_lengths(table, time, sensors, keys)
     if time is None and table.alone:
@@ -98,6 +103,30 @@ def read_columns(table: Table, keys: Keys) -> Reading:
             "leave it out, or give --run-gap-s"
         )
     return Reading(table, time, run, sensors, columns, clock, unit, reason, values, resampled)
+
+
+def _ask(
+    table: Table, time: int | None, sensors: tuple[int, ...], questions: list[str], keys: Keys
+) -> None:
+    """Raise one question that names all that must be known of the columns, if anything is not."""
+
+    def missing(read: Callable[..., object], columns: object) -> str:
+        try:
+            read(table, columns, keys)
+        except QuestionError as question:
+            return str(question)
+        except CapsuleError:
+            pass  # It is raised if nothing is asked.
+        return ""
+
+    if not table.alone and not any("--time" in each for each in questions):
+        questions.append(missing(read_time, time))
+    # Of columns that can be sensors, each one may have a unit of its own.
+    choices = [sensors] if len(sensors) == keys.sensor_count else [(index,) for index in sensors]
+    units = [missing(reading_unit, columns) for columns in choices]
+    questions.append(units[0] if units and all(units) else "")
+    if asked := list(filter(None, questions)):
+        raise QuestionError("; and ".join(asked))
 
 
 def _check_lengths(table: Table, time: int | None, sensors: Sequence[int], keys: Keys) -> None:
@@ -159,7 +188,7 @@ def runs_of(
         partly = lacking.any(axis=0) & ~lacking.all(axis=0)
         values = np.where(partly, np.nan, values)
         header = _header(reading, origin, keys, label, float(time_s[0]))
-        remarks = list(_remarks(reading, Recording(time_s, values, header), keys))
+        remarks = list(_remarks(reading, rows.start, Recording(time_s, values, header), keys))
         if partly.any():
             remarks.append(f"{np.count_nonzero(partly)} samples lack a sensor and count as missing")
         with naming(f"run {displayed(label)}" if label else ""):
@@ -174,8 +203,11 @@ def runs_of(
         yield label, Recording(np.round(time_s - time_s[0], 9), values, header), remarks
 
 
-def _remarks(reading: Reading, run: Recording, keys: Keys) -> Iterator[str]:
-    """Yield notes for the user, such as on a first sample or a gap that looks wrong."""
+def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterator[str]:
+    """Yield notes for the user, such as on a first sample or a gap that looks wrong.
+
+    The run begins at the reading's sample of index `first`.
+    """
     header, values = run.header, run.values
     yield from filter(None, (reading.table.remark, reading.clock.remark))
     if reading.clock.started and "started" not in header:
@@ -198,14 +230,15 @@ def _remarks(reading: Reading, run: Recording, keys: Keys) -> Iterator[str]:
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
             "another run begins behind it, give --run-gap-s"
         )
+    for sensor, at in np.argwhere(is_lone(values))[:_MOST_LONE].tolist():
+        before, here, after = values[sensor, at - 1 : at + 2]
+        yield (
+            f"{reading.table.line(first + at)}: {here:g} of sensor_{sensor + 1} is far from "
+            f"{before:g} before and {after:g} after it; if digits were lost, correct the line"
+        )
     highest = np.nanmax(values, initial=0.0)
     if header["unit"] == "V" and "vref_v" not in header:
         yield "the supply voltage is unknown, so volts are judged as they are; use --vref-v"
-    if header["unit"] in ("ohm", "kohm") and "series_ohm" not in header:
-        yield (
-            "the resistor in series is unknown, so the median resistance replaces it; use "
-            "--series-ohm"
-        )
     if header["unit"] == "counts" and "adc_bits" not in header and highest >= keys.full_scale:
         yield (
             f"readings reach {highest:g}, but diagonal.full_scale is {keys.full_scale:g}; use "
@@ -220,8 +253,10 @@ def _split(reading: Reading, keys: Keys) -> Iterator[tuple[str, slice]]:
     if reading.run is not None:
         names[:] = reading.table.texts(reading.run)
     renamed = names[1:] != names[:-1]
-    # A clock that starts again begins another run, too.
+    # A clock or a board that starts again begins another run, too.
     breaks = renamed | (((steps > keys.run_gap_s) | (steps < 0)) if keys.run_gap_s else False)
+    if keys.run_gap_s:
+        breaks[[row - 1 for row in reading.table.restarts if 0 < row <= breaks.size]] = True
     starts = [0, *(np.flatnonzero(breaks) + 1).tolist()]
     if len(starts) > _MOST_RUNS:
         raise CapsuleError(

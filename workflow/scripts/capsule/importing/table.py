@@ -13,6 +13,8 @@ from capsule.importing.lab_yaml import Keys
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
+# A reading far from its neighbours: samples, and steps in those that hardly any exceeds.
+_LEAST_LONE, _LONE_STEPS = 8, 4.0
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
 
@@ -250,3 +252,48 @@ def is_far(values: np.ndarray) -> np.ndarray:
     # Unlike nanmin and nanmax, these do not warn of a row without a reading.
     low, high = np.fmin.reduce(values[:, 1:], axis=1), np.fmax.reduce(values[:, 1:], axis=1)
     return np.asarray(np.abs(values[:, 0] - (low + high) / 2) > 1.5 * (high - low))
+
+
+def is_lone(values: np.ndarray) -> np.ndarray:
+    """Return for each reading (S, K) whether it is far from both of its neighbours.
+
+    It is less than half or more than twice of both, as a number with a digit too few or too many
+    is, and hardly another step of its sensor is as large.
+    """
+    lone = np.zeros(values.shape, dtype=bool)
+    if values.shape[1] < _LEAST_LONE:
+        return lone
+    before, here, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
+    jump = np.fmin(np.abs(here - before), np.abs(here - after))
+    steps = np.nan_to_num(np.abs(np.diff(values)))
+    usual = np.percentile(steps, 99, axis=1, keepdims=True)
+    low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
+    is_far_off = (2 * np.abs(here) < low) | (np.abs(here) > 2 * high)
+    lone[:, 1:-1] = is_far_off & (jump > _LONE_STEPS * usual) & (high < 2 * low)
+    return lone
+
+
+def without_first(table: Table, sensors: Sequence[int]) -> Table:
+    """Return a table of text without its first row if that is no sample, with a note.
+
+    It counts the columns, as pandas and numpy do; or a reading is far from all others, and less
+    than half of the next one: the line, or the file, lacks its beginning.
+    """
+    if table.lines is None or table.columns[0].size < _LEAST_LONE:
+        return table
+    values = np.array([table.columns[index] for index in sensors])
+    first = values[:, 0]
+    counts = np.ptp(first - np.array(sensors)) == 0 and abs(first[0] - sensors[0]) <= 1
+    is_cut = is_far(values) & (2 * np.abs(first) < np.abs(values[:, 1]))
+    if not (counts or is_cut.any()):
+        return table
+    why = "it counts the columns" if counts else f"{first[is_cut][0]:g} is far from all others"
+    shown = ", ".join(f"{value:g}" for value in first)
+    return replace(
+        table,
+        columns=tuple(column[1:] for column in table.columns),
+        words={index: texts[1:] for index, texts in table.words.items()},
+        lines=None if table.lines is None else table.lines[1:],
+        restarts=[row - 1 for row in table.restarts if row],
+        remark=f"{table.line(0)}, with {shown}, is passed over: {why}",
+    )

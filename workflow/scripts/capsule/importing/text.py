@@ -217,7 +217,7 @@ def _labview(above: Sequence[list[str]], dialect: _Dialect) -> dict[str, Any]:
         if units := [cell.rpartition(" ")[2] for cell in said.get(key, ())]:
             told.setdefault("units", ["", *units])
     if "delta_x" in said and (step := dialect.number(said["delta_x"][0])) > 0:
-        told["rate_hz"] = 1.0 / step
+        told["rates_hz"] = {"Delta_X": round(1.0 / step, 9)}
     if "delta_x" in said and "date" in said and "time" in said:
         told["started"] = f"{said['date'][0].replace('/', '-')}T{said['time'][0][:8]}"
     return told

@@ -104,6 +104,12 @@ def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
     if index is None:
         no_rate = "no column gives the time; name one with --time, or give the sampling rate in Hz "
         rate, told = _rate(table, keys, f"{no_rate}with --rate")
+        if table.restarts and table.lines is not None and not keys.run_gap_s:
+            raise CapsuleError(
+                f"above line {table.lines[table.restarts[0]]} the names of the columns are "
+                "repeated, as by a board that starts again; give --run-gap-s 5 if another run "
+                "begins there, or delete the names"
+            )
         for number in table.passed_over:
             if table.lines is not None and table.lines[0] < number < table.lines[-1]:
                 raise CapsuleError(
@@ -156,7 +162,9 @@ def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, st
         back = (steps < 0) & (steps + wrap > 0) & (steps + wrap <= _LONGEST_STEP * step)
         added[1:] += wrap * np.cumsum(back)
         for row in np.flatnonzero(back)[:1]:
-            how = "an hour, as at the end of summer time" if wrap == _HOUR else f"{wrap:.10g}"
+            how = f"{wrap:.10g}"
+            if wrap == _HOUR:
+                how = "an hour, as at the end of summer time or without hours"
             remark = f"the clock goes back by {how}, at sample {row + 2}, and is taken to run on"
     return times + added, remark
 
