@@ -126,7 +126,7 @@ def judge_by_another(
 def judge_template(
     archive: Sequence[Recording], config: Mapping, effort: int, seed: int
 ) -> dict[str, dict[str, float]]:
-    """Judge each recording by the paper's detector, and by its margin against a threshold.
+    """Judge each recording by the paper's detector.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def judge_template(
     Returns
     -------
     dict of str to dict
-        A row each for ``template`` and ``template_threshold``.
+        A row for ``template``.
     """
     started = time.process_time()
     fit = {**config["fit"], "seed": seed, "particles": effort, "iterations": effort}
@@ -153,13 +153,11 @@ def judge_template(
     sizes_mm = {recording.name: recording.size_mm for recording in archive}
     recordings = {name: StoredRecording(partial(matrices.__getitem__, name)) for name in sizes_mm}
     taught = TrainingArchive(sizes_mm, recordings, templates, particles, config)
-    detectors = {name: detector_class(name) for name in ("template", "template_threshold")}
-    verdicts: dict[str, list[Verdict]] = {name: [] for name in detectors}
-    for name in sizes_mm:
-        for label, detector in detectors.items():
-            verdicts[label].append(detector.taught(taught, [name]).verdict(taught.recordings[name]))
-    seconds = {"seconds": time.process_time() - started}
-    return {label: _row(archive, made) | seconds for label, made in verdicts.items()}
+    detector = detector_class("template")
+    verdicts = [
+        detector.taught(taught, [name]).verdict(taught.recordings[name]) for name in sizes_mm
+    ]
+    return {"template": _row(archive, verdicts) | {"seconds": time.process_time() - started}}
 
 
 def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dict[float, float]]:

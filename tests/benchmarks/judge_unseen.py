@@ -185,7 +185,7 @@ def judge_archive(
     detectors = arguments.detectors
     effort = arguments.fit if number < arguments.fitted else 0
     readings: Readings = {}
-    if effort and "template_threshold" in detectors:
+    if effort and "template" in detectors:
         archive = source.archive(number)
         readings = {**archive.readings, **archive.fresh}
     else:
@@ -194,7 +194,7 @@ def judge_archive(
     return {
         detector: judge(taught, detector, description.places, description.fresh)
         for detector in detectors
-        if effort or detector != "template_threshold"
+        if effort or detector != "template"
     }
 
 

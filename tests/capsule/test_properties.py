@@ -10,8 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.detectors.template import nearest_size, template_distances
 from capsule.errors import RecordingError
+from capsule.method.nearest_template import nearest_size, template_distances
 from capsule.method.preprocessing import preprocess, rms_envelope
 from capsule.recordings.acceptance import accept
 from capsule.recordings.recording import Recording, format_recording, read_recording

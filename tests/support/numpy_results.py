@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.template import template_distances
+from capsule.method.nearest_template import template_distances
 from capsule.method.particle import ParameterSpace, fit_particle
 from capsule.method.preprocessing import preprocess
 from capsule.method.templates import build_templates

@@ -132,11 +132,10 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    unknown, by_rule, by_threshold, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    unknown, by_rule, by_diagonal, by_taught = final.judge(run.counts.astype(float))
     assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
     assert by_taught.startswith("verdict of taught: ")
     assert by_rule.startswith("verdict of template: n")
-    assert by_threshold.startswith("verdict of template_threshold: n")
     found = re.fullmatch(
         r"verdict of diagonal: nodule of (\d\.\d) mm \((\d\.\d) mm or more\), "
         r"sensor 1 passes the nodule: ([\d.]+) s, ([\d.]+) mm, "
@@ -156,13 +155,11 @@ def test_a_probability_is_never_told_as_certain(templates, tmp_path, configurati
 def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    _, _, by_threshold, by_diagonal, by_taught = final.judge(noise)
+    _, _, by_diagonal, by_taught = final.judge(noise)
     assert by_taught.startswith("verdict of taught: none (no score")
-    assert by_threshold == (
-        "verdict of template_threshold: none "
-        "(no threshold: labelled recordings to learn it from are missing)"
+    assert by_diagonal == (
+        "verdict of diagonal: none (no threshold: labelled recordings to learn it from are missing)"
     )
-    assert by_diagonal.startswith("verdict of diagonal: none (no threshold")
 
 
 def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):

@@ -18,7 +18,7 @@ def test_the_papers_detector_is_the_first():
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones():
-    with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, templ"):
+    with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, diag"):
         detector_row("nearest")
     with pytest.raises(CapsuleError, match="no detector nearest; allowed are: "):
         detector_class("nearest")

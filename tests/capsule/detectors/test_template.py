@@ -1,23 +1,17 @@
 """The paper's detector on whole archives: recordings that are left out teach nothing."""
 
-from collections import Counter
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.detectors.base import StoredRecording
-from capsule.detectors.calibrate import rank_threshold
-from capsule.detectors.template import (
-    NearestTemplate,
-    TemplateMargin,
+from capsule.detectors.template import NearestTemplate
+from capsule.method.nearest_template import (
     compare_templates,
     first_peak_sample,
+    index_of_largest,
     nearest_size,
-    place_of_largest,
     template_distances,
 )
 from capsule.method.particle import Particle, render
@@ -82,84 +76,24 @@ def test_a_margin_is_the_gain_over_no_template(archive):
     assert np.isnan(compare_templates(np.full((4, 1000), np.nan), sought)).all()
 
 
-@pytest.mark.parametrize("passes", [1, 3])
-def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, passes):
-    sizes, particles, matrices, templates = archive
-    places = {name: f"{name[:3]}/{run // passes}" for run, name in enumerate(sizes)}
-    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.8)
-    taught = replace(taught, places=places)
-    healthy = [name for name, size in sizes.items() if size == 0]
-    every_3mm = [name for name, size in sizes.items() if size == 3.0]
-    for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"], every_3mm):
-        fold = templates.without([(sizes[n], particles.get(n)) for n in left_out])
-        sought = [RepeatedParticle(template) for template in fold[1:]]
-        margins = [
-            np.nanmax(compare_templates(matrices[name], sought)[1])
-            for name in healthy
-            if name not in left_out
-        ]
-        verdict = TemplateMargin.taught(taught, left_out).verdict(taught.recordings[left_out[0]])
-        others = taught.place_numbers([name for name in healthy if name not in left_out])
-        assert verdict.threshold == rank_threshold(np.array(margins), others, 0.8)
-
-
-def test_the_folds_read_the_matrix_of_each_of_many_healthy_recordings_once(archive):
-    sizes, particles, matrices, templates = archive
-    nodules = {name: size for name, size in sizes.items() if size > 0}
-    healthy = [f"0mm/r{number}" for number in range(300)]
-    taught = archive_of_matrices(matrices, nodules, templates, particles, 0.9)
-    read = Counter()
-
-    def recording(name):
-        def load():
-            read[name] += 1
-            return matrices["0mm/r0"]
-
-        return StoredRecording(load)
-
-    recordings = {**taught.recordings, **{name: recording(name) for name in healthy}}
-    many = replace(taught, sizes_mm=dict.fromkeys(healthy, 0.0) | nodules, recordings=recordings)
-    for left_out in ("1mm/r0", "1mm/r1", "3mm/r0"):
-        TemplateMargin.taught(many, [left_out])
-    assert read == Counter(healthy)
-
-
-def test_without_a_nodule_there_is_no_margin_and_no_threshold(archive):
+def test_without_a_nodule_there_is_no_margin(archive):
     sizes, _, matrices, _ = archive
     healthy = {name: size for name, size in sizes.items() if size == 0}
     nothing = build_templates({}, sensors=4, first_peak=150, length=1000)
     taught = archive_of_matrices(matrices, healthy, nothing, {}, 0.9)
-    verdict = TemplateMargin.taught(taught).verdict(taught.recordings["0mm/r0"])
-    assert np.isnan([verdict.predicted_mm, verdict.score, verdict.threshold]).all()
-    assert NearestTemplate.taught(taught).verdict(taught.recordings["0mm/r0"]).predicted_mm == 0
+    verdict = NearestTemplate.taught(taught).verdict(taught.recordings["0mm/r0"])
+    assert np.isnan(verdict.score) and verdict.predicted_mm == 0
 
 
-def test_an_unreadable_matrix_teaches_no_threshold(archive):
-    sizes, particles, matrices, templates = archive
-    known = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
-    unknown = {**matrices, "0mm/r0": np.full((4, 1000), np.nan)}
-    taught = archive_of_matrices(unknown, sizes, templates, particles, 0.9)
-    expected = TemplateMargin.taught(known, ["0mm/r0"]).threshold
-    assert TemplateMargin.taught(taught).threshold == expected
-
-
-def test_both_detectors_judge_a_recording_of_no_archive_by_what_they_keep(archive):
+def test_it_judges_a_recording_of_no_archive_by_what_they_keep(archive):
     sizes, particles, matrices, templates = archive
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
-    for detector in (NearestTemplate, TemplateMargin):
-        learned = detector.taught(taught)
-        restored = detector.restored(learned.stored(), templates)
-        for name in ("0mm/r0", "3mm/r1"):
-            recording = taught.recordings[name]
-            expected = verdict_values(learned.verdict(recording))
-            np.testing.assert_equal(verdict_values(restored.verdict(recording)), expected)
-
-
-def test_a_threshold_that_is_not_known_survives_the_file(archive):
-    *_, templates = archive
-    stored = {"margin_threshold": None}
-    model = TemplateMargin.restored(stored, templates)
-    assert np.isnan(model.threshold) and model.stored() == stored
+    learned = NearestTemplate.taught(taught)
+    restored = NearestTemplate.restored(learned.stored(), templates)
+    for name in ("0mm/r0", "3mm/r1"):
+        recording = taught.recordings[name]
+        expected = verdict_values(learned.verdict(recording))
+        np.testing.assert_equal(verdict_values(restored.verdict(recording)), expected)
 
 
 def test_distances_equal_the_literal_formula():
@@ -198,7 +132,7 @@ def test_of_equal_distances_the_smaller_size_wins():
 def test_the_largest_value_is_found_among_those_that_are_known(values):
     known = ~np.isnan(values)
     expected = int(np.nanargmax(values)) if known.any() else None
-    assert place_of_largest(values) == expected
+    assert index_of_largest(values) == expected
 
 
 def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
@@ -212,31 +146,20 @@ def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
 def test_a_found_nodule_has_the_nearest_size_and_the_place_of_its_template(archive):
     sizes, particles, matrices, templates = archive
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
-    found = 0
-    for detector in (NearestTemplate, TemplateMargin):
-        model = detector.taught(taught)
-        for name in sizes:
-            verdict = model.verdict(taught.recordings[name])
-            _, gains, lags = compare_templates(matrices[name], model.templates)
-            assert verdict.score == max(gains[1:])
-            assert (verdict.predicted_mm > 0) == (verdict.score > verdict.threshold)
-            if verdict.predicted_mm > 0:
-                found += 1
-                best = int(np.argmax(gains[1:])) + 1
-                assert verdict.estimate_mm == verdict.predicted_mm
-                assert verdict.location_samples == first_peak_sample(lags[best], 150, 1000)
-            else:
-                assert np.isnan(verdict.estimate_mm) and np.isnan(verdict.location_samples)
-    assert 0 < found < 2 * len(sizes)
-
-
-def test_a_margin_at_the_threshold_is_no_nodule(archive):
-    sizes, particles, matrices, templates = archive
-    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
-    margin = NearestTemplate.taught(taught).verdict(taught.recordings["3mm/r0"]).score
-    for threshold, found in ((margin, False), (np.nextafter(margin, -1), True)):
-        model = TemplateMargin.restored({"margin_threshold": threshold}, templates)
-        assert (model.verdict(taught.recordings["3mm/r0"]).predicted_mm > 0) == found
+    found, model = 0, NearestTemplate.taught(taught)
+    for name in sizes:
+        verdict = model.verdict(taught.recordings[name])
+        _, gains, lags = compare_templates(matrices[name], model.templates)
+        assert verdict.score == max(gains[1:])
+        assert (verdict.predicted_mm > 0) == (verdict.score > verdict.threshold)
+        if verdict.predicted_mm > 0:
+            found += 1
+            best = int(np.argmax(gains[1:])) + 1
+            assert verdict.estimate_mm == verdict.predicted_mm
+            assert verdict.location_samples == first_peak_sample(lags[best], 150, 1000)
+        else:
+            assert np.isnan(verdict.estimate_mm) and np.isnan(verdict.location_samples)
+    assert 0 < found < len(sizes)
 
 
 def test_the_first_peak_comes_as_many_samples_later_as_the_template_is_shifted():

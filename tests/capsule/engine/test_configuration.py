@@ -125,8 +125,7 @@ def test_the_configuration_holds_the_papers_numbers():
         (
             "report.lead",
             "taugt",
-            "report.lead: 'taugt' is not allowed; must be one of best, template, "
-            "template_threshold, diagonal, taught",
+            "report.lead: 'taugt' is not allowed; must be one of best, template, diagonal, taught",
         ),
         ("report.lead", 3, "report.lead: 3 is not allowed; must be text"),
         (
@@ -310,12 +309,14 @@ def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told
     for path, value in OLD.items():
         section, key = path.split(".")
         config[section][key] = value
+    config["detectors"] = ["template", "template_threshold", *config["detectors"][1:]]
     used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
     wanted = copy.deepcopy(CONFIG)
     wanted["evaluation"]["groups"] = ["session"]
     assert used == wanted
     assert config["evaluation"]["bootstrap"] == 1000, "what was written is not changed"
     assert without_effect(config, SCHEMA) == [
+        "detectors: template_threshold has no effect any more; remove it",
         "taught.penalties has no effect any more; remove it",
         "evaluation.groups: site has no effect any more; remove it",
         "evaluation.bootstrap has no effect any more; remove it",

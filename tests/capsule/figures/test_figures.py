@@ -257,7 +257,7 @@ def lab(rgb):
 
 
 def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
-    looks = rate_looks(["template", "template_threshold", "diagonal", "taught", "beats"])
+    looks = rate_looks(["template", "diagonal", "taught", "beats"])
     for lead in looks:
         shown = [looks[name] for name in dict.fromkeys([lead, "template", "paper"])]
         for one, other in combinations(shown, 2):
@@ -295,13 +295,13 @@ def curves(detectors, sizes=(np.nan, 1.0)):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
-    table = curves({"template": 1, "template_threshold": 1, "diagonal": 0.5})
+    table = curves({"template": 1, "beats": 1, "diagonal": 0.5})
     points = table[table["kind"] == "operating point"]
     assert set(points["false_positive_rate"]) == {0.25}
-    figure = draw_roc(table, ["template", "template_threshold", "diagonal"], width)
+    figure = draw_roc(table, ["template", "beats", "diagonal"], width)
     shown = texts(figure)
-    assert "score of template, template_threshold" in shown and "score of diagonal" in shown
-    assert "verdicts of template_threshold" in shown
+    assert "score of template, beats" in shown and "score of diagonal" in shown
+    assert "verdicts of beats" in shown
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
         "any nodule",
         "1 mm",

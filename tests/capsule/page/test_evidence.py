@@ -42,7 +42,7 @@ ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_
 
 def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     values = make_recording(3, "3mm/r01", samples=1000).values
-    said = {"detector": "template_threshold", "scheme": "leave_one_out", "predicted_mm": 3.0}
+    said = {"detector": "diagonal", "scheme": "leave_one_out", "predicted_mm": 3.0}
     said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
     said |= dict.fromkeys(EVIDENCE, 1234.567)
     verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
@@ -100,11 +100,11 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
 
 
 def test_every_verdict_on_a_recording_is_found_in_the_order_of_the_tables():
-    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold"))
+    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
     verdicts = verdicts_by_recording(evaluation.predictions, DETECTIONS)
     assert [(each["detector"], each["scheme"]) for each in verdicts["2mm/a"]] == [
         ("template", "leave_one_out"),
-        ("template_threshold", "leave_one_out"),
+        ("diagonal", "leave_one_out"),
     ]
     assert in_words(verdicts["2mm/a"][0])["predicted_mm"] == 3.0
 

@@ -28,7 +28,7 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
 
 
 def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
-    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold"))
+    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
     verdicts = recordings.all_verdicts(evaluation.predictions, DETECTIONS)
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],

@@ -13,7 +13,6 @@ pytestmark = [
 EVIDENCE = "return Chooser.read(arguments[0]).then((e) => "
 DETECTORS = {
     "template": ["Score", "Nearest template"],
-    "template_threshold": ["Score", "Nearest template"],
     "diagonal": ["Score", "Beats", "Score along the gut"],
     "taught": ["Score", "Beats", "What each stretch adds"],
 }

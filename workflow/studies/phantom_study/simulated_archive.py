@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.template import nearest_size, template_distances
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
+from capsule.method.nearest_template import nearest_size, template_distances
 from capsule.method.particle import Particle, fit_options, fit_particle
 from capsule.method.preprocessing import preprocess
 from capsule.method.templates import TemplateSet, build_templates, by_size

@@ -65,15 +65,6 @@ _ROWS = (
         drawn=("template",),
     ),
     Row(
-        name="template_threshold",
-        summary="the paper's margin with a learned threshold",
-        sentence="the paper's margin against a threshold",
-        module="capsule.detectors.template",
-        built_by="TemplateMargin",
-        by_templates=True,
-        drawn=("template",),
-    ),
-    Row(
         name="diagonal",
         summary="the detector of this project",
         sentence="beats that agree on one place, against a threshold",

@@ -222,8 +222,8 @@ def without_effect(config: Settings, schema: Settings) -> list[str]:
     """
     lines = []
     for path, values in schema["without_effect"].items():
-        section, key = path.split(".")
-        part = config.get(section)
+        section, _, key = path.rpartition(".")
+        part = config.get(section) if section else config
         if isinstance(part, Mapping) and key in part:
             found = part[key] if isinstance(part[key], list) else []
             lines += [
@@ -245,13 +245,13 @@ def _as_used(config: Settings, schema: Settings) -> dict[str, Any]:
         for key, described in section.get("properties", {}).items():
             if "default" in described:
                 part.setdefault(key, copy.deepcopy(described["default"]))
-            values = schema["without_effect"].get(f"{name}.{key}", [])
-            if isinstance(part.get(key), list):
-                part[key] = [value for value in part[key] if value not in values]
     for path, values in schema["without_effect"].items():
-        section, key = path.split(".")
-        if not values and isinstance(used.get(section), dict):
-            used[section].pop(key, None)
+        section, _, key = path.rpartition(".")
+        part = used.get(section) if section else used
+        if isinstance(part, dict) and not values:
+            part.pop(key, None)
+        elif isinstance(part, dict) and isinstance(part.get(key), list):
+            part[key] = [value for value in part[key] if value not in values]
     return used
 
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice, product
+from itertools import islice
 from math import ceil
 from typing import TypeAlias, TypeVar
 
@@ -28,13 +28,13 @@ _FEWEST_FOLDS = 50
 LEAST_GROUPS = 3
 # Without so many recordings of each kind, no detector learns what it needs.
 LEAST_HEALTHY, LEAST_NODULES = 3, 1
-# Most recordings of a fold that one process judges in turn.
-_IN_TURN = 512
+# Most recordings of a fold that one process judges at once.
+_AT_ONCE = 512
 # Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
 _Group = TypeVar("_Group", bound=Hashable)
-# Recordings that are judged, and the sets of recordings that are left out in turn.
-_Part: TypeAlias = tuple[tuple[str, ...], tuple[frozenset[str], ...]]
+# Recordings that are judged, and those that are left out.
+_Part: TypeAlias = tuple[tuple[str, ...], frozenset[str]]
 
 
 def group_scheme(key: str) -> str:
@@ -199,27 +199,22 @@ class Detectors:
         predicted, *others = verdict_cells(NO_VERDICT, 1.0)
         self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells]
 
-    def rows(self, names: Sequence[str], *left_out: Iterable[str]) -> Iterator[Cells]:
-        """Yield each detector's verdict on some recordings; those left out teach nothing.
-
-        If several sets of recordings are left out in turn, each recording is judged by all of these
-        folds before the next one.
-        """
+    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
+        """Yield each detector's verdict on some recordings; those left out teach nothing."""
         reasons = [self._archive.no_verdict.get(name) for name in names]
         recordings = [self._archive.recordings[name] for name in names]
         traits = [each.traits for each, why in zip(recordings, reasons, strict=True) if not why]
-        taught = [self._taught(frozenset(each)) for each in left_out]
-        kinds = [iter(familiar.judge_all(traits)) for _, familiar in taught]
+        models, familiar = self._taught(frozenset(left_out))
+        kinds = iter(familiar.judge_all(traits))
         rate_hz = self._archive.settings["recording"]["rate_hz"]
         for name, recording, reason in zip(names, recordings, reasons, strict=True):
-            for (models, _), of_fold in zip(taught, kinds, strict=True):
-                kind = Familiarity(None) if reason else next(of_fold)
-                for detector, model in models.items():
-                    verdict = NO_VERDICT if reason else model.verdict(recording)
-                    cells = verdict_cells(verdict, rate_hz, reason)
-                    distances = verdict.distances or [None] * len(self._distances)
-                    cells |= zip(self._distances, distances, strict=True)
-                    yield {"recording": name, "detector": detector, **cells, **kind.cells}
+            kind = Familiarity(None) if reason else next(kinds)
+            for detector, model in models.items():
+                verdict = NO_VERDICT if reason else model.verdict(recording)
+                cells = verdict_cells(verdict, rate_hz, reason)
+                distances = verdict.distances or [None] * len(self._distances)
+                cells |= zip(self._distances, distances, strict=True)
+                yield {"recording": name, "detector": detector, **cells, **kind.cells}
 
     def _teach(self, left_out: frozenset[str]) -> tuple[dict[str, Detector], FamiliarKind]:
         """Teach the detectors, and what is familiar, without some recordings."""
@@ -275,20 +270,21 @@ def cross_validate(
     spread : callable
         Calls a function with each part of the work, like `map`.
     """
-    # No part needs the results of another.
-    parts = _parts(folds)
+    # Of a large fold, several processes judge a part each; no part needs the results of another.
+    parts = [
+        (names[start : start + _AT_ONCE], left_out)
+        for names, left_out in dict.fromkeys((fold.judged, fold.left_out) for fold in folds)
+        for start in range(0, len(names), _AT_ONCE)
+    ]
 
     def judge(part: _Part) -> list[Cells]:
-        names, left_out = part
-        return [
-            row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(names, *left_out)
-        ]
+        return [row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(*part)]
 
-    judged = {}
+    judged: dict[tuple[str, frozenset[str]], list[Cells]] = {}
     for (names, left_out), rows in zip(parts, spread(judge, parts), strict=True):
         each = iter(rows)
-        for key in product(names, left_out):
-            judged[key] = list(islice(each, len(detectors.names)))
+        for name in names:
+            judged[name, left_out] = list(islice(each, len(detectors.names)))
     of_all = [
         row | {"scheme": fold.scheme}
         for fold in folds
@@ -296,31 +292,6 @@ def cross_validate(
         for row in judged[name, fold.left_out]
     ]
     return sorted(of_all, key=lambda row: detectors.names.index(row["detector"]))
-
-
-def _parts(folds: Sequence[Fold]) -> list[_Part]:
-    """Divide the work of `cross_validate` into recordings and what is left out in turn.
-
-    Under resubstitution a recording is judged right after another scheme has judged it, so that it
-    is read, and compared with the templates that both folds share, only once.
-    """
-    again = {
-        name: fold.left_out
-        for fold in folds
-        if fold.scheme == RESUBSTITUTION
-        for name in fold.judged
-    }
-    wanted: dict[tuple[tuple[str, ...], frozenset[str]], _Part] = {}
-    for fold in folds:
-        if fold.scheme != RESUBSTITUTION and (fold.judged, fold.left_out) not in wanted:
-            beside = dict.fromkeys(again.pop(name) for name in fold.judged if name in again)
-            wanted[fold.judged, fold.left_out] = fold.judged, (fold.left_out, *beside)
-    alone = [(tuple(names), (left_out,)) for left_out, names in grouped(again, again).items()]
-    return [
-        (names[start : start + _IN_TURN], left_out)
-        for names, left_out in [*wanted.values(), *alone]
-        for start in range(0, len(names), _IN_TURN)
-    ]
 
 
 def judge_unlabelled(

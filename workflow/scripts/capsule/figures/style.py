@@ -48,10 +48,10 @@ SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 # Colour, dashes and marker of a detector, by its position in the configuration.
 DETECTOR_LOOKS: tuple[Look, ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
-    {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
     {"color": BLUE, "linestyle": "-", "marker": "o"},
     {"color": DARK_GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
     {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
+    {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
 )
 # The paper's printed numbers belong to no detector here, so their marker is hollow.
 PAPER_LOOK = {"color": GREY, "marker": "s", "markerfacecolor": "white"}

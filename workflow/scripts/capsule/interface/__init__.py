@@ -18,7 +18,7 @@ _MODULES = {
     "capsule.seeding": ("fit_generator",),
     "capsule.engine.configuration": ("read_settings",),
     "capsule.method.templates": ("TemplateSet", "build_templates"),
-    "capsule.detectors.template": ("nearest_size", "template_distances"),
+    "capsule.method.nearest_template": ("nearest_size", "template_distances"),
     "capsule.interface.archive": ("LoadedArchive", "load", "read_recording"),
     "capsule.interface.evaluate": ("Judgement", "folds", "judge"),
     "capsule.interface.estimators": (
@@ -27,7 +27,6 @@ _MODULES = {
         "MatrixTransformer",
         "TaughtEstimator",
         "TemplateEstimator",
-        "TemplateThresholdEstimator",
     ),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

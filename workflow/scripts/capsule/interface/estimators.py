@@ -9,7 +9,6 @@ classes, and regressors have no probabilities.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
-from itertools import product
 
 import numpy as np
 
@@ -111,7 +110,7 @@ class DetectorEstimator(_OfReadings):
 
     Parameters
     ----------
-    detector : {"taught", "diagonal", "template", "template_threshold"}
+    detector : {"taught", "diagonal", "template"}
         The detector, as in the configuration. The first two also state a probability.
     settings : mapping, optional
         The configuration, such as ``archive.settings``; by default the one that ships.
@@ -234,13 +233,6 @@ class TemplateEstimator(DetectorEstimator):
         super().__init__("template", settings)
 
 
-class TemplateThresholdEstimator(DetectorEstimator):
-    """The paper's margin: ``DetectorEstimator("template_threshold", settings)``."""
-
-    def __init__(self, settings: Settings | None = None) -> None:
-        super().__init__("template_threshold", settings)
-
-
 class DiagonalEstimator(DetectorEstimator):
     """The detector of the diagonal: ``DetectorEstimator("diagonal", settings)``."""
 
@@ -295,14 +287,14 @@ class EstimatorAsDetector(Detectors):
         self._fitted = lru_cache(maxsize=2)(self._fit)
         self._sizes_mm, self._numbers = np.unique(archive.y, return_inverse=True)
 
-    def rows(self, names: Sequence[str], *left_out: Iterable[str]) -> Iterator[Cells]:
+    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
         """Fit the estimator without some recordings, and yield its verdicts on others."""
         index = self._loaded.index(names)
         usable = [name for name in names if not index[name]["no_verdict"]]
-        said = [self._said(usable, frozenset(each)) for each in left_out]
+        said = self._said(usable, frozenset(left_out))
         rate_hz = self._loaded.settings["recording"]["rate_hz"]
-        for name, verdicts in product(names, said):
-            verdict = verdicts.get(name, NO_VERDICT)
+        for name in names:
+            verdict = said.get(name, NO_VERDICT)
             cells = verdict_cells(verdict, rate_hz, index[name]["no_verdict"])
             yield {"recording": name, "detector": self.names[0], **cells}
 

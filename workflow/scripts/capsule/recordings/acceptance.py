@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray
+from capsule.arrays import FloatArray, IntArray, NumberArray
 from capsule.detectors.wave import fill_missing, missing_wave, window_mean
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
@@ -331,7 +331,7 @@ def _check_alike(values: FloatArray, window: int, max_sensor_correlation: float)
         )
 
 
-def fingerprint(values: FloatArray) -> IntArray:
+def fingerprint(values: NumberArray) -> IntArray:
     """Return marks of the readings that do not depend on unit, order of sensors or length.
 
     A mark encodes which of 32 successive changes of a sensor go up and which go down. A pattern
