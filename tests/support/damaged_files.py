@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import nptdms
 import numpy as np
+import xarray
 from rosbags.rosbag2 import StoragePlugin
 
 from support.importing import ODD
@@ -31,23 +32,31 @@ def write_each_format(folder: Path) -> dict[str, Path]:
 
     The file of a bag of ROS 2 lies in the bag's folder.
     """
-    endings = ".csv .log .gz .npy .mat 73.mat .h5 .xlsx .nwb .tdms .xdf .bag"
+    endings = ".csv .log .gz .npy .npz .mat 73.mat .h5 .nc .xlsx .nwb .tdms .xdf .bag"
     files = {ending: folder / f"run{ending}" for ending in endings.split()}
     files[".csv"].write_bytes((ODD / "comma.txt").read_bytes())
     files[".log"].write_bytes((ODD / "serial_monitor.txt").read_bytes())
     files[".gz"].write_bytes(gzip.compress((ODD / "comma.txt").read_bytes()))
     np.save(files[".npy"], np.vstack([TIME_S, COUNTS]).T)
+    np.savez_compressed(files[".npz"], t=TIME_S, V=COUNTS.T)
     write_matlab(files[".mat"], {"t": TIME_S, "V": COUNTS.T})
     write_matlab_73(files["73.mat"], {"t": TIME_S[:, None], "V": COUNTS.T})
     with h5py.File(files[".h5"], "w") as file:
         file.create_dataset("run/readings", data=KILO_OHMS, compression="gzip")
         file["run"].attrs["rate"] = 10.0
+    packed = {"readings": {"scale_factor": 0.5, "_FillValue": -1, "dtype": "int16"}}
+    readings = xarray.Dataset({"readings": (("time", "sensor"), COUNTS.T)}, {"time": TIME_S})
+    readings.to_netcdf(files[".nc"], engine="scipy", encoding=packed)
     write_workbook(files[".xlsx"], {"Run 1": excel_rows(TIME_S.tolist())})
     nwb_file(files[".nwb"], unit="kohm", rate=10.0)
     with nptdms.TdmsWriter(str(files[".tdms"])) as writer:
-        rate = {"wf_increment": 0.1}
+        told = {
+            "wf_increment": 0.1,
+            "wf_start_offset": 0.0,
+            "wf_start_time": np.datetime64(0, "us"),
+        }
         writer.write_segment(
-            [nptdms.ChannelObject("a", f"AI{n}", COUNTS[n], rate) for n in range(4)]
+            [nptdms.ChannelObject("a", f"AI{n}", COUNTS[n], told) for n in range(4)]
         )
     stream = xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts")
     files[".xdf"].write_bytes(xdf_file(stream))

@@ -14,7 +14,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from support.xdf_writer import xdf_file, xdf_stream
 
-TIME_S = np.arange(120) / 10
+# As long as a recording: a limit may meet it that shorter ones do not reach.
+TIME_S = np.arange(525) / 10
 # Resistances that fit no other unit. A float of MATLAB is restored exactly.
 KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))

@@ -1,17 +1,21 @@
 """Import of each format: from a file of its own library, and from files that packages ship."""
 
 import gzip
+import re
 import sys
-from datetime import datetime
+import zipfile
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import h5py
 import nptdms
 import numpy as np
+import openpyxl
 import pandas
 import pynwb
 import pytest
 import scipy.io
+import xarray
 from rosbags.rosbag2 import StoragePlugin
 
 from support.importing import assert_readings, import_files
@@ -31,11 +35,310 @@ from support.lab_files import (
 from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
 
+SENSORS = {f"S{n}": row for n, row in enumerate(COUNTS, start=1)}
+GAP_S = TIME_S + 3 * (TIME_S > 20)
+# Sensor n starts 2 n s later than the first; what all have in common begins 6 s later.
+LATER = {name: row[20 * n :][:465] for n, (name, row) in enumerate(SENSORS.items())}
+LATER_READ = (np.arange(405) / 10, COUNTS[:, 60:465])
+NINE = np.datetime64("2026-03-04T09:00:00")
 
-def test_a_matlab_matrix_with_the_time_beside_it(tmp_path):
-    write_matlab(tmp_path / "run.mat", {"t": TIME_S, "V": COUNTS.T})
-    imported = import_files(tmp_path, tmp_path / "run.mat")
-    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+
+def matlab(**content):
+    return lambda folder: write_matlab(folder / "run.mat", content) or folder / "run.mat"
+
+
+def matlab_73(**content):
+    return lambda folder: write_matlab_73(folder / "run.mat", content) or folder / "run.mat"
+
+
+def hdf(arrays, told=()):
+    """Return what writes arrays by path, and attributes by (path, name)."""
+
+    def write(folder):
+        with h5py.File(folder / "run.h5", "w") as file:
+            for path, array in arrays.items():
+                file[path] = array
+            for (path, name), value in dict(told).items():
+                file[path].attrs[name] = value
+        return folder / "run.h5"
+
+    return write
+
+
+def netcdf(engine, *, time=True):
+    """Return what writes the sensors as packed variables, in volts."""
+
+    def write(folder):
+        data = xarray.Dataset(
+            {n: ("time", row / 100, {"units": "V"}) for n, row in SENSORS.items()}
+        )
+        data = data.assign_coords(time=NINE + (TIME_S * 1e6).astype("m8[us]")) if time else data
+        packed = {"dtype": "int16", "scale_factor": 0.01, "add_offset": 4.0, "_FillValue": -1}
+        data.to_netcdf(folder / "run.nc", engine=engine, encoding=dict.fromkeys(SENSORS, packed))
+        return folder / "run.nc"
+
+    return write
+
+
+def nwb(*series, **electrical):
+    """Return what writes time series, or the readings as an electrical series."""
+
+    def write(folder):
+        file = pynwb.NWBFile("capsule", "run-1", STARTED)
+        if electrical:
+            about = {"description": "a", "location": "b", "device": file.create_device(name="d")}
+            group = file.create_electrode_group(name="g", **about)
+            for _ in COUNTS:
+                file.add_electrode(location="a", group=group)
+            where = file.create_electrode_table_region(region=[0, 1, 2, 3], description="all")
+            electrical_series = pynwb.ecephys.ElectricalSeries
+            file.add_acquisition(
+                electrical_series(name="run", data=COUNTS.T, electrodes=where, **electrical)
+            )
+        for each in series:
+            file.add_acquisition(pynwb.TimeSeries(unit="counts", **each))
+        with pynwb.NWBHDF5IO(str(folder / "run.nwb"), "w") as stream:
+            stream.write(file)
+        return folder / "run.nwb"
+
+    return write
+
+
+def tdms(rows, *, group="g", **properties):
+    """Return what writes a channel for each row; a property can be a list, one for each."""
+
+    def write(folder):
+        channels = []
+        for number, (name, row) in enumerate(rows.items()):
+            own = {k: v[number] if isinstance(v, list) else v for k, v in properties.items()}
+            own = {key: value for key, value in own.items() if value is not None}
+            place = name if group is None else group
+            channels.append(nptdms.ChannelObject(place, name, row.astype(float), own))
+        with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
+            writer.write_segment(channels)
+        return folder / "run.tdms"
+
+    return write
+
+
+def xdf(*streams, unit="counts"):
+    """Return what writes streams, each with its time stamps and the names of its sensors."""
+
+    def write(folder):
+        content = [
+            xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
+            for at, (stamps, names) in enumerate(streams, start=1)
+        ]
+        (folder / "run.xdf").write_bytes(xdf_file(*content))
+        return folder / "run.xdf"
+
+    return write
+
+
+def workbook(times, change=None, number_format="General"):
+    """Return what writes a sheet; `change` makes the cells of a sample."""
+
+    def write(folder):
+        book = openpyxl.Workbook()
+        book.active.append(["time", *SENSORS])
+        for t, sample in zip(times, COUNTS.T.astype(int).tolist(), strict=True):
+            book.active.append([t, *(map(change, sample) if change else sample)])
+            book.active.cell(book.active.max_row, 1).number_format = number_format
+        book.save(folder / "run.xlsx")
+        return folder / "run.xlsx"
+
+    return write
+
+
+def arrays_of_numpy(folder):
+    np.savez_compressed(folder / "run.npz", t=TIME_S, **SENSORS)
+    return folder / "run.npz"
+
+
+ALL = (TIME_S, COUNTS)
+APART = {"wf_increment": 0.1, "unit_string": "counts"}
+SECONDS = [2.0 * n for n in range(4)]
+RATES = {(name, "sampling_rate"): 10.0 for name in LATER}
+LOST = np.where(TIME_S == 5, np.nan, COUNTS)
+SAID = {
+    # A limit on columns that meets rows drops them.
+    "vectors in .mat": (matlab(t=TIME_S, **SENSORS), ALL),
+    "vectors in MATLAB 7.3": (matlab_73(t=TIME_S[:, None], **SENSORS), ALL),
+    "a matrix, the time and fs": (matlab(t=GAP_S, V=COUNTS.T, fs=10.0), (GAP_S, COUNTS)),
+    "vectors in HDF5": (hdf({"time": TIME_S, **SENSORS}), ALL),
+    "rows of a matrix": (hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), (GAP_S, COUNTS)),
+    "an archive of numpy": (arrays_of_numpy, ALL),
+    # The attribute of another data set is not that of this one.
+    "two rates in HDF5": (
+        hdf(
+            {"tactile": COUNTS.T, "video": np.zeros((3150, 1))},
+            {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0},
+        ),
+        ALL,
+    ),
+    "one start for each data set": (
+        hdf(
+            LATER,
+            RATES | {(n, "started"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)},
+        ),
+        LATER_READ,
+    ),
+    "fs and freq alike": (matlab(V=COUNTS.T, freq=10.0, fs=10.0), ALL),
+    "packed": (netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
+    "packed before NetCDF 4": (netcdf("scipy"), (TIME_S, COUNTS / 100)),
+    "packed without a time": (
+        netcdf("h5netcdf", time=False),
+        (TIME_S, COUNTS / 100),
+        "--rate",
+        "10",
+    ),
+    "a fill value": (
+        hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=-9).T}, {("V", "_FillValue"): -9.0}),
+        (TIME_S, LOST),
+    ),
+    "a scale for each channel": (
+        nwb(rate=10.0, conversion=0.001, channel_conversion=[1.0, 2.0, 1.0, 0.5]),
+        (TIME_S, COUNTS * [[0.001], [0.002], [0.001], [0.0005]]),
+    ),
+    "a series for each sensor": (
+        nwb(
+            *(
+                {"name": name, "data": row, "rate": 10.0, "starting_time": start}
+                for (name, row), start in zip(LATER.items(), SECONDS, strict=True)
+            )
+        ),
+        LATER_READ,
+    ),
+    "starts of TDMS": (
+        tdms(LATER, wf_start_time=[NINE + 2 * n for n in range(4)], **APART),
+        LATER_READ,
+    ),
+    "offsets of TDMS": (tdms(LATER, wf_start_offset=SECONDS, **APART), LATER_READ),
+    "a group of TDMS for each sensor": (
+        tdms(LATER, group=None, wf_start_offset=SECONDS, **APART),
+        LATER_READ,
+    ),
+    "a sensor at half the rate": (
+        tdms(
+            {**SENSORS, "S4": 500 + TIME_S[::2]},
+            wf_increment=[0.1, 0.1, 0.1, 0.2],
+            unit_string="counts",
+        ),
+        (TIME_S, [*COUNTS[:3], 500 + TIME_S]),
+    ),
+    "a sample short": (
+        tdms({**SENSORS, "S4": COUNTS[3][:-1]}, **APART),
+        (TIME_S[:-1], COUNTS[:, :-1]),
+    ),
+    "a sample short of its time": (
+        tdms({"Time": TIME_S, **SENSORS, "S4": COUNTS[3][:-1]}, unit_string=["s", *["counts"] * 4]),
+        (TIME_S[:-1], COUNTS[:, :-1]),
+    ),
+    "a gap in XDF": (xdf((5000 + GAP_S, [*SENSORS])), (GAP_S, COUNTS)),
+    "jitter in XDF": (xdf((5000 + TIME_S + np.tile([0, 0.11, 0], 175), [*SENSORS])), ALL),
+    "two streams": (
+        xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"])),
+        (TIME_S[:485], [*COUNTS[:2, 40:], *COUNTS[2:, :485]]),
+    ),
+    "elapsed times of more than a day": (
+        workbook([timedelta(seconds=86390 + t) for t in TIME_S], number_format="[h]:mm:ss.0"),
+        ALL,
+    ),
+    "minutes and seconds": (
+        workbook([(86390 + t) / 86400 for t in TIME_S], number_format="mm:ss.0"),
+        ALL,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", SAID)
+def test_what_a_file_says_counts(tmp_path, kind):
+    write, (time_s, values), *options = SAID[kind]
+    recording = import_files(tmp_path, write(tmp_path), *options).the_recording()
+    atol = 0.03 if "jitter" in kind else 1e-6
+    np.testing.assert_allclose(recording.time_s, time_s, atol=atol)
+    np.testing.assert_allclose(recording.values, values, atol=1e-6)
+
+
+# What a file says that is not understood, or contradicts itself, and the remedy.
+ASKED = {
+    "two rates": (
+        matlab(V=COUNTS.T, fs=10.0, freq=50.0),
+        "the file states fs = 10 and freq = 50; give the sampling rate in Hz with --rate",
+        "--rate 10",
+    ),
+    "a frequency that may be a filter's": (
+        matlab(V=COUNTS.T, freq=50.0),
+        "the file states freq = 50; give the sampling rate in Hz with --rate",
+        "--rate 10",
+    ),
+    "a unit of XDF": (
+        xdf((TIME_S, [*SENSORS]), unit="uV"),
+        "the file names uV of",
+        "--unit counts",
+    ),
+    "a unit of TDMS": (
+        tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"),
+        "the file names mmHg of",
+        "--unit counts",
+    ),
+    "a unit of HDF5": (
+        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "units"): "kPa"}),
+        "the file names kPa of",
+        "--unit counts",
+    ),
+    "a unit of time": (
+        hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}),
+        "the file names the unit 'cs'",
+        "--time none --rate 10",
+    ),
+    "a stamp that jumps": (
+        xdf((TIME_S + 2e5 * (TIME_S == 30), [*SENSORS])),
+        "sample 302: time runs backwards",
+        "--time none --rate 10",
+    ),
+    "a formula": (
+        workbook(TIME_S.tolist(), lambda count: f"={count}+0"),
+        f"cell B2: the formula '={COUNTS[0, 0]:.0f}+0' was never calculated",
+        "",
+    ),
+    "a start of some": (
+        tdms(LATER, wf_start_time=[NINE, None, NINE, NINE], **APART),
+        "sensor 1 names its start, '2026-03-04T09:00:00.000000Z', but sensor 2 names none",
+        "",
+    ),
+    "lengths without a rate": (
+        tdms({**SENSORS, "S4": COUNTS[3][::2]}, unit_string="counts", wf_start_offset=0.0),
+        "column 'S4' has 263 samples, but 'S3' has 525; export all with one rate",
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ASKED)
+def test_what_is_not_understood_is_quoted_with_a_remedy_that_works(tmp_path, kind):
+    write, told, remedy = ASKED[kind]
+    path = write(tmp_path)
+    given = ["--rate", "10"] if kind.startswith("lengths") else []
+    assert told in import_files(tmp_path, path, *given).refused
+    if remedy:
+        assert_readings(import_files(tmp_path, path, *remedy.split()).the_recording(), *ALL)
+
+
+def test_what_is_no_table_is_named_with_a_remedy_that_works(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frame = pandas.DataFrame({"time": TIME_S, **SENSORS})
+    frame.to_pickle("run.pkl")
+    frame.to_parquet("run2.parquet")
+    for name in ("run.pkl", "run2.parquet"):
+        refused = import_files(tmp_path / name, Path(name)).refused
+        (remedy,) = re.findall(r"text: pandas\.(.*)", refused)
+        eval(f"pandas.{remedy}")
+        imported = import_files(tmp_path / remedy[:9], Path(name).with_suffix(".csv"))
+        assert_readings(imported.the_recording(), *ALL)
+    with zipfile.ZipFile("run.zip", "w") as archive:
+        archive.write("run.csv")
+    assert "holds 'run.csv'; unpack it" in import_files(tmp_path, Path("run.zip")).refused
 
 
 def test_a_matlab_structure(tmp_path):
@@ -46,11 +349,6 @@ def test_a_matlab_structure(tmp_path):
     assert_readings(recording, TIME_S, KILO_OHMS)
     assert recording.header["unit"] == "kohm"
     assert recording.header["import_variable"] == "lab.run"
-
-
-def test_a_sampling_rate_in_the_file_gives_the_time(tmp_path):
-    write_matlab(tmp_path / "run.mat", {"readings": COUNTS, "fs": 10.0})
-    assert_readings(import_files(tmp_path, tmp_path / "run.mat").the_recording(), TIME_S, COUNTS)
 
 
 def test_the_columns_of_one_matrix_are_the_sensors(tmp_path):
@@ -76,12 +374,6 @@ def test_of_several_variables_one_is_asked_for(tmp_path):
     assert list(both.recordings()) == ["3mm/runs-run1", "3mm/runs-run2"]
 
 
-def test_matlab_7_3(tmp_path):
-    write_matlab_73(tmp_path / "run.mat", {"t": TIME_S[:, None], "V": COUNTS.T})
-    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-
-
 def test_hdf5_with_its_attributes(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         group = file.create_group("run/capsule")
@@ -96,7 +388,7 @@ def test_hdf5_with_its_attributes(tmp_path):
 
 
 def test_hdf5_with_one_table(tmp_path):
-    table = np.zeros(120, dtype=[("ms", "i8"), *((f"s{n}", "f8") for n in range(1, 5))])
+    table = np.zeros(TIME_S.size, dtype=[("ms", "i8"), *((f"s{n}", "f8") for n in range(1, 5))])
     table["ms"] = np.rint(TIME_S * 1000)
     for number, row in enumerate(COUNTS, start=1):
         table[f"s{number}"] = row
@@ -143,12 +435,6 @@ def test_nwb(tmp_path, time):
     assert_readings(recording, TIME_S, KILO_OHMS)
     assert recording.header["started"] == "2026-03-04T12:00:00Z"
     assert recording.header["unit"] == "kohm"
-
-
-def test_nwb_readings_are_multiplied_as_the_file_says(tmp_path):
-    nwb_file(tmp_path / "run.nwb", unit="ohm", rate=10.0, conversion=1000.0)
-    recording = import_files(tmp_path, tmp_path / "run.nwb").the_recording()
-    np.testing.assert_allclose(recording.values, KILO_OHMS * 1000)
 
 
 def test_nwb_series_that_share_their_time_stamps(tmp_path):

@@ -41,7 +41,7 @@ def refuse(name: str, value: object, allowed: str) -> ArgumentError:
 def with_missing(value: object) -> object:
     """Return a masked array as an array with NaN under the mask; all else as it is."""
     if isinstance(value, np.ma.MaskedArray):
-        return value.astype(np.float64).filled(np.nan)
+        return np.where(np.ma.getmaskarray(value), np.nan, value.data)
     return value
 
 
