@@ -138,6 +138,11 @@ def test_the_configuration_holds_the_papers_numbers():
             [100, 300],
             "peaks could be at column 1050; preprocessing.length is only 1000",
         ),
+        (
+            "recording.sensors",
+            5,
+            "column 1150; preprocessing.length is only 1000; set preprocessing.length: 1250",
+        ),
         ("fit.amplitude_range", [1.5, 0.1], "1.5 is above 0.1"),
         ("fit.amplitude_range", [1.5], "must be a list of 2, each a number"),
         ("fit.first_peak", 1200, "fit.first_peak: with first_peak 1200, the last of 4 peaks"),

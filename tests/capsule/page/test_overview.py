@@ -211,6 +211,8 @@ def test_held_out_recordings_and_an_index_without_the_columns_warn_of_nothing():
     [
         (["simulated phantom"] * 2, "Simulated recordings", "A simulator made all 2 recordings."),
         (["bench 2", "bench 3"], "Recorded data", "bench 2 (1); bench 3 (1)."),
+        (["imported from a.csv"], "Imported recordings", "imported from a.csv (1)."),
+        (["imported from a", "bench"], "Mixed origin", "1 imported without a word on their"),
         (["bench", "simulated", ""], "Mixed origin", "1 simulated, 1 from another source and 1 w"),
         (["", ""], "Origin not stated", "Write a line such as “# source: bench 2” at the top"),
         ([], "No recordings", "There is no usable recording under raw/."),

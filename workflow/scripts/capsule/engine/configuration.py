@@ -371,12 +371,14 @@ def _contradictions(config: Settings) -> Iterator[tuple[str, str]]:
             low, high = config[part][name]
             if low > high:
                 yield f"{part}.{name}", f"{low:g} is above {high:g}; give the lower bound first"
-    last = fit["first_peak"] + (recording["sensors"] - 1) * fit["peak_spacing_range"][1]
+    spacing = fit["peak_spacing_range"][1]
+    last = fit["first_peak"] + (recording["sensors"] - 1) * spacing
     if last > length:
         yield (
             "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak",
             f"with first_peak {fit['first_peak']}, the last of {recording['sensors']} peaks could "
-            f"be at column {last}; preprocessing.length is only {length}",
+            f"be at column {last}; preprocessing.length is only {length}; set "
+            f"preprocessing.length: {max(last, recording['sensors'] * spacing)}",
         )
     samples = bench["wavelength_mm"] / bench["wave_speed_mm_s"] * recording["rate_hz"]
     if samples < _LEAST_SAMPLES_A_WAVE:

@@ -35,16 +35,18 @@ class Origin:
 
     Attributes
     ----------
-    kind : {"simulated", "recorded", "mixed", "unknown", "none"}
+    kind : {"simulated", "recorded", "imported", "mixed", "unknown", "none"}
         ``unknown`` if no recording states its source, ``none`` if there is no recording.
-    simulated, recorded, silent : int
-        Number of recordings whose source is simulated, another source, or not stated.
+    simulated, imported, recorded, silent : int
+        Number of recordings whose source is simulated, the name of an imported file alone, another
+        source, or not stated.
     sources : dict of str to int
         Number of recordings of each source that is stated.
     """
 
     kind: str
     simulated: int
+    imported: int
     recorded: int
     silent: int
     sources: dict[str, int]
@@ -53,6 +55,7 @@ class Origin:
         """Return the number of recordings of each kind in words, without those of none."""
         kinds = {
             "simulated": self.simulated,
+            "imported without a word on their source": self.imported,
             "from another source": self.recorded,
             "without a source in the header": self.silent,
         }
@@ -136,14 +139,14 @@ def origin_of(sources: Iterable[str]) -> Origin:
         counted[source.strip()] = counted.get(source.strip(), 0) + 1
     silent = counted.pop("", 0)
     simulated = sum(count for source, count in counted.items() if is_simulated(source))
-    recorded = sum(counted.values()) - simulated
-    kinds = [
-        name
-        for name, count in (("simulated", simulated), ("recorded", recorded), ("unknown", silent))
-        if count
-    ]
+    # The import names the file where the laboratory names no source.
+    named = {source: count for source, count in counted.items() if not is_simulated(source)}
+    imported = sum(count for source, count in named.items() if source.startswith("imported from "))
+    recorded = sum(named.values()) - imported
+    numbers = {"simulated": simulated, "imported": imported, "recorded": recorded}
+    kinds = [name for name, count in (numbers | {"unknown": silent}).items() if count]
     kind = kinds[0] if len(kinds) == 1 else ("mixed" if kinds else "none")
-    return Origin(kind, simulated, recorded, silent, dict(sorted(counted.items())))
+    return Origin(kind, simulated, imported, recorded, silent, dict(sorted(counted.items())))
 
 
 def configuration_table(config: Settings, schema: Settings, printed: Settings) -> list[Cells]:
