@@ -57,15 +57,15 @@ def main() -> None:
         raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
     torch.set_num_threads(1)
     seed, benches = arguments.seed, arguments.benches
+    settings = read_config_file(CONFIG / "config.yaml")
     base = None if arguments.leave_out_phantom else read_phantom(DEFAULT_TABLE, [])
     if arguments.network is None:
-        weights = network_weights(seed, benches, arguments.epochs, base)
+        weights = network_weights(seed, benches, arguments.epochs, base, settings)
     else:
         with np.load(arguments.network) as stored:
             weights = {name: stored[name] for name in stored.files if name != "projection"}
-    taught = read_config_file(CONFIG / "config.yaml")["taught"]
     further = arguments.projection_benches
-    weights = with_projection(weights, seed, benches, further, base, taught)
+    weights = with_projection(weights, seed, benches, further, base, settings)
     with files.write_whole(arguments.output, "wb") as stream:
         np.savez(stream, **weights)
 

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from phantom_study import calibrate
+from phantom_study import calibrate, simulated_archive
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import quick, read_detector
 
+from capsule.method.particle import Particle
+from capsule.method.templates import by_size
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.store.files import read_csv
 from support.like_the_paper import LIKE_THE_PAPER
@@ -22,7 +24,18 @@ def trial_of(confusion):
     return {"confusion": str(confusion.tolist())} | PAPER.motion
 
 
-def test_a_logged_trial_can_be_made_again():
+def averaged(particles):
+    """Return the particle of the mean parameters, sigma among them."""
+    return Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))
+
+
+def test_a_logged_trial_can_be_made_again(monkeypatch):
+    # The templates of the log hold the mean of sigma, not the root of the mean variance.
+    monkeypatch.setattr(
+        simulated_archive,
+        "by_size",
+        lambda fitted: {size: [averaged(each)] for size, each in by_size(fitted).items()},
+    )
     logged = read_csv(LOG)[0]
     values = {name: float(logged[name]) for name in logged if "." in name}
     phantom = read_phantom(DEFAULT_TABLE, [])

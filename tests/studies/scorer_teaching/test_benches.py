@@ -16,7 +16,8 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.seeding import generator
 from support.project import ROOT
 
-SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
+CONFIGURATION = read_config_file(ROOT / "config" / "config.yaml")
+SETTINGS = CONFIGURATION["diagonal"]
 SIZES_MM = np.array([0.0, 1.0, 3.0, 5.0])
 
 
@@ -120,7 +121,7 @@ def test_a_random_phantom_differs_in_what_is_drawn_only():
 
 def test_an_episode_holds_the_beats_of_each_recording():
     counts = [*runs(0), np.full((4, 300), 500)]
-    series, filled = episodes.episode(counts)
+    series, filled = episodes.episode(counts, CONFIGURATION)
     assert series.shape == (5, 4, len(SERIES), episodes.LENGTH)
     assert series.dtype == np.float16
     assert filled[-1] == 0
@@ -132,7 +133,7 @@ def test_an_episode_holds_the_beats_of_each_recording():
 
 def test_many_benches_become_episodes():
     makers = [lambda: runs(0, episodes.SIZES_MM), lambda: runs(1, episodes.SIZES_MM)]
-    taken = episodes.episodes_of(makers)
+    taken = episodes.episodes_of(makers, CONFIGURATION)
     assert taken.series.shape == (2, 60, 4, len(SERIES), episodes.LENGTH)
     recordings = taken.recordings(1)
     assert len(recordings) == np.count_nonzero(taken.counts[1])

@@ -87,9 +87,9 @@ class Cloud:
     centre: np.ndarray
     spread: np.ndarray
 
-    def draw(self, generator: np.random.Generator, count: int) -> np.ndarray:
+    def draw(self, numbers: np.random.Generator, count: int) -> np.ndarray:
         """Return candidate positions in 0..1, shape (count, D); the first is the centre."""
-        steps = generator.standard_normal((count, self.centre.size))
+        steps = numbers.standard_normal((count, self.centre.size))
         positions = self.centre + self.spread * steps
         positions[0] = self.centre
         # The absolute value of mod(x + 1, 2) - 1 folds the line onto 0..1.

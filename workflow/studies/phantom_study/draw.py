@@ -12,12 +12,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from capsule.arguments import natural
+from capsule.figures.style import (
+    DETECTOR_LOOKS,
+    MUTED,
+    ORANGE,
+    SENSOR_COLOURS,
+    SENSOR_DASHES,
+    figure_style,
+    render_figure,
+)
 from capsule.method.preprocessing import normalize, rms_envelope
 from capsule.method.templates import TemplateSet
 from capsule.phantom.files import read_phantom
@@ -31,14 +39,6 @@ from phantom_study.simulated_archive import passing_samples, read_detector
 
 # Sizes of the signals that are shown. One more size would make the page too wide.
 SHOWN_MM = (0, 2, 3, 4, 5)
-# Shade, line style and marker also differ, so the lines can be told apart without colour.
-STYLES = (
-    {"color": "#000000", "linestyle": "-", "marker": "o"},
-    {"color": "#0072b2", "linestyle": "--", "marker": "s"},
-    {"color": "#d55e00", "linestyle": "-.", "marker": "^"},
-    {"color": "#009e73", "linestyle": ":", "marker": "D"},
-    {"color": "#777777", "linestyle": "-", "marker": "v"},
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,8 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Write the figures and the tables."""
-    # The same figure gives the same bytes, and text remains text.
-    mpl.rcParams.update({"svg.hashsalt": "phantom", "svg.fonttype": "none", "font.size": 9})
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     detector, paper = read_detector(arguments.config), read_paper_table()
     folder = arguments.output
@@ -80,9 +78,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as SVG without a date, so that the same figure gives the same bytes."""
-    with files.write_whole(path) as stream:
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+    """Write a figure as SVG."""
+    with files.write_whole(path, "wb") as stream:
+        stream.write(render_figure(figure, "svg", path.stem))
 
 
 @dataclass(frozen=True)
@@ -162,12 +160,12 @@ def describe(
     by_size = zip(templates.sizes_mm, templates.totals, strict=True)
     particles = {size: total.mean() for size, total in by_size if size > 0}
     rows = []
-    for size in sorted({run.nodule_mm for run in archive.values()}):
+    for size in sorted({each.nodule_mm for each in archive.values()}):
         runs = [archive[name] for name in _of_size(archive, size)]
         of_size = {name: matrices[name] for name in _of_size(archive, size)}
-        lengths = [run.time_s.size for run in runs]
+        lengths = [each.time_s.size for each in runs]
         longest = int(phantom.advance.longest_samples)
-        low, high = np.percentile([passing_samples(run, phantom) for run in runs], [5, 95])
+        low, high = np.percentile([passing_samples(each, phantom) for each in runs], [5, 95])
         particle = particles.get(size)
         spacing, spread = (
             ("", "")
@@ -192,18 +190,19 @@ def describe(
 
 
 def _of_size(archive: Mapping[str, Run], size_mm: float) -> list[str]:
-    return [name for name, run in archive.items() if run.nodule_mm == size_mm]
+    return [name for name, each in archive.items() if each.nodule_mm == size_mm]
 
 
 def _span(values: np.ndarray) -> str:
     return f"{values.min():.0f}-{values.max():.0f}"
 
 
-def draw_signals(examples: Sequence[Example]) -> Figure:
+@figure_style()
+def draw_signals(shown: Sequence[Example]) -> Figure:
     """Draw each run in a column, from readings to matrix, as in the paper's figure."""
-    figure = Figure(figsize=(2.4 * len(examples), 5.6), layout="constrained")
-    axes = figure.subplots(3, len(examples), sharex=True, sharey="row", squeeze=False)
-    for (top, middle, bottom), example in zip(axes.T, examples, strict=True):
+    figure = Figure(figsize=(2.4 * len(shown), 5.6), layout="constrained")
+    axes = figure.subplots(3, len(shown), sharex=True, sharey="row", squeeze=False)
+    for (top, middle, bottom), example in zip(axes.T, shown, strict=True):
         top.set_title(example.title)
         _draw_sensors(top, middle, example)
         rows = np.arange(1, len(example.matrix) + 1)
@@ -214,21 +213,23 @@ def draw_signals(examples: Sequence[Example]) -> Figure:
     axes[0, 0].set_ylabel("reading, counts\n(sensors set apart)")
     axes[1, 0].set_ylabel("RMS envelope\n(standard deviations)")
     axes[2, 0].set_ylabel("matrix V, sensor")
-    axes[1, -1].legend(fontsize=7, frameon=False)
+    axes[1, -1].legend()
     return figure
 
 
 def _draw_sensors(readings_axes: Axes, envelope_axes: Axes, example: Example) -> None:
     """Draw the readings of the sensors one below the other, and their envelopes."""
     samples = np.arange(example.run.time_s.size)
-    for sensor, (counts, style) in enumerate(zip(example.run.counts, STYLES, strict=False)):
+    looks = zip(example.run.counts, SENSOR_COLOURS, SENSOR_DASHES, strict=False)
+    for sensor, (counts, colour, dashes) in enumerate(looks):
         apart = counts - counts.mean() - 150 * sensor
-        readings_axes.plot(samples, apart, color=style["color"], linewidth=0.7)
-        line = style | {"marker": "", "linewidth": 1.2}
-        envelope_axes.plot(samples, example.envelope[sensor], label=f"sensor {sensor + 1}", **line)
-    envelope_axes.axhline(1.0, color="0.6", linewidth=0.8)
+        readings_axes.plot(samples, apart, color=colour, linewidth=0.7)
+        line = {"color": colour, "linestyle": dashes, "label": f"sensor {sensor + 1}"}
+        envelope_axes.plot(samples, example.envelope[sensor], **line)
+    envelope_axes.axhline(1.0, color=MUTED, linewidth=0.6)
 
 
+@figure_style()
 def draw_cells(rows: Sequence[Mapping[str, str]]) -> Figure:
     """Draw each cell of the paper's table over the range of the simulated archives.
 
@@ -245,13 +246,14 @@ def draw_cells(rows: Sequence[Mapping[str, str]]) -> Figure:
     )
     axes.hlines(heights, low, high, color="0.7", linewidth=5, label="simulated, central 95 %")
     axes.plot(mean, heights, "k|", markersize=9, label="simulated, mean")
-    axes.plot(paper, heights, "o", color="#d55e00", markersize=5, label="paper")
+    axes.plot(paper, heights, "o", color=ORANGE, markersize=5, label="paper")
     axes.set(yticks=heights, yticklabels=[row["cell"] for row in rows], xlabel="%", xlim=(-2, 102))
     axes.invert_yaxis()
-    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
+    figure.legend(loc="outside upper center", ncols=3)
     return figure
 
 
+@figure_style()
 def draw_sensitivity(rows: Sequence[Mapping[str, str]]) -> Figure:
     """Draw how the rates change with each disturbance.
 
@@ -271,7 +273,7 @@ def draw_sensitivity(rows: Sequence[Mapping[str, str]]) -> Figure:
     for panel in axes[len(variations) :]:
         panel.axis("off")
     handles, labels = axes[0].get_legend_handles_labels()
-    axes[-1].legend(handles, labels, loc="center", frameon=False)
+    axes[-1].legend(handles, labels, loc="center")
     for panel in (axes[0], axes[3]):
         panel.set_ylabel("%")
     return figure
@@ -281,8 +283,8 @@ def _panel(axes: Axes, variation: str, rows: Sequence[Mapping[str, str]], rates:
     levels = [row["level"] for row in rows]
     factors = variation != FAULTY
     positions = [float(level) for level in levels] if factors else range(len(levels))
-    for rate, style in zip(rates, STYLES, strict=True):
-        drawn = style if factors else style | {"linestyle": "none"}
+    for rate, style in zip(rates, DETECTOR_LOOKS, strict=True):
+        drawn = {**style} if factors else {**style, "linestyle": "none"}
         axes.plot(positions, [float(row[rate]) for row in rows], markersize=4, label=rate, **drawn)
     axes.set(title=variation, ylim=(-3, 103))
     if factors:

@@ -171,22 +171,22 @@ def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[
     """Return the cells in percent from tables of rates, of the paper or of an archive."""
     detection, sizing = rates["detection"], rates["sizing"]
     (healthy,) = rates["specificity"]
-    cells = {}
+    named = {}
     for row in detection:
-        cells[f"precision {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fp"])
+        named[f"precision {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fp"])
     for row in detection:
-        cells[f"recall {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fn"])
+        named[f"recall {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fn"])
     for row in sizing:
-        cells[f"exact {_label(row)}"] = _percent(row["exact"], row["recordings"])
+        named[f"exact {_label(row)}"] = _percent(row["exact"], row["recordings"])
     for row in sizing:
         name = f"within {tolerance_mm:g} mm of {_label(row)}"
-        cells[name] = _percent(row["within"], row["recordings"])
-    cells["specificity"] = _percent(healthy["true_negatives"], healthy["healthy"])
+        named[name] = _percent(row["within"], row["recordings"])
+    named["specificity"] = _percent(healthy["true_negatives"], healthy["healthy"])
     for row in rates["confusion"]:
         if row["size_mm"] == 0:
             label = f"{row['predicted_mm']:g} mm" if row["predicted_mm"] > 0 else "none"
-            cells[f"no nodule as {label}"] = _percent(row["count"], healthy["healthy"])
-    return cells
+            named[f"no nodule as {label}"] = _percent(row["count"], healthy["healthy"])
+    return named
 
 
 def _label(row: Mapping) -> str:

@@ -47,7 +47,7 @@ def varied(phantom: Phantom, parameters: Sequence[str], level: float) -> Phantom
 
 
 def with_fault(
-    counts: np.ndarray, fault: str, sensor: int, generator: np.random.Generator
+    counts: np.ndarray, fault: str, sensor: int, numbers: np.random.Generator
 ) -> np.ndarray:
     """Return the readings of a run with a fault in one sensor.
 
@@ -61,7 +61,7 @@ def with_fault(
         below the sensor's median, so every firm compression is cut off.
     sensor
         Index of the faulty sensor, from 0.
-    generator
+    numbers
         Random numbers for the dead sensor's last digit.
 
     Returns
@@ -78,7 +78,7 @@ def with_fault(
     changed = counts.copy()
     middle = int(np.median(counts[sensor]))
     if fault == "dead":
-        changed[sensor] = middle + generator.integers(0, 2, counts.shape[1])
+        changed[sensor] = middle + numbers.integers(0, 2, counts.shape[1])
     elif fault == "saturated":
         changed[sensor] = np.maximum(counts[sensor], middle)
     return changed

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from capsule.detectors.network import SENSORS
 from scorer_teaching.bench_family import RandomBench, Wander, WaveTrain, Way
 
-SENSORS = 4
 _LONGEST = 990
 _SHORTEST = 250
 _FULL_SCALE = 1024

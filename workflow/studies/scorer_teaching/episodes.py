@@ -10,11 +10,13 @@ from typing import TypeVar
 import numpy as np
 
 from capsule.detectors.beats import SERIES, series_of
+from capsule.detectors.network import SENSORS
+from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.phantom.simulation import simulate_run
 from capsule.seeding import generator
 from scorer_teaching.bench_family import draw_bench
-from scorer_teaching.bench_recordings import SENSORS, simulate_bench
+from scorer_teaching.bench_recordings import simulate_bench
 
 Item = TypeVar("Item")
 # A function that simulates the recordings of one bench.
@@ -25,14 +27,6 @@ SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
 BENCHES_A_PHANTOM = 10
 # A run of 990 samples gives at most 120 windows of beats.
 LENGTH = 128
-# Values of the paper's bench, as in config/config.yaml.
-_RATE_HZ = 10.0
-_BENCH = {
-    "full_scale": 1024,
-    "pressing_lowers_reading": True,
-    "wavelength_mm": 80.0,
-    "wave_speed_mm_s": 25.0,
-}
 # Standard deviations of the logarithm of the factor on a phantom's parameters. A factor of 2 would
 # move the first five out of the model's range, so they vary less.
 _SPREADS = dict.fromkeys(
@@ -95,12 +89,16 @@ class Episodes:
         return [row[..., :count].astype(np.float64) for row, count in rows if count]
 
 
-def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the series and counts, as in `Episodes`, of one bench's recordings, each (4, K)."""
+def episode(recordings: Sequence[np.ndarray], settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """Return the series and counts, as in `Episodes`, of one bench's recordings, each (4, K).
+
+    The configuration tells rate and wave of the bench.
+    """
+    rate_hz, bench = settings["recording"]["rate_hz"], settings["diagonal"]
     series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros(len(recordings), np.int64)
     for place, counted in enumerate(recordings):
-        beats = series_of(counted.astype(float), _RATE_HZ, _BENCH)
+        beats = series_of(counted.astype(float), rate_hz, bench)
         if beats is not None:
             counts[place] = min(beats.shape[-1], LENGTH)
             series[place, ..., : counts[place]] = beats[..., :LENGTH]
@@ -158,12 +156,12 @@ def held_out_benches(seed: int, count: int) -> list[Maker]:
     return [partial(random_recordings, seed, f"held out {n}") for n in range(count)]
 
 
-def episodes_of(makers: Sequence[Maker]) -> Episodes:
-    """Return the episodes of many benches, simulated by the given functions."""
+def episodes_of(makers: Sequence[Maker], settings: Settings) -> Episodes:
+    """Return the episodes of many benches, simulated by the given functions; see `episode`."""
     series = np.zeros((len(makers), SIZES_MM.size, SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros((len(makers), SIZES_MM.size), np.int64)
     for place, make in enumerate(progress(makers, "bench")):
-        series[place], counts[place] = episode(make())
+        series[place], counts[place] = episode(make(), settings)
     return Episodes(series, counts)
 
 

@@ -15,6 +15,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom
 from capsule.seeding import generator
 from scorer_teaching.episodes import (
@@ -208,7 +209,7 @@ def told_apart(scores: np.ndarray) -> np.ndarray:
 
 
 def network_weights(
-    seed: int, benches: int, rounds: int, base: Phantom | None
+    seed: int, benches: int, rounds: int, base: Phantom | None, settings: Settings
 ) -> dict[str, np.ndarray]:
     """Train the network on the first random benches, and check it on benches that taught nothing.
 
@@ -222,11 +223,14 @@ def network_weights(
         As for `teach`.
     base : Phantom or None
         As for `scorer_teaching.episodes.random_benches`.
+    settings : mapping
+        The configuration.
 
     Returns
     -------
     dict of str to array
         Weights without ``projection``.
     """
-    network = teach(episodes_of(random_benches(seed, 0, benches, base)), rounds, seed)
-    return checked_weights(network, episodes_of(held_out_benches(seed, _HELD_OUT)))
+    makers = random_benches(seed, 0, benches, base)
+    network = teach(episodes_of(makers, settings), rounds, seed)
+    return checked_weights(network, episodes_of(held_out_benches(seed, _HELD_OUT), settings))

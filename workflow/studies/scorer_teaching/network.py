@@ -7,10 +7,10 @@ from torch.nn import functional
 
 from capsule.detectors import network as detector
 from capsule.detectors.beats import SERIES
+from capsule.detectors.network import SENSORS
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 
-_SENSORS = 4
 _SEEN = 17
 _OWN, _WIDTH, _POOLED, _EMBEDDED = 24, 64, 48, 64
 _DILATIONS = (1, 2, 4, 8, 4)
@@ -54,10 +54,10 @@ def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tens
     spread = torch.sqrt(spread**2 + 0.03**2)
     own_units = (series / spread).clamp(-8, 8) * mask
     in_phase = own_units[:, :, [0, 1, 3]]
-    others = (in_phase.sum(1, keepdim=True) - in_phase) / (_SENSORS - 1)
+    others = (in_phase.sum(1, keepdim=True) - in_phase) / (SENSORS - 1)
     logarithms = (torch.log(spread) + 1.5).expand(-1, -1, -1, length)[:, :, [0, 1, 3]]
     curved = torch.asinh(3 * series) * mask
-    ones = mask.expand(-1, _SENSORS, 1, length)
+    ones = mask.expand(-1, SENSORS, 1, length)
     parts = [own_units / 2, curved, (in_phase - others) / 2, logarithms * mask, ones]
     return torch.cat(parts, 2), inside
 
@@ -78,7 +78,7 @@ class Network(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.own = nn.Conv1d(_SEEN, _OWN, 5, stride=2, padding=2)
-        self.mix = nn.Conv1d(_SENSORS * _OWN, _WIDTH, 1)
+        self.mix = nn.Conv1d(SENSORS * _OWN, _WIDTH, 1)
         self.block = nn.ModuleList(
             nn.Conv1d(_WIDTH, _WIDTH, 3, padding=dilation, dilation=dilation)
             for dilation in _DILATIONS

@@ -58,7 +58,7 @@ class Gradients:
     scores: np.ndarray
 
 
-def gradients_of(makers: Sequence[Maker], scorer: Scorer) -> Gradients:
+def gradients_of(makers: Sequence[Maker], scorer: Scorer, settings: Settings) -> Gradients:
     """Simulate many benches, and return the scorer's gradients.
 
     Benches on which a recording has no score are left out.
@@ -69,11 +69,13 @@ def gradients_of(makers: Sequence[Maker], scorer: Scorer) -> Gradients:
         Functions that simulate the recordings of one bench.
     scorer
         From `scorer_teaching.network.unprojected`.
+    settings
+        The configuration.
     """
     folded = np.zeros((len(makers), SIZES_MM.size, FOLDED), np.float16)
     scores = np.full((len(makers), SIZES_MM.size), np.nan, np.float32)
     for place, make in enumerate(progress(makers, "bench")):
-        recordings = episodes_of([make]).recordings(0)
+        recordings = episodes_of([make], settings).recordings(0)
         if len(recordings) == SIZES_MM.size:
             features = [scorer.features(series) for series in recordings]
             folded[place] = [each.gradient for each in features]
@@ -173,7 +175,7 @@ def with_projection(
     first: int,
     count: int,
     base: Phantom | None,
-    taught: Settings,
+    settings: Settings,
 ) -> dict[str, np.ndarray]:
     """Return the weights of a network with the projection, which further benches teach.
 
@@ -185,10 +187,10 @@ def with_projection(
         Random seed.
     first, count, base
         As for `scorer_teaching.episodes.random_benches`; the first benches trained the network.
-    taught : mapping
-        Section ``taught`` of the configuration.
+    settings : mapping
+        The configuration.
     """
     makers = random_benches(seed, first, count, base)
-    gradients = gradients_of(makers, unprojected(weights))
-    projection = teach_projection(gradients, taught["height"], _PENALTIES, seed)
+    gradients = gradients_of(makers, unprojected(weights), settings)
+    projection = teach_projection(gradients, settings["taught"]["height"], _PENALTIES, seed)
     return weights | {"projection": projection}

@@ -133,10 +133,10 @@ def draw_label(
     axes.annotate(text, tip, where, arrowprops=leader, va="center", **look)
 
 
-def draw_area(axes: Axes, outline: FloatArray, colour: str, **look: Any) -> None:  # noqa: ANN401
+def draw_area(axes: Axes, area: FloatArray, colour: str, **look: Any) -> None:  # noqa: ANN401
     """Fill an outline."""
     style = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6} | look
-    axes.add_patch(Polygon(points(outline), closed=True, **style))
+    axes.add_patch(Polygon(points(area), closed=True, **style))
 
 
 def true_scale(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:

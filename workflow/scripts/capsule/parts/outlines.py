@@ -50,10 +50,10 @@ class Solid:
     places_mm: Sequence[float] = (0.0,)
 
 
-def polygon(points: ArrayLike) -> FloatArray:
-    """Return the outline of lines between points of shape (N, 2)."""
-    corners = np.asarray(points, dtype=float)
-    return np.column_stack([corners, np.zeros(len(corners))])
+def polygon(corners: ArrayLike) -> FloatArray:
+    """Return the outline of lines between corners of shape (N, 2)."""
+    rows = np.asarray(corners, dtype=float)
+    return np.column_stack([rows, np.zeros(len(rows))])
 
 
 def rectangle(left: float, low: float, right: float, high: float) -> FloatArray:
