@@ -2,8 +2,8 @@
 # batches, and define the parameters that make Snakemake run a job again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the files under raw/
-# gives: ARCHIVE, SIZE, BATCHES, LABELLED, NODULES, DESCRIBED, DETECTOR_MODULES,
-#        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions sections, step, keys_of, told, shown, each, contents_of
+# gives: ARCHIVE, SIZE, ALONE, BATCHES, LABELLED, NODULES, DESCRIBED, PARTS, DETECTOR_MODULES,
+#        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions sections, step, keys_of, told, shown, each, paths_of, contents_of
 
 import copy
 import functools
@@ -26,7 +26,8 @@ from capsule.recordings.names import size_mm
 from capsule.engine.folder import refuse_folders, refuse_unknown_results
 from capsule.engine.project import config_file
 from capsule.engine.unchanged import states_of
-from capsule.store.results import batch_size, batches, described_together, pattern
+from capsule.store.batches import batch_size, batches, described_together
+from capsule.store.results import pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
@@ -78,12 +79,16 @@ except OSError as error:
 # Largest number of recordings of one job, and the recordings of each batch. All recordings of a
 # batch are of one folder.
 SIZE = batch_size(len(ARCHIVE.recordings), config["recordings_per_job"])
+ALONE = SIZE == 1
 BATCHES = batches(ARCHIVE.recordings, SIZE)
 LABELLED = [batch for batch in BATCHES if size_mm(batch) is not None]
 # Recordings that are fitted, by batch: those of nodules that are not held out.
 NODULES = fitted(BATCHES, Path(RAW), config["evaluation"]["held_out"])
-# The rule describe takes more recordings at once, because its work on each is short.
+# The rules describe and plot take more recordings at once, because their work on each is short:
+# the recordings of each of their batches, and the batches that it joins.
 DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
+BATCH_OF = {name: batch for batch, names in BATCHES.items() for name in names}
+PARTS = {batch: sorted({BATCH_OF[name] for name in names}) for batch, names in DESCRIBED.items()}
 DESCRIBED_LABELLED = [batch for batch in DESCRIBED if size_mm(batch) is not None]
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted(config.keys() & config["detectors"])
@@ -126,7 +131,6 @@ def told(step):
         "script": lambda wildcards, output: os.path.relpath(step.script),
         "raw": RAW,
         "results": lambda wildcards: RESULTS,
-        "batch_size": SIZE,
         "settings": lambda wildcards: step.settings,
         "code": step.code,
         "key": lambda wildcards: step.key(*wildcards),
@@ -146,12 +150,16 @@ def each(rule, batches, output=0):
     return lambda wildcards: expand(getattr(rules, rule).output[output], batch=batches)
 
 
+def paths_of(batch):
+    """Return the files of the recordings of a batch."""
+    return [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
+
+
 @functools.cache
 def contents_of(batch):
-    """Return the recordings of a batch with the checksums of their content."""
+    """Return the checksums of the recordings of a batch."""
     limit = int(config["recording"]["max_megabytes"] * 1e6)
-    paths = {name: Path(RAW) / f"{name}.csv" for name in BATCHES[batch]}
-    return [f"{name}:{files.fingerprint(path, limit)}" for name, path in paths.items()]
+    return [files.fingerprint(Path(path), limit) for path in paths_of(batch)]
 
 
 wildcard_constraints:

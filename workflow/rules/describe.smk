@@ -1,28 +1,23 @@
 # Describe the recordings of a folder, or of a part of a large one: the best candidate for a nodule,
-# the network's features, and what the report draws of each.
+# the traits of the wave and the network's features.
 #
-# takes: results/signals/; results/checks/, which the same jobs make; workflow/weights/scorer.npz
-# gives: results/best_places/<batch>.csv, results/features/<batch>.npz,
-#        results/plot_data/<batch>.json
+# takes: results/signals/; workflow/weights/scorer.npz
+# gives: results/best_places/<batch>.csv, results/features/<batch>.npz
 
 DESCRIBE = step(
     "describe",
-    sections("recording", "preprocessing", "diagonal"),
-    lambda batch: keys_of(PREPROCESS, batches(DESCRIBED[batch], SIZE, batch)),
+    sections("recording", "diagonal"),
+    lambda batch: keys_of(PREPROCESS, PARTS[batch]),
     beside=[WEIGHTS],
 )
 
 
 rule describe:
     input:
-        lambda wildcards: expand(
-            rules.preprocess.output.signals,
-            batch=batches(DESCRIBED[wildcards.batch], SIZE, wildcards.batch),
-        ),
+        lambda wildcards: expand(rules.preprocess.output.signals, batch=PARTS[wildcards.batch]),
     output:
-        best_places=f"results/{pattern('best_places', SIZE)}",
-        features=f"results/{pattern('features', SIZE)}",
-        plot_data=f"results/{pattern('plot_data', SIZE)}",
+        best_places=f"results/{pattern('best_places', alone=ALONE)}",
+        features=f"results/{pattern('features', alone=ALONE)}",
     log:
         "results/logs/describe/{batch}.log",
     conda:
@@ -33,7 +28,6 @@ rule describe:
     message:
         "describe {wildcards.batch}"
     shell:
-        "python {params.script:q} {params.recordings:q} --results {params.results:q}"
-        " --batch {wildcards.batch:q} --batch-size {params.batch_size}"
+        "python {params.script:q} {params.recordings:q} --signals {input:q}"
         " --settings {params.settings:q} --best-places {output.best_places:q}"
-        " --features {output.features:q} --plot-data {output.plot_data:q} > {log:q} 2>&1"
+        " --features {output.features:q} > {log:q} 2>&1"

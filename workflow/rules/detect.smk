@@ -1,8 +1,7 @@
 # Apply the detectors to the unlabelled recordings, and combine the passes over one place.
 #
-# takes: results/recordings.csv, results/templates.npz, results/best_places/, results/features/,
-#        results/evaluation/predictions.csv; results/matrices/ and results/fits/, which are
-#        made before the list and the templates
+# takes: results/recordings.csv, results/matrices/, results/fits/, results/best_places/,
+#        results/features/, results/templates.npz, results/evaluation/predictions.csv
 # gives: results/detections.csv, results/sites.csv, results/detectors.json
 
 DETECT = step(
@@ -19,6 +18,8 @@ rule detect:
         # The labelled recordings are needed too: the detectors learn their thresholds from them.
         best_places=each("describe", DESCRIBED, "best_places"),
         features=each("describe", DESCRIBED, "features"),
+        matrices=each("preprocess", BATCHES, "matrices"),
+        fits=each("fit", NODULES),
         recordings=rules.list.output[0],
         templates=rules.templates.output.matrices,
         predictions=rules.evaluate.output.predictions,
@@ -37,6 +38,6 @@ rule detect:
         "detect nodules in the unlabelled recordings"
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --templates {input.templates:q}"
+        " --templates {input.templates:q} --predictions {input.predictions:q}"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q} --sites {output.sites:q} > {log:q} 2>&1"

@@ -1,7 +1,7 @@
 # Draw the paper's figures and ours: for the report, and on request for print.
 #
-# takes: results/labelled.csv, results/templates.{json,npz}, results/evaluation/; results/signals/ of
-#        two recordings; workflow/report/paper.yaml, config/phantom.yaml, config/parts.yaml
+# takes: results/labelled.csv, results/templates.{json,npz}, results/evaluation/, results/signals/ (two);
+#        workflow/report/paper.yaml, config/phantom.yaml, config/parts.yaml
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv; on request (snakemake
 #        -c2 figures) results/print/<figure>{,_column}.pdf, results/print/<figure>.csv
 
@@ -24,6 +24,7 @@ rule draw:
         tables=rules.evaluate.output,
         templates=rules.templates.output,
         recordings=rules.list_labelled.output,
+        signals=each("preprocess", LABELLED, "signals"),
     output:
         shown(expand("results/figures/{figure}.svg", figure=FIGURES), "figures", "Figures"),
         expand("results/figures/{figure}_column.svg", figure=FIGURES),
@@ -41,7 +42,7 @@ rule draw:
         "draw the figures"
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --settings {params.settings:q} --kind {params.kind}"
+        " --settings {params.settings:q} --kind {params.kind}"
         " --output {params.results:q}/{params.folder} --processes {threads} > {log:q} 2>&1"
 
 

@@ -1,7 +1,6 @@
 # Judge each labelled recording by detectors that it did not teach, and rate the detectors.
 #
-# takes: results/labelled.csv, results/best_places/, results/features/; results/matrices/ and
-#        results/fits/, which are made before the list and the templates
+# takes: results/labelled.csv, results/matrices/, results/fits/, results/best_places/, results/features/
 # gives: under results/evaluation/ predictions.csv, learning.csv and the tables of
 #        capsule.evaluation.columns
 
@@ -10,7 +9,11 @@ from capsule.evaluation.columns import COLUMNS as RATES
 EVALUATE = step(
     "evaluate",
     sections("detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS),
-    lambda _: [LIST_LABELLED.key(), TEMPLATES.key(), *keys_of(DESCRIBE, DESCRIBED_LABELLED)],
+    lambda _: [
+        LIST_LABELLED.key(),
+        *keys_of(FIT, NODULES),
+        *keys_of(DESCRIBE, DESCRIBED_LABELLED),
+    ],
     modules=DETECTOR_MODULES,
 )
 
@@ -19,9 +22,10 @@ rule evaluate:
     input:
         best_places=each("describe", DESCRIBED_LABELLED, "best_places"),
         features=each("describe", DESCRIBED_LABELLED, "features"),
+        matrices=each("preprocess", LABELLED, "matrices"),
+        # Each fold averages the fits anew.
+        fits=each("fit", NODULES),
         recordings=rules.list_labelled.output,
-        # The fits, which each fold averages anew, are made before these.
-        templates=rules.templates.output,
     output:
         shown(expand("results/evaluation/{table}.csv", table=RATES), "rates", "Rates"),
         predictions="results/evaluation/predictions.csv",
@@ -38,5 +42,5 @@ rule evaluate:
         "evaluate the detectors on the labelled recordings"
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --settings {params.settings:q}"
+        " --settings {params.settings:q}"
         " --output {params.results:q}/evaluation --processes {threads} > {log:q} 2>&1"

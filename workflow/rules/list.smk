@@ -1,18 +1,29 @@
 # List all recordings, and the other files under raw/. The labelled recordings have a list of their
 # own, so that an unlabelled one makes neither templates nor the evaluation again.
 #
-# takes: results/checks/; results/signals/, which the same jobs make, of recordings that may be nearly
-#        the same
+# takes: results/checks/, results/signals/ of recordings that may be nearly the same; the names in raw/
 # gives: results/recordings.csv, results/passed_over.csv, results/labelled.csv
 
-OTHERS = {"refused": ARCHIVE.refused, "passed_over": ARCHIVE.passed_over}
-LIST = step("list", sections("on_rejected", **OTHERS), lambda _: keys_of(PREPROCESS, BATCHES))
-LIST_LABELLED = step("list", sections("on_rejected"), lambda _: keys_of(PREPROCESS, LABELLED))
+
+def list_step(described, others):
+    """Return the step that lists the recordings of some batches of describe, and other files."""
+    settings = {
+        "on_rejected": config["on_rejected"],
+        "described": {batch: PARTS[batch] for batch in described},
+        "others": others,
+    }
+    parts = [part for batch in described for part in PARTS[batch]]
+    return step("list", settings, lambda _: keys_of(PREPROCESS, parts))
+
+
+LIST = list_step(DESCRIBED, ARCHIVE.others())
+LIST_LABELLED = list_step(DESCRIBED_LABELLED, "")
 
 
 rule list:
     input:
-        each("preprocess", BATCHES, "checks"),
+        checks=each("preprocess", BATCHES, "checks"),
+        signals=each("preprocess", BATCHES, "signals"),
     output:
         shown("results/recordings.csv", "recordings", "Recordings"),
         "results/passed_over.csv",
@@ -23,26 +34,22 @@ rule list:
         "../../environment.yml"
     params:
         **told(LIST),
-        which="all",
-        on_rejected=config["on_rejected"],
     message:
         "list the recordings"
     shell:
         "python {params.script:q} --raw {params.raw:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --which {params.which}"
-        " --on-rejected {params.on_rejected} --output {output:q} > {log:q} 2>&1"
+        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
 
 
 use rule list as list_labelled with:
     input:
-        each("preprocess", LABELLED, "checks"),
+        checks=each("preprocess", LABELLED, "checks"),
+        signals=each("preprocess", LABELLED, "signals"),
     output:
         "results/labelled.csv",
     log:
         "results/logs/list_labelled.log",
     params:
         **told(LIST_LABELLED),
-        which="labelled",
-        on_rejected=config["on_rejected"],
     message:
         "list the labelled recordings"

@@ -6,15 +6,17 @@
 
 BENCH_SETTINGS = {name: config["diagonal"][name] for name in BENCH}
 PREPROCESS = step(
-    "preprocess", sections("recording", "preprocessing", diagonal=BENCH_SETTINGS), contents_of
+    "preprocess",
+    sections("recording", "preprocessing", diagonal=BENCH_SETTINGS),
+    lambda batch: [*BATCHES[batch], *contents_of(batch)],
 )
 
 
 rule preprocess:
     output:
-        signals=f"results/{pattern('signals', SIZE)}",
-        matrices=f"results/{pattern('matrices', SIZE)}",
-        checks=f"results/{pattern('checks', SIZE)}",
+        signals=f"results/{pattern('signals', alone=ALONE)}",
+        matrices=f"results/{pattern('matrices', alone=ALONE)}",
+        checks=f"results/{pattern('checks', alone=ALONE)}",
     log:
         "results/logs/preprocess/{batch}.log",
     # With on_rejected: fail, all recordings are checked before the fits begin.
@@ -25,10 +27,12 @@ rule preprocess:
         **told(PREPROCESS),
         # The recordings are no inputs: their content decides whether the job runs again, not their
         # time stamps. The job compares the checksums again.
-        recordings=lambda wildcards: contents_of(wildcards.batch),
+        recordings=lambda wildcards: BATCHES[wildcards.batch],
+        checksums=lambda wildcards: contents_of(wildcards.batch),
+        files=lambda wildcards: paths_of(wildcards.batch),
     message:
         "preprocess {wildcards.batch}"
     shell:
-        "python {params.script:q} {params.recordings:q} --raw {params.raw:q}"
-        " --batch {wildcards.batch:q} --settings {params.settings:q} --signals {output.signals:q}"
+        "python {params.script:q} {params.recordings:q} --files {params.files:q}"
+        " --checksums {params.checksums:q} --batch {wildcards.batch:q} --settings {params.settings:q} --signals {output.signals:q}"
         " --matrices {output.matrices:q} --checks {output.checks:q} > {log:q} 2>&1"

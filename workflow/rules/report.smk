@@ -1,6 +1,6 @@
 # Write the report.
 #
-# takes: all results; the files of each recording are made before the lists and the templates
+# takes: all results but results/signals/, results/best_places/ and results/features/
 # gives: results/report.html
 
 LISTED_SURVEYS = {"names": SURVEYS.names, "passed_over": SURVEYS.passed_over}
@@ -14,7 +14,12 @@ REPORT = step(
     "report",
     # The number of recordings that one job takes changes no result, and is not on the page.
     sections(*(config.keys() - {"recordings_per_job"}), surveys=LISTED_SURVEYS),
-    lambda _: [DETECT.key(), DRAW.key(), *keys_of(SURVEY, SURVEYS.names)],
+    lambda _: [
+        DETECT.key(),
+        DRAW.key(),
+        *keys_of(PLOT, DESCRIBED),
+        *keys_of(SURVEY, SURVEYS.names),
+    ],
     modules=sorted({*DETECTOR_MODULES, *(row.module for row in FIGURES.values())}),
     beside=[*PAGE_FILES, SCHEMA],
 )
@@ -28,7 +33,9 @@ rule report:
         detections=rules.detect.output,
         figures=rules.draw.output,
         surveys=expand(rules.survey.output, survey=SURVEYS.names),
-        plot_data=each("describe", DESCRIBED, "plot_data"),
+        plot_data=each("plot", DESCRIBED),
+        matrices=each("preprocess", BATCHES, "matrices"),
+        fits=each("fit", NODULES),
     output:
         shown("results/report.html", "report", "Report"),
     log:
@@ -42,6 +49,6 @@ rule report:
     message:
         "write the report"
     shell:
-        "python {params.script:q} --results {params.results:q} --batch-size {params.batch_size}"
+        "python {params.script:q} --results {params.results:q}"
         " --settings {params.settings:q} --key {params.key} --output {output:q}"
         " --processes {threads} > {log:q} 2>&1"

@@ -30,6 +30,7 @@ if not IS_MODULE:
         list,
         list_labelled,
         describe,
+        plot,
         templates,
         evaluate,
         detect,

@@ -32,5 +32,5 @@ rule templates:
         "average the fits to templates"
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --settings {params.settings:q}"
+        " --settings {params.settings:q}"
         " --parameters {output.parameters:q} --matrices {output.matrices:q} > {log:q} 2>&1"

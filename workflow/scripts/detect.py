@@ -10,7 +10,7 @@ from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
 from capsule.recordings.held_out import recordings_with_fits, teaching
 from capsule.recordings.names import sizes_of, sort_key
 from capsule.store import files
-from capsule.store.results import OfArchive, Results
+from capsule.store.results import Results
 
 
 def main() -> None:
@@ -18,15 +18,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="table of the recordings")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
-    parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
     parser.add_argument("--templates", type=Path, required=True, help="the templates")
+    parser.add_argument("--predictions", type=Path, required=True, help="predictions.csv")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     parser.add_argument("--sites", type=Path, required=True, help="output: sites.csv")
     arguments = parser.parse_args()
     settings, rules = arguments.settings, arguments.settings["evaluation"]
-    results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
+    results = Results.of_table(arguments.results, arguments.recordings)
     rows = teaching(files.accepted_recordings(arguments.recordings), rules["held_out"])
     unlabelled = sorted(rows.keys() - sizes_of(rows).keys(), key=sort_key)
     fitted = recordings_with_fits(arguments.recordings, rules["held_out"])
@@ -42,7 +42,7 @@ def main() -> None:
         from capsule.evaluation.files import read_table
         from capsule.evaluation.sites import site_table
 
-        predictions = read_table(arguments.results / OfArchive.PREDICTIONS)
+        predictions = read_table(arguments.predictions)
         made = site_table(predictions, verdicts, rows, rules).to_dict("records")
     files.write_csv(arguments.sites, SITES, made)
     print(f"{len({row['site'] for row in made})} sites have several passes")

@@ -24,7 +24,6 @@ def main() -> None:
     """Read all results, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
-    parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
     parser.add_argument("--key", required=True, help="the key of this job, for the page's head")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
@@ -34,9 +33,7 @@ def main() -> None:
     surveys = settings.pop("surveys")
     printed, versions = read_printed(template / "paper.yaml"), page_files.read_versions(template)
     tables = page_files.read_tables(folder, template, printed, settings)
-    stored = StoredRecordings(
-        Results.of_table(folder, folder / OfArchive.RECORDINGS, arguments.batch_size), settings
-    )
+    stored = StoredRecordings(Results.of_table(folder, folder / OfArchive.RECORDINGS), settings)
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {

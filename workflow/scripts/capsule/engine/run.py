@@ -21,7 +21,8 @@ from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.kinds import Settings
 from capsule.recordings.held_out import unknown_sessions
 from capsule.store import files
-from capsule.store.results import SURVEY_VALUES, OfArchive, batch_size, left_over
+from capsule.store.batches import batch_size
+from capsule.store.results import SURVEY_VALUES, OfArchive, left_over
 from capsule.survey.listed import Surveys
 
 # With less free space than this, a run stops before its first job.

@@ -104,7 +104,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         A result is missing or damaged; the message names its file.
     """
     settings, wanted = read_settings(config), set(CHOICES) if what == ALL else {what}
-    stored = Results.on_disk(results, settings["recordings_per_job"])
+    stored = Results.of_table(results, results / OfArchive.RECORDINGS)
     read = [results / OfArchive.RECORDINGS, results / OfArchive.PASSED_OVER]
     if EVALUATION in wanted:
         rates = [results / OfArchive.EVALUATION / f"{name}.csv" for name in COLUMNS]

@@ -3,6 +3,8 @@
 This module imports nothing heavy, because the Snakefile reads the archive at every start.
 """
 
+import hashlib
+import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -68,6 +70,11 @@ class Archive:
     def labelled(self) -> list[str]:
         """Return the recordings of a known condition, with or without a nodule."""
         return [name for name in self.recordings if size_mm(name) is not None]
+
+    def others(self) -> str:
+        """Return a checksum of the files that are no recordings, and of the reasons."""
+        named = json.dumps([self.refused, self.passed_over])
+        return hashlib.sha256(named.encode()).hexdigest()
 
 
 def is_plain(name: str) -> bool:

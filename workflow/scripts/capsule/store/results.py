@@ -1,17 +1,16 @@
 """The files of recordings under results/: where they stand, and how they are read and written.
 
 Up to 500 recordings, each has files of its own, such as results/matrices/3mm/r07.npy. In a larger
-archive, one file holds a batch of recordings, such as results/matrices/3mm/batch-01.npz. `Results`
-finds a recording in either. A batch depends on the recordings' names alone.
+archive, one file holds a batch of recordings, such as results/matrices/3mm/batch-01.npz. The rules
+divide the archive, by the recordings' names alone. Their jobs get the paths of a batch, and the
+table of recordings names the batch of each, by which `Results` finds it.
 
-The Snakefile and every script use this module, so it imports nothing but numpy and fast modules.
+Every script uses this module, so it imports nothing but numpy and fast modules.
 """
 
-import functools
-import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache, partial
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,8 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
-from capsule.recordings.names import Entry, classify, folder_of
 from capsule.store import files
+from capsule.store.batches import batch_size, batches, described_together
 from capsule.store.files import Read, read_or_explain
 
 
@@ -52,31 +51,47 @@ SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
 BEST_PLACES, FEATURES, PLOT_DATA = "best_places", "features", "plot_data"
 _SUFFIX = {CHECKS: ".json", FITS: ".json"}
 _SUFFIX |= {BEST_PLACES: ".csv", FEATURES: ".npz", PLOT_DATA: ".json"}
-# These kinds of files hold the batches of the rule describe.
+# These kinds of files hold the batches of the rules describe and plot.
 DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
+# Columns of the table of recordings: the batch of a recording, and that of its description.
+BATCH_COLUMNS = BATCH, DESCRIPTION = "batch", "description"
 # Archives of a large run stay open, because recordings are read in the order of their content.
 _MOST_OPEN = 200
 
-# Up to this many recordings, each is a batch of its own; beyond, batches of some ten, then of some
-# hundred. Batches are divided in halves, so most hold less than the largest number.
-_EACH_ALONE, _IN_TENS = 500, 5000
-TENS, HUNDREDS = 16, 160
-# To describe a recording takes some 60 ms, and a job of its own would take four times as long.
-DESCRIBED_TOGETHER = 100
 
-
-def pattern(kind: str, size: int) -> str:
+def pattern(kind: str, *, alone: bool) -> str:
     """Return the path of one kind of file below results/, with ``{batch}`` in it.
 
     Parameters
     ----------
     kind : str
         `SIGNALS` to `PLOT_DATA`.
-    size : int
-        Largest number of recordings in a batch.
+    alone : bool
+        Whether each recording is a batch of its own.
     """
-    suffix = _SUFFIX.get(kind, ".npy" if size == 1 else ".npz")
+    suffix = _SUFFIX.get(kind, ".npy" if alone else ".npz")
     return f"{kind}/{{batch}}{suffix}"
+
+
+def read_checks(
+    folder: Path, described: Mapping[str, Iterable[str]]
+) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, Any]]]:
+    """Return the batches of each recording, by `BATCH_COLUMNS`, and the outcome of its check.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    described : mapping of str to iterable of str
+        The batches that each batch of the rule describe joins.
+    """
+    rows, checks = {}, {}
+    for description, held in described.items():
+        for batch in held:
+            content = contents_in([folder / pattern(CHECKS, alone=True).format(batch=batch)])
+            rows |= {name: {BATCH: batch, DESCRIPTION: description} for name in content}
+            checks |= content
+    return rows, checks
 
 
 class Results:
@@ -86,57 +101,31 @@ class Results:
     ----------
     folder : Path
         The folder of results.
-    recordings : iterable of str
-        All recordings of the archive, or all of some of its folders, or of a batch of describe.
-    size : int
-        Largest number of recordings in a batch.
-    within : str
-        The batch of the rule describe, if the recordings are those of one.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The recordings.
+    rows : mapping of str to mapping
+        The batches of each recording, by the columns of `BATCH_COLUMNS`: rows of the table of
+        recordings, or from `read_checks`.
     """
 
-    def __init__(
-        self, folder: Path, recordings: Iterable[str], size: int, within: str = ""
-    ) -> None:
-        self.folder, self._size = folder, size
-        self.names = tuple(recordings)
-        self._batch = _batch_of(batches(self.names, size, within))
-        self._described = _batch_of(described_together(self.names, size, within))
+    def __init__(self, folder: Path, rows: Mapping[str, Mapping[str, str]]) -> None:
+        self.folder, self._rows = folder, rows
+        self._alone = all(row[BATCH] == name for name, row in rows.items())
 
     @classmethod
-    def of_table(cls, folder: Path, recordings: Path, size: int) -> "Results":
+    def of_table(cls, folder: Path, table: Path) -> "Results":
         """Return the results of the recordings that a table lists, such as recordings.csv."""
-        return cls(folder, _listed_in(recordings), size)
+        rows = {row["recording"]: row for row in read_or_explain(table, files.read_csv)}
+        # Some rows name files that are no recordings.
+        return cls(folder, {name: row for name, row in rows.items() if row.get(BATCH)})
 
-    @classmethod
-    def on_disk(cls, folder: Path, wanted: int | str = "auto") -> "Results":
-        """Return the results that stand in a folder, whatever the size of their batches.
-
-        Parameters
-        ----------
-        folder : Path
-            The folder of results, with ``recordings.csv``.
-        wanted : int or str
-            ``recordings_per_job`` of the configuration; other sizes are tried too.
-        """
-        names = _listed_in(folder / OfArchive.RECORDINGS)
-        # A run may have been given another size, as on a cluster.
-        usual = [batch_size(len(names), wanted), 1, TENS, HUNDREDS]
-        sizes = dict.fromkeys([*usual, *range(2, 1001)])
-        for size in sizes:
-            found = cls(folder, names, size)
-            if all(found.file(CHECKS, name).exists() for name in names):
-                return found
-        return cls(folder, names, next(iter(sizes)))
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The recordings."""
+        return tuple(self._rows)
 
     def file(self, kind: str, recording: str) -> Path:
         """Return the file of one kind that holds a recording."""
-        batch = (self._described if kind in DESCRIBED else self._batch)[recording]
-        return self.folder / pattern(kind, self._size).format(batch=batch)
+        batch = self._rows[recording][DESCRIPTION if kind in DESCRIBED else BATCH]
+        return self.folder / pattern(kind, alone=self._alone).format(batch=batch)
 
     def signal(self, recording: str) -> FloatArray:
         """Return the readings of a recording on an even grid in time, (S, K)."""
@@ -177,9 +166,7 @@ class Results:
     def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the checks or the fits of recordings, `CHECKS` or `FITS`, in the same order."""
         wanted = list(recordings)
-        found: dict[str, dict[str, Any]] = {}
-        for path, names in self._by_file(kind, wanted):
-            found |= read_or_explain(path, partial(_contents_in, names))
+        found = contents_in(path for path, _ in self._by_file(kind, wanted))
         return {name: found[name] for name in wanted}
 
     def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
@@ -203,7 +190,7 @@ def files_of(recordings: Iterable[str], wanted: int | str) -> dict[str, list[str
     size = batch_size(len(names), wanted)
     divided, described = batches(names, size), described_together(names, size)
     return {
-        pattern(kind, size).format(batch=batch): held
+        pattern(kind, alone=size == 1).format(batch=batch): held
         for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED)
         for batch, held in (described if kind in DESCRIBED else divided).items()
     }
@@ -229,7 +216,7 @@ def left_over(
     found = []
     for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED):
         known = described if kind in DESCRIBED else now
-        suffix = Path(pattern(kind, size)).suffix
+        suffix = Path(pattern(kind, alone=size == 1)).suffix
         for path in (folder / kind).glob("*/*"):
             batch = path.relative_to(folder / kind).with_name(path.name.removesuffix(suffix))
             if not path.name.endswith(suffix) or batch.as_posix() not in known:
@@ -262,16 +249,19 @@ def changed_recordings(folder: Path, settings: Settings) -> list[str]:
     return [f"raw/{name}.csv" for name in sorted(changed | (now.keys() - then.keys()))]
 
 
-def _contents_in(names: Iterable[str], path: Path) -> dict[str, dict[str, Any]]:
+def contents_in(paths: Iterable[Path]) -> dict[str, dict[str, Any]]:
+    """Return the content of each recording in files that `write_contents` has written."""
+    found: dict[str, dict[str, Any]] = {}
+    for path in paths:
+        found |= read_or_explain(path, _contents)
+    return found
+
+
+def _contents(path: Path) -> dict[str, dict[str, Any]]:
     content = files.read_json(path)
     # The file of a single recording holds its content itself.
-    return {name: content if content.get("recording") == name else content[name] for name in names}
-
-
-def _listed_in(table: Path) -> tuple[str, ...]:
-    """Return the recordings of a table that have files; some rows name files that are none."""
-    rows = read_or_explain(table, files.read_csv)
-    return classify(Entry(f"{row['recording']}.csv") for row in rows).recordings
+    alone = content.get("recording")
+    return {alone: content} if isinstance(alone, str) else content
 
 
 def write_arrays(path: Path, arrays: Mapping[str, FloatArray]) -> None:
@@ -290,6 +280,33 @@ def write_contents(path: Path, contents: Mapping[str, Mapping[str, Any]], batch:
     """Write the content of the recording that is the batch, or of several by names (.json)."""
     alone = list(contents) == [batch]
     files.write_json(path, contents[batch] if alone else contents)
+
+
+def arrays_in(paths: Iterable[Path], recordings: Iterable[str]) -> Iterator[tuple[str, FloatArray]]:
+    """Yield each recording with its array, from the files of a job.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files that `write_arrays` has written: one of each recording (.npy), or of several (.npz).
+    recordings : iterable of str
+        The recordings of the job; those of files of one recording, in the order of the files.
+    """
+    listed = list(paths)
+    if listed[0].suffix == ".npy":
+        holding = dict(zip(recordings, listed, strict=True))
+    else:
+        of_file = {
+            path: {name.removesuffix(".npy") for name in read_or_explain(path, _names)}
+            for path in listed
+        }
+        holding = {name: path for name in recordings for path in listed if name in of_file[path]}
+    for name, path in holding.items():
+        yield name, read_array(path, name)
+
+
+def _names(path: Path) -> list[str]:
+    return _opened(path, os.getpid()).namelist()
 
 
 def read_array(path: Path, recording: str) -> FloatArray:
@@ -328,83 +345,3 @@ def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
     np.lib.format.read_magic(stream)
     shape, _, kind = np.lib.format.read_array_header_1_0(stream)
     return shape, kind
-
-
-def _batch_of(divided: Mapping[str, Iterable[str]]) -> dict[str, str]:
-    return {name: batch for batch, names in divided.items() for name in names}
-
-
-def batch_size(recordings: int, wanted: int | str) -> int:
-    """Return the largest number of recordings in one batch.
-
-    Parameters
-    ----------
-    recordings : int
-        Number of recordings of the archive.
-    wanted : int or str
-        ``recordings_per_job`` of the configuration: a number, or ``auto``.
-    """
-    if isinstance(wanted, int):
-        return wanted
-    if recordings <= _EACH_ALONE:
-        return 1
-    return TENS if recordings <= _IN_TENS else HUNDREDS
-
-
-def batches(recordings: Iterable[str], most: int, within: str = "") -> dict[str, list[str]]:
-    """Divide recordings into batches.
-
-    With ``most`` 1, each recording is a batch and gives it its name. Otherwise, a batch holds the
-    recordings of one folder whose checksums begin with the same bits. A larger batch than allowed
-    is divided by the next bit. A recording that comes or goes therefore changes only its own batch,
-    which is then divided, or joined with its other half. This is extendible hashing (R. Fagin, J.
-    Nievergelt, N. Pippenger and H. R. Strong, ACM Transactions on Database Systems 4, 1979).
-
-    Each batch of a small size lies within one batch of a larger size.
-
-    Parameters
-    ----------
-    recordings : iterable of str
-        Names such as ``3mm/r07``, no name twice.
-    most : int
-        Largest number of recordings in a batch.
-    within : str
-        The larger batch, if the recordings are those of one; otherwise they are all recordings of
-        some folders. The same batches have the same names in both cases.
-
-    Returns
-    -------
-    dict of str to list of str
-        The recordings of each batch, sorted, by the batch's name: ``3mm/batch`` for all of a small
-        folder, ``3mm/batch-01`` for the bits 01.
-    """
-    if most == 1:
-        return {name: [name] for name in sorted(recordings)}
-    waiting: dict[str, list[str]] = {}
-    for name in sorted(recordings):
-        waiting.setdefault(within or f"{folder_of(name)}/batch", []).append(name)
-    # A name is divided several times.
-    bits_of = functools.cache(_bits)
-    divided = {}
-    while waiting:
-        label, names = waiting.popitem()
-        if len(names) <= most:
-            divided[label] = names
-            continue
-        # "3mm/batch" is divided into "3mm/batch-0" and "3mm/batch-1", and so on.
-        beginning = label if "-" in label else f"{label}-"
-        place = len(beginning.partition("-")[2])
-        for name in names:
-            waiting.setdefault(beginning + bits_of(name)[place], []).append(name)
-    return dict(sorted(divided.items()))
-
-
-def described_together(
-    recordings: Iterable[str], most: int, within: str = ""
-) -> dict[str, list[str]]:
-    """Divide recordings into the batches of the rule describe, from batches of `most` or larger."""
-    return batches(recordings, max(most, DESCRIBED_TOGETHER), within)
-
-
-def _bits(name: str) -> str:
-    return f"{int.from_bytes(hashlib.sha256(name.encode()).digest()):0256b}"
