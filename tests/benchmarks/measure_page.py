@@ -30,10 +30,12 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.engine.configuration import read_config_file
 from capsule.page.packing import deflated, to_json
+from capsule.store.batches import described_together
 from capsule.store.files import read_csv, read_json, write_json
-from capsule.store.results import FITS, MATRICES, PLOT_DATA, Results, described_together
+from capsule.store.results import FITS, MATRICES, PLOT_DATA, Results
 from support.browser import MISSING, Browser
 from support.packed import inflated
+from support.stored import rows_of
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
 WATCH = """
@@ -98,7 +100,10 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     _rewrite(target / "recordings.csv", index, originals)
     predictions = target / "evaluation" / "predictions.csv"
     _rewrite(predictions, read_csv(predictions), originals)
-    before, after = Results.on_disk(results, 1), Results(target, originals, 1)
+    before, after = (
+        Results.of_table(results, results / "recordings.csv"),
+        Results(target, rows_of(originals)),
+    )
     names = sorted(set(originals.values()))
     fits = before.fits(name for name in names if before.file(FITS, name).exists())
     drawn = before.described(PLOT_DATA, names, read_json)

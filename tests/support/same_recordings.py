@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from capsule.engine.configuration import read_config_file
 from capsule.store.results import Results
 from support.project import Project
 
-# Results that hold all recordings; the others have a file for each batch.
-OF_ALL = ("evaluation/", "figures/", "recordings.csv", "labelled.csv", "templates")
+# Results that hold all recordings; the others have a file for each batch, which the lists name.
+OF_ALL = ("evaluation/", "figures/", "templates")
 OF_ALL += ("detections.csv", "detectors.json", "sites.csv")
 
 
@@ -31,5 +30,4 @@ def assert_same_recordings(project: Project, other: Project, names: Sequence[str
 
 
 def _results_of(project: Project) -> Results:
-    config = read_config_file(project.folder / "config/config.yaml")
-    return Results.on_disk(project.results, config["recordings_per_job"])
+    return Results.of_table(project.results, project.results / "recordings.csv")

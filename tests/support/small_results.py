@@ -4,6 +4,8 @@ import numpy as np
 
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.store.files import write_csv, write_json
+from capsule.store.results import BATCH_COLUMNS
+from support.stored import rows_of
 
 LENGTH = 30
 # 16 digits are not enough to restore any of these numbers.
@@ -22,11 +24,14 @@ REJECTED = "3mm/flat"
 _VERDICT = ["recording", "size_mm", "detector", "scheme", "predicted_mm", "rmse_0mm", "rmse_3mm"]
 _VERDICT += ["score", "estimate_low_mm", "location_s"]
 _LISTED = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
-_LISTED += ["sha256", "readings_sha256", "source", "site", "session"]
+_LISTED += ["sha256", "readings_sha256", "source", "site", "session", *BATCH_COLUMNS]
 
 
-def make_results(results):
-    """Write the results, and return the readings and the matrices by recording."""
+def make_results(results, most=1):
+    """Write the results, and return the readings and the matrices by recording.
+
+    The table of recordings names batches of up to so many recordings.
+    """
     generator = np.random.default_rng(1)
     signals, matrices, rows = {}, {}, []
     for name, (samples, header) in RECORDINGS.items():
@@ -36,7 +41,7 @@ def make_results(results):
         signals[name] = values if counts else values / 1000
         matrices[name] = generator.random((4, LENGTH)) * AWKWARD[0]
         size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
-        checked = {"header": header, "status": "accepted"}
+        checked = {"recording": name, "header": header, "status": "accepted"}
         write_json(results / "checks" / f"{name}.json", checked)
         row = {"recording": name, "size_mm": size, "samples": samples, "status": "accepted"}
         row |= {"duration_s": (samples - 1) / 10, "sha256": f"{samples:064x}", "site": "007"}
@@ -51,8 +56,10 @@ def make_results(results):
     rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
     rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
     _save(results / "signals" / f"{REJECTED}.npy", np.full((4, LENGTH), np.nan))
-    write_json(results / "checks" / f"{REJECTED}.json", {"header": {"source": FORMULA}})
-    _table(results / "recordings.csv", _LISTED, rows)
+    write_json(results / "checks" / f"{REJECTED}.json", rejected | {"header": {"source": FORMULA}})
+    batches = rows_of([row["recording"] for row in rows], most)
+    listed = [row | batches[row["recording"]] for row in rows]
+    _table(results / "recordings.csv", _LISTED, listed)
     _table(results / "passed_over.csv", ["path", "reason"], [])
     templates = [{"size_mm": 0.0, "recordings": 0, "parameters": None}]
     templates.append({"size_mm": 3.0, "recordings": 1, "parameters": _parameters(generator)})

@@ -1,10 +1,13 @@
 """Stored results of recordings for the page, without files."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 
 import numpy as np
 
 from capsule.page.packing import deflated, to_json
+from capsule.store.batches import batches, described_together
+from capsule.store.results import BATCH_COLUMNS
 
 
 class Named(dict):
@@ -32,3 +35,15 @@ class StoredResults:
 
     def fit(self, name):
         """Return no fit."""
+
+
+def rows_of(names: Iterable[str], size: int = 1) -> dict[str, dict[str, str]]:
+    """Return the batches of recordings as the table of recordings names them."""
+    listed = list(names)
+    kinds = zip(BATCH_COLUMNS, (batches, described_together), strict=True)
+    cells: dict[str, dict[str, str]] = {name: {} for name in listed}
+    for column, divide in kinds:
+        for batch, members in divide(listed, size).items():
+            for name in members:
+                cells[name][column] = batch
+    return cells

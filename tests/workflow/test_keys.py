@@ -17,7 +17,8 @@ pytestmark = pytest.mark.workflow
 SAMPLES = 400
 RECORDINGS = ["0mm/r01", "1mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
 FOLDERS = 4
-EACH = {"preprocess": len(RECORDINGS), "describe": FOLDERS, "fit": 3}
+DRAWN = {"describe": FOLDERS, "plot": FOLDERS}
+EACH = {"preprocess": len(RECORDINGS), "fit": 3, **DRAWN}
 LISTS = ("list", "list_labelled")
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # The rules behind `evaluate`, and behind `templates`, each with a single job.
@@ -77,7 +78,7 @@ def fail(project, script):
         ("scripts/capsule/recordings/listing.py", once(*LISTS, *LEARNED)),
         ("scripts/capsule/method/particle.py", once(*LEARNED, fit=3)),
         ("scripts/capsule/method/templates.py", once(*LEARNED)),
-        ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),
+        ("scripts/capsule/detectors/search.py", once(*RATED, **DRAWN)),
         ("scripts/capsule/detectors/diagonal.py", once(*RATED)),
         ("scripts/capsule/detectors/calibrate.py", once(*RATED)),
         ("scripts/capsule/evaluation/rates.py", once(*RATED)),
@@ -85,11 +86,12 @@ def fail(project, script):
         ("scripts/detect.py", once("detect", "report")),
         ("scripts/capsule/figures/draw_rates.py", once("draw", "report")),
         ("scripts/capsule/parts/drawings.py", once("draw", "report")),
+        ("scripts/capsule/page/plot_data.py", once("report", plot=FOLDERS)),
         ("scripts/capsule/page/overview.py", once("report")),
         ("report/report.css", once("report")),
         ("report/scripts/charts.js", once("report")),
         ("report/sections/answer.html.j2", once("report")),
-        ("weights/scorer.npz", once(*RATED, describe=FOLDERS)),
+        ("weights/scorer.npz", once(*RATED, **DRAWN)),
     ],
 )
 def test_an_edit_of_the_code_makes_again_exactly_what_it_touches(project, file, expected):
@@ -122,14 +124,14 @@ def test_a_changed_setting_makes_again_only_what_uses_it(project, changes, expec
 
 def test_an_unlabelled_recording_more_is_judged_and_teaches_nothing(project):
     write_archive(project.raw, ["unlabelled/other"], samples=SAMPLES)
-    assert planned(project) == once("preprocess", "list", "describe", "detect", "report")
+    assert planned(project) == once("preprocess", "list", "describe", "plot", "detect", "report")
 
 
 def test_a_recording_that_is_edited_with_an_old_date_is_made_again(project, finished):
     recording = project.raw / "3mm/r02.csv"
     recording.write_bytes(other_recording())
     os.utime(recording, (1e9, 1e9))
-    assert planned(project) == once(*LISTS, *LEARNED, "preprocess", "fit", "describe")
+    assert planned(project) == once(*LISTS, *LEARNED, "preprocess", "fit", "describe", "plot")
     run = project.snakemake(*TABLES)
     expected = once(*LISTS, "templates", "evaluate", "detect")
     assert run.jobs == expected | once("preprocess", "fit", "describe")
@@ -271,7 +273,8 @@ def test_the_plain_command_makes_what_was_deleted_again(project, finished):
     page = project.results / "report.html"
     made_ns = page.stat().st_mtime_ns
     run = project.snakemake()
-    assert run.jobs == once("preprocess", "list", "describe", "detect", "report"), run.output
+    made = once("preprocess", "list", "describe", "plot", "detect", "report")
+    assert run.jobs == made, run.output
     assert page.stat().st_mtime_ns > made_ns
     before, after = finished.result_bytes(), project.result_bytes()
     # The page tells the minute in which it was made; all else is the same.
@@ -328,7 +331,7 @@ def test_the_keys_follow_every_edge_of_the_graph_of_rules(project):
     made_by = dict(re.findall(r"^(results/\S+)\t[^\t]+\t(\w+)\t", summary, re.MULTILINE))
     rules = set(names.values()) - {"everything"}
     assert set(made_by.values()) == rules
-    assert len(rules) == 11
+    assert len(rules) == 12
     for rule in rules:
         name = {"survey": "chart_survey", "list_labelled": "list"}.get(rule, rule)
         script = project.folder / f"workflow/scripts/{name}.py"

@@ -3,7 +3,7 @@
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the files under raw/
 # gives: ARCHIVE, SIZE, ALONE, BATCHES, LABELLED, NODULES, DESCRIBED, PARTS, DETECTOR_MODULES,
-#        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions sections, step, keys_of, told, shown, each, paths_of, contents_of
+#        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions from `sections` on
 
 import copy
 import functools
@@ -42,12 +42,11 @@ SHIPPED = PROJECT / "config" / "config.yaml"
 # A folder with recordings but without a configuration uses the configuration of the project.
 CONFIG = config_file()
 
+# Snakemake's own reader names no file, so this one reads the file first.
 try:
-    # Snakemake's own reader names no file, so this one reads the file first.
     main_settings = read_config_file(SHIPPED if IS_MODULE else CONFIG)
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
-
 if IS_MODULE:
     # A workflow that uses this one as a module names only the keys that differ.
     changed, config = config, copy.deepcopy(main_settings)
@@ -76,16 +75,14 @@ except CapsuleError as error:
 except OSError as error:
     raise WorkflowError(files.error_line(error)) from None
 
-# Largest number of recordings of one job, and the recordings of each batch. All recordings of a
-# batch are of one folder.
+# Largest number of recordings of one job, and the recordings of each batch, all of one folder.
 SIZE = batch_size(len(ARCHIVE.recordings), config["recordings_per_job"])
 ALONE = SIZE == 1
 BATCHES = batches(ARCHIVE.recordings, SIZE)
 LABELLED = [batch for batch in BATCHES if size_mm(batch) is not None]
 # Recordings that are fitted, by batch: those of nodules that are not held out.
 NODULES = fitted(BATCHES, Path(RAW), config["evaluation"]["held_out"])
-# The rules describe and plot take more recordings at once, because their work on each is short:
-# the recordings of each of their batches, and the batches that it joins.
+# The rules describe and plot join batches, because their work on a recording is short.
 DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
 BATCH_OF = {name: batch for batch, names in BATCHES.items() for name in names}
 PARTS = {batch: sorted({BATCH_OF[name] for name in names}) for batch, names in DESCRIBED.items()}
@@ -102,10 +99,9 @@ def sections(*names, **others):
 
 
 def step(name, settings, inputs, *, modules=(), beside=(), script=None):
-    """Return what the jobs of a rule are made from, as `capsule.engine.keys.Step` describes it.
+    """Return the `capsule.engine.keys.Step` of a rule, whose script has its name by default.
 
-    `modules` and `beside` are as in `capsule.engine.keys.files_of_code`. Without `script`, the script
-    has the rule's name.
+    `modules` and `beside` are as in `capsule.engine.keys.files_of_code`.
     """
     path = SCRIPTS / (script or f"{name}.py")
     code = files_of_code(path, modules, beside)
@@ -122,8 +118,8 @@ def keys_of(step, batches):
 def told(step):
     """Return the parameters that all rules have; a changed one makes a job run again.
 
-    Settings and code are in the key, too; as parameters of their own, they show in Snakemake's
-    reasons. Functions give what Snakemake would expand, or lint, as plain text.
+    As parameters of their own, settings and code show in Snakemake's reasons. Functions give what
+    Snakemake would expand, or lint, as plain text.
     """
     return {
         # Snakemake notes no parameter that is a function of the output: this one changes with the
@@ -150,16 +146,16 @@ def each(rule, batches, output=0):
     return lambda wildcards: expand(getattr(rules, rule).output[output], batch=batches)
 
 
-def paths_of(batch):
-    """Return the files of the recordings of a batch."""
-    return [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
+def each_part(output):
+    """Return a function as `each` does, for the batches that one of describe joins."""
+    return lambda wildcards: expand(rules.preprocess.output[output], batch=PARTS[wildcards.batch])
 
 
 @functools.cache
 def contents_of(batch):
     """Return the checksums of the recordings of a batch."""
     limit = int(config["recording"]["max_megabytes"] * 1e6)
-    return [files.fingerprint(Path(path), limit) for path in paths_of(batch)]
+    return [files.fingerprint(Path(RAW, f"{name}.csv"), limit) for name in BATCHES[batch]]
 
 
 wildcard_constraints:

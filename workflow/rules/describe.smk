@@ -14,7 +14,7 @@ DESCRIBE = step(
 
 rule describe:
     input:
-        lambda wildcards: expand(rules.preprocess.output.signals, batch=PARTS[wildcards.batch]),
+        each_part("signals"),
     output:
         best_places=f"results/{pattern('best_places', alone=ALONE)}",
         features=f"results/{pattern('features', alone=ALONE)}",

@@ -7,11 +7,9 @@
 
 from capsule.figures.registry import FIGURES
 
-# Figures use only one key of the section `report`: the detector that is shown first.
-SHOWN_FIRST = {"lead": config["report"]["lead"]}
 DRAW = step(
     "draw",
-    sections("recording", "preprocessing", "evaluation", report=SHOWN_FIRST),
+    sections("recording", "preprocessing", "evaluation", report={"lead": config["report"]["lead"]}),
     lambda _: [TEMPLATES.key(), EVALUATE.key()],
     modules=sorted({row.module for row in FIGURES.values()}),
     # The design of the capsule is drawn from the tables that also describe its parts.

@@ -13,12 +13,8 @@ PLOT = step(
 
 rule plot:
     input:
-        signals=lambda wildcards: expand(
-            rules.preprocess.output.signals, batch=PARTS[wildcards.batch]
-        ),
-        checks=lambda wildcards: expand(
-            rules.preprocess.output.checks, batch=PARTS[wildcards.batch]
-        ),
+        signals=each_part("signals"),
+        checks=each_part("checks"),
     output:
         f"results/{pattern('plot_data', alone=ALONE)}",
     log:

@@ -25,11 +25,11 @@ rule preprocess:
         "../../environment.yml"
     params:
         **told(PREPROCESS),
-        # The recordings are no inputs: their content decides whether the job runs again, not their
-        # time stamps. The job compares the checksums again.
+        # The recordings are no inputs: their content decides, not their time stamps. The job
+        # compares the checksums again.
         recordings=lambda wildcards: BATCHES[wildcards.batch],
         checksums=lambda wildcards: contents_of(wildcards.batch),
-        files=lambda wildcards: paths_of(wildcards.batch),
+        files=lambda wildcards: [f"{RAW}/{name}.csv" for name in BATCHES[wildcards.batch]],
     message:
         "preprocess {wildcards.batch}"
     shell:

@@ -4,12 +4,8 @@
 # gives: results/report.html
 
 LISTED_SURVEYS = {"names": SURVEYS.names, "passed_over": SURVEYS.passed_over}
-# The page is made from these templates, and shows the paper's numbers from these tables.
-PAGE_FILES = [
-    path
-    for path in sorted(REPORT_FILES.rglob("[!.]*"))
-    if path.is_file() and path.parent.name != "captions"
-]
+IN_REPORT = filter(Path.is_file, sorted(REPORT_FILES.rglob("[!.]*")))
+PAGE_FILES = [path for path in IN_REPORT if path.parent.name != "captions"]
 REPORT = step(
     "report",
     # The number of recordings that one job takes changes no result, and is not on the page.
@@ -42,7 +38,6 @@ rule report:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
-    # As for evaluate; here a second process gains something later.
     threads: 2 if len(ARCHIVE.recordings) >= 5000 else 1
     params:
         **told(REPORT),

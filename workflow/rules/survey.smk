@@ -26,8 +26,8 @@ rule survey:
         "../../environment.yml"
     params:
         **told(SURVEY),
-        # The survey's files are no inputs: their content decides whether the job runs again, not
-        # their time stamps. The job compares the checksum again.
+        # The survey's files are no inputs: their content decides, not their time stamps. The job
+        # compares the checksum again.
         content=lambda wildcards: CONTENT_OF_SURVEY[wildcards.survey],
         session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
         folder=lambda wildcards: f"{RESULTS}/surveys/{wildcards.survey}",

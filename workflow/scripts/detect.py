@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path, required=True, help="table of the recordings")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--templates", type=Path, required=True, help="the templates")
-    parser.add_argument("--predictions", type=Path, required=True, help="predictions.csv")
+    parser.add_argument("--predictions", type=Path, required=True, help="held-out predictions")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")

@@ -12,7 +12,7 @@ from capsule.engine import run
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.results import batch_size, batches, described_together
+from capsule.store.batches import batch_size, batches, described_together
 from capsule.survey.listed import Surveys
 
 KEY = "0123456789" * 2

@@ -23,13 +23,13 @@ from capsule.engine.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
+from capsule.store.batches import batches
 from capsule.store.files import read_csv, read_json, write_csv
 from capsule.store.results import (
     CHECKS,
     FITS,
     MATRICES,
     SIGNALS,
-    batches,
     changed_recordings,
     pattern,
     write_arrays,
@@ -47,14 +47,14 @@ CONFIG = ROOT / "config/config.yaml"
 
 def make_in_batches(results, size=1):
     """Make the results with so many recordings in a batch, and return the readings and matrices."""
-    made = make_results(results)
+    made = make_results(results, size)
     for kind in (SIGNALS, MATRICES, CHECKS, FITS):
         alone = {
             path.relative_to(results / kind).with_suffix("").as_posix(): path
             for path in sorted((results / kind).glob("*/*"))
         }
         for batch, names in batches(alone, size).items():
-            path = results / pattern(kind, size).format(batch=batch)
+            path = results / pattern(kind, alone=size == 1).format(batch=batch)
             if kind in (SIGNALS, MATRICES):
                 write_arrays(path, {name: np.load(alone[name]) for name in names})
             else:

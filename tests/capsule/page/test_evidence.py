@@ -31,7 +31,7 @@ from capsule.store.results import FITS, PLOT_DATA, Results
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated
 from support.packed import inflated
 from support.project import ROOT
-from support.stored import StoredResults
+from support.stored import StoredResults, rows_of
 from support.synthetic import make_recording
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
@@ -201,7 +201,7 @@ def stored(tmp_path):
     columns = [*rows[0], "near_copies", "site", "session", "readings_sha256"]
     blank = dict.fromkeys(columns, "")
     files.write_csv(tmp_path / "recordings.csv", columns, [blank | row for row in rows])
-    results = Results(tmp_path, RECORDINGS, 1)
+    results = Results(tmp_path, rows_of(RECORDINGS))
     for name, no_verdict in RECORDINGS.items():
         # Also where a fit was asked for by hand.
         parameters = {key: [1.0] * length for key, length in PARAMETERS.items()}

@@ -25,6 +25,7 @@ from capsule.recordings.names import size_label
 from capsule.recordings.units import reading_unit
 from capsule.store import files
 from capsule.store.results import (
+    BATCH_COLUMNS,
     CHECKS,
     FITS,
     MATRICES,
@@ -111,7 +112,8 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         read += [results / OfArchive.PREDICTIONS, *rates, results / OfArchive.LEARNING]
         read += [results / OfArchive.DETECTIONS, results / OfArchive.SITES]
     tables = {path.stem: as_exported(read_table(path)) for path in read}
-    listed = tables["recordings"]
+    # In which files the results stand is no property of a recording.
+    listed = tables["recordings"] = tables["recordings"].drop(columns=[*BATCH_COLUMNS])
     names = listed["recording"].tolist()
     accepted = listed.loc[listed["status"] == "accepted", "recording"].tolist()
     rejected = dict.fromkeys(names, np.empty((settings["recording"]["sensors"], 0)))

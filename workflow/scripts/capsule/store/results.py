@@ -10,7 +10,7 @@ Every script uses this module, so it imports nothing but numpy and fast modules.
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -53,8 +53,8 @@ _SUFFIX = {CHECKS: ".json", FITS: ".json"}
 _SUFFIX |= {BEST_PLACES: ".csv", FEATURES: ".npz", PLOT_DATA: ".json"}
 # These kinds of files hold the batches of the rules describe and plot.
 DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
-# Columns of the table of recordings: the batch of a recording, and that of its description.
-BATCH_COLUMNS = BATCH, DESCRIPTION = "batch", "description"
+# Columns of the table of recordings: its batch, and its batch of those rules.
+BATCH_COLUMNS = BATCH, DESCRIBED_BATCH = "batch", "described_batch"
 # Archives of a large run stay open, because recordings are read in the order of their content.
 _MOST_OPEN = 200
 
@@ -86,10 +86,10 @@ def read_checks(
         The batches that each batch of the rule describe joins.
     """
     rows, checks = {}, {}
-    for description, held in described.items():
+    for described_batch, held in described.items():
         for batch in held:
             content = contents_in([folder / pattern(CHECKS, alone=True).format(batch=batch)])
-            rows |= {name: {BATCH: batch, DESCRIPTION: description} for name in content}
+            rows |= {name: {BATCH: batch, DESCRIBED_BATCH: described_batch} for name in content}
             checks |= content
     return rows, checks
 
@@ -124,7 +124,7 @@ class Results:
 
     def file(self, kind: str, recording: str) -> Path:
         """Return the file of one kind that holds a recording."""
-        batch = self._rows[recording][DESCRIPTION if kind in DESCRIBED else BATCH]
+        batch = self._rows[recording][DESCRIBED_BATCH if kind in DESCRIBED else BATCH]
         return self.folder / pattern(kind, alone=self._alone).format(batch=batch)
 
     def signal(self, recording: str) -> FloatArray:
@@ -166,7 +166,9 @@ class Results:
     def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the checks or the fits of recordings, `CHECKS` or `FITS`, in the same order."""
         wanted = list(recordings)
-        found = contents_in(path for path, _ in self._by_file(kind, wanted))
+        found: dict[str, dict[str, Any]] = {}
+        for path, names in self._by_file(kind, wanted):
+            found |= read_or_explain(path, partial(_contents_of, names))
         return {name: found[name] for name in wanted}
 
     def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
@@ -255,6 +257,11 @@ def contents_in(paths: Iterable[Path]) -> dict[str, dict[str, Any]]:
     for path in paths:
         found |= read_or_explain(path, _contents)
     return found
+
+
+def _contents_of(names: Iterable[str], path: Path) -> dict[str, dict[str, Any]]:
+    content = _contents(path)
+    return {name: content[name] for name in names}
 
 
 def _contents(path: Path) -> dict[str, dict[str, Any]]:
