@@ -60,7 +60,7 @@ SETTINGS: list[dict[str, dict[str, object]]] = [
 ]
 # Numbers of recordings that one job takes.
 SIZES = [1, 2, 100]
-SCRIPTS = ["preprocess", "list", "fit", "describe", "templates", "evaluate", "detect"]
+SCRIPTS = ["preprocess", "list", "fit", "describe", "plot", "templates", "evaluate", "detect"]
 # What a job says whose run was not asked for all results, some of which are missing.
 ASKED_FOR_ALL = "does not exist; make all that is missing: snakemake -c2"
 

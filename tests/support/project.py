@@ -23,6 +23,7 @@ RULES = {
     r"preprocess \S+/\S+": "preprocess",
     r"fit \S+/\S+": "fit",
     r"describe \S+/\S+": "describe",
+    r"plot \S+/\S+": "plot",
     r"list the recordings": "list",
     r"list the labelled recordings": "list_labelled",
     r"average the fits to templates": "templates",

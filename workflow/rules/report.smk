@@ -24,9 +24,9 @@ REPORT = step(
 rule report:
     input:
         recordings=rules.list.output,
-        templates=rules.templates.output,
+        templates=rules.templates.output.parameters,
         evaluation=rules.evaluate.output,
-        detections=rules.detect.output,
+        detections=[rules.detect.output.detections, rules.detect.output.sites],
         figures=rules.draw.output,
         surveys=expand(rules.survey.output, survey=SURVEYS.names),
         plot_data=each("plot", DESCRIBED),
