@@ -1,12 +1,12 @@
-"""Change the code in random places, and count how often the quick tests notice.
+"""Change the code in random places, and count how often the tests notice.
 
     python tests/benchmarks/kill_mutants.py --seed 1 --count 40
 
 Each mutant changes one comparison, one operator or one number of a module, in a copy of the
-project. The quick tests of the module's folder must kill it: those in tests/capsule/detectors for a
-module of `capsule.detectors`, and those in the files of tests/capsule itself for a module that lies
-in no folder. A mutant that runs four times as long as the tests did without it is dead, too. Only
-modules of functions on arrays and tables are changed, and none that reads files or calls programs.
+project. The tests of the module's folder must kill it, those that `make test` runs: tests/capsule/
+detectors for a module of `capsule.detectors`, and the files of tests/capsule itself for a module
+that lies in no folder. A mutant that runs four times as long as the tests did without it is dead,
+too. Only modules of functions on arrays and tables are changed, and none that reads files or calls programs.
 
 A mutant that lives shows a law that no test states. Add the law to the tests, not the line: a
 formula written out slowly, a value exactly at the limit, a property of all inputs. Some mutants
@@ -169,7 +169,7 @@ def room_tests(project: Path, module: Path) -> list[str]:
 
 
 def run_tests(project: Path, module: Path, seconds: float | None = None) -> tuple[str, float]:
-    """Run the quick tests of a module's folder.
+    """Run the tests of a module's folder, as `make test` selects them.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def run_tests(project: Path, module: Path, seconds: float | None = None) -> tupl
     command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
     try:
         ended = subprocess.run(
-            [*command, "-m", "quick", "--hypothesis-seed=0", *room_tests(project, module)],
+            [*command, "-m", "not slow", "--hypothesis-seed=0", *room_tests(project, module)],
             cwd=project,
             env=ENVIRONMENT,
             capture_output=True,
@@ -240,8 +240,8 @@ def main() -> None:
     parser.add_argument(
         "--rooms",
         nargs="+",
-        default=[".", "detectors", "evaluation"],
-        help="folders of the library, . for the modules in none (default: . detectors evaluation)",
+        default=[".", "method", "recordings", "detectors", "evaluation"],
+        help="folders of the library, . for the modules in none (default: those of the maths)",
     )
     options = parser.parse_args()
     draw = random.Random(options.seed)

@@ -92,9 +92,26 @@ def test_a_perfect_rate_rests_on_as_many_recordings_as_there_are_clusters():
 
 
 def test_passes_that_contradict_each_other_are_never_worth_more_than_single_ones():
-    # One of two passes is right at every place: the sums do not scatter at all.
+    # One of two passes is right at every place, and the sums do not scatter at all; then both are
+    # at one place, and the sums scatter less than those of single passes. Kills: no cap at n.
     right, clusters = np.tile([True, False], 10), Units.of_places(np.repeat(np.arange(10), 2))
-    assert effective_count(right, clusters, 0.95) < 20
+    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 9)) ** 2
+    for last in (False, True):
+        right[-1] = last
+        assert effective_count(right, clusters, 0.95) == pytest.approx(20 * shrunk)
+
+
+def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
+    # Kills: either rank off by one.
+    values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
+    clusters = Units.of_places(np.repeat(np.arange(10), 4))
+    median, low, high = median_interval(values, 0.95, clusters)
+    effective = effective_count(values < median, clusters, 0.95)
+    _, least, most = rate(20, 40, 0.95, effective=effective)
+    ordered = sorted(values)
+    # The last value of a rank up to the lower end, and the one after the first beyond the upper.
+    assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
+    assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
 
 
 def test_fewer_than_three_clusters_have_no_interval():

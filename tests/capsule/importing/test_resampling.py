@@ -72,6 +72,15 @@ def test_a_gap_stays_a_gap_and_no_more(rate_hz):
     np.testing.assert_allclose(new[:, beyond], tone(new_s, 0.3)[:, beyond], atol=TOLERANCE)
 
 
+def test_a_sample_lost_at_the_new_rate_parts_what_lies_on_either_side():
+    # Kills: a gap from 2.5 intervals on. A step in the gap would ring on both sides of it.
+    time_s = sampled(10)
+    kept = np.abs(time_s - 10) > 0.05
+    values = np.where(time_s < 10, 0.0, 100.0) * np.ones((4, 1))
+    _, new = resample(time_s[kept] * 1.001, values[:, kept], 10.0)
+    assert set(np.unique(new[~np.isnan(new)])) == {0.0, 100.0}
+
+
 def test_missing_samples_stay_missing():
     time_s = sampled(50)
     values = tone(time_s, 0.3)

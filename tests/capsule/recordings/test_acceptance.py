@@ -334,14 +334,17 @@ def test_more_samples_than_the_time_has_room_for_are_told():
 
 @pytest.mark.parametrize(("lost", "accepted"), [(20, True), (21, False)])
 @pytest.mark.parametrize("start", [1, 150, 278])
-def test_a_gap_may_last_exactly_as_long_as_allowed(lost, accepted, start):
+@pytest.mark.parametrize("begins_s", [0, 7])
+def test_a_gap_may_last_exactly_as_long_as_allowed(lost, accepted, start, begins_s):
     whole = recording()
     keep = np.delete(np.arange(300), slice(start, start + lost))
-    cut = Recording(whole.time_s[keep], whole.values[:, keep], whole.header)
+    cut = Recording(begins_s + whole.time_s[keep], whole.values[:, keep], whole.header)
     if accepted:
         assert np.isnan(accept(cut, **SETTINGS)[:, start : start + lost]).all()
     else:
-        reason = rf"samples are missing for 2\.1 s, from {start / 10:g} s on; at most 2 s"
+        reason = (
+            rf"samples are missing for 2\.1 s, from {begins_s + start / 10:g} s on; at most 2 s"
+        )
         with pytest.raises(RecordingError, match=reason):
             accept(cut, **SETTINGS)
 
