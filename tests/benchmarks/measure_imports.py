@@ -38,9 +38,9 @@ def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
     signal, matrix, check, fit = (str(folder / file) for file in written)
     common = ["--batch", name, "--settings", json.dumps(config)]
     common += ["--signals", signal, "--matrices", matrix]
-    raw = ["--raw", str(recording.parents[1]), "--checks", check]
+    told = ["--contents", f"{recording}={checksum}", "--checks", check]
     return {
-        "preprocess": [str(SCRIPTS / "preprocess.py"), f"{name}:{checksum}", *common, *raw],
+        "preprocess": [str(SCRIPTS / "preprocess.py"), name, *common, *told],
         "fit": [str(SCRIPTS / "fit.py"), name, *common, "--output", fit],
     }
 

@@ -207,8 +207,9 @@ def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
         stream.truncate(1_000_000_000)
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     settings = {name: config[name] for name in ("recording", "preprocessing")}
-    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), "3mm/huge:too large"]
-    command += ["--raw", str(tmp_path), "--batch", "3mm/huge", "--settings", json.dumps(settings)]
+    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), "3mm/huge"]
+    command += ["--contents", f"{recording}=too large", "--batch", "3mm/huge"]
+    command += ["--settings", json.dumps(settings)]
     command += ["--signals", str(tmp_path / "s.npy"), "--matrices", str(tmp_path / "m.npy")]
     command += ["--checks", str(tmp_path / "c.json")]
     start = time.perf_counter()

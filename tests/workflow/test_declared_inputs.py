@@ -23,9 +23,9 @@ def note(event, arguments):
 notes = os.open(os.environ["TRACED"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 sys.addaudithook(note)
 """
-# Inputs of which a job reads some: near copies are compared if their marks are alike, two recordings
-# stand for all in a figure, passes of one place are combined if there are any, and a page shows
-# nothing of a figure's data.
+# Inputs of which a job reads some: near copies are compared if their marks are alike, two
+# recordings stand for all in a figure, passes of one place are combined if there are any, and a
+# page shows nothing of a figure's data.
 IN_PART = {
     "list": ("results/signals/",),
     "list_labelled": ("results/signals/",),
@@ -56,7 +56,8 @@ def jobs(tmp_path_factory):
         job = json.loads(path.read_text(encoding="utf-8"))
         words = tuple(shlex.split(job["shellcmd"].partition(" > ")[0])[1:])
         # What is no input because its content alone decides is named in the command.
-        named = {word for word in words if word.startswith(("raw/", "sessions/"))}
+        named = {word.partition("=")[0] for word in words}
+        named = {word for word in named if word.startswith(("raw/", "sessions/"))}
         made[words] = job["rule"], {*job["input"], *named}, read[words]
     return list(made.values())
 

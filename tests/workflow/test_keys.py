@@ -305,8 +305,8 @@ def test_the_reason_shows_a_changed_setting_before_and_now(project):
 def test_the_reason_names_the_changed_recording(project):
     (project.raw / "3mm/r01.csv").write_bytes(other_recording())
     before, now = reasons(project)["preprocess 3mm/r01"].split(" now: ")
-    assert "3mm/r01:" in before
-    assert "3mm/r01:" in now
+    assert "raw/3mm/r01.csv=" in before
+    assert "raw/3mm/r01.csv=" in now
 
 
 def test_the_reason_names_the_script_whose_code_has_changed(project):

@@ -153,9 +153,10 @@ def each_part(output):
 
 @functools.cache
 def contents_of(batch):
-    """Return the checksums of the recordings of a batch."""
+    """Return the files of the recordings of a batch, with the checksums of their content."""
     limit = int(config["recording"]["max_megabytes"] * 1e6)
-    return [files.fingerprint(Path(RAW, f"{name}.csv"), limit) for name in BATCHES[batch]]
+    paths = [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
+    return [f"{path}={files.fingerprint(Path(path), limit)}" for path in paths]
 
 
 wildcard_constraints:

@@ -15,7 +15,6 @@ DETECT = step(
 
 rule detect:
     input:
-        # The labelled recordings are needed too: the detectors learn their thresholds from them.
         best_places=each("describe", DESCRIBED, "best_places"),
         features=each("describe", DESCRIBED, "features"),
         matrices=each("preprocess", BATCHES, "matrices"),
@@ -25,7 +24,6 @@ rule detect:
         predictions=rules.evaluate.output.predictions,
     output:
         detections=shown("results/detections.csv", "verdicts", "Verdicts"),
-        # `capsule record` judges a new recording with this file and the templates alone.
         learned="results/detectors.json",
         sites=shown("results/sites.csv", "verdicts", "Verdicts"),
     log:

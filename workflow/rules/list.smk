@@ -5,19 +5,16 @@
 # gives: results/recordings.csv, results/passed_over.csv, results/labelled.csv
 
 
-def list_step(described, others):
-    """Return the step that lists the recordings of some batches of describe, and other files."""
-    settings = {
-        "on_rejected": config["on_rejected"],
-        "described": {batch: PARTS[batch] for batch in described},
-        "others": others,
-    }
-    parts = [part for batch in described for part in PARTS[batch]]
-    return step("list", settings, lambda _: keys_of(PREPROCESS, parts))
+def listed(described, others):
+    """Return what is listed: the batches that those of describe join, and other files."""
+    parts = {batch: PARTS[batch] for batch in described}
+    return sections("on_rejected", described=parts, others=others)
 
 
-LIST = list_step(DESCRIBED, ARCHIVE.others())
-LIST_LABELLED = list_step(DESCRIBED_LABELLED, "")
+ALL = listed(DESCRIBED, ARCHIVE.others())
+LIST = step("list", ALL, lambda _: keys_of(PREPROCESS, BATCHES))
+KNOWN = listed(DESCRIBED_LABELLED, "")
+LIST_LABELLED = step("list", KNOWN, lambda _: keys_of(PREPROCESS, LABELLED))
 
 
 rule list:

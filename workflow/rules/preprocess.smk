@@ -6,9 +6,7 @@
 
 BENCH_SETTINGS = {name: config["diagonal"][name] for name in BENCH}
 PREPROCESS = step(
-    "preprocess",
-    sections("recording", "preprocessing", diagonal=BENCH_SETTINGS),
-    lambda batch: [*BATCHES[batch], *contents_of(batch)],
+    "preprocess", sections("recording", "preprocessing", diagonal=BENCH_SETTINGS), contents_of
 )
 
 
@@ -28,11 +26,10 @@ rule preprocess:
         # The recordings are no inputs: their content decides, not their time stamps. The job
         # compares the checksums again.
         recordings=lambda wildcards: BATCHES[wildcards.batch],
-        checksums=lambda wildcards: contents_of(wildcards.batch),
-        files=lambda wildcards: [f"{RAW}/{name}.csv" for name in BATCHES[wildcards.batch]],
+        contents=lambda wildcards: contents_of(wildcards.batch),
     message:
         "preprocess {wildcards.batch}"
     shell:
-        "python {params.script:q} {params.recordings:q} --files {params.files:q}"
-        " --checksums {params.checksums:q} --batch {wildcards.batch:q} --settings {params.settings:q} --signals {output.signals:q}"
+        "python {params.script:q} {params.recordings:q} --contents {params.contents:q}"
+        " --batch {wildcards.batch:q} --settings {params.settings:q} --signals {output.signals:q}"
         " --matrices {output.matrices:q} --checks {output.checks:q} > {log:q} 2>&1"

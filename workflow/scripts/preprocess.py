@@ -16,8 +16,7 @@ def main() -> None:
     """Write the readings, the matrices and the outcome of the checks."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recordings", nargs="+", help="names such as 3mm/r07")
-    parser.add_argument("--files", type=Path, nargs="+", required=True, help="their files")
-    parser.add_argument("--checksums", nargs="+", required=True, help="their files' checksums")
+    parser.add_argument("--contents", nargs="+", required=True, help="FILE=CHECKSUM of each")
     parser.add_argument("--batch", required=True, help="the batch, such as 3mm/r07")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--signals", type=Path, required=True, help="output: the readings")
@@ -26,8 +25,8 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, signals, matrices, checks = arguments.settings, {}, {}, {}
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
-    named = zip(arguments.recordings, arguments.files, arguments.checksums, strict=True)
-    for name, path, expected in named:
+    for name, told in zip(arguments.recordings, arguments.contents, strict=True):
+        path, _, expected = told.rpartition("=")
         content = files.read_limited(path, max_bytes)
         if files.fingerprint_of(content) != expected:
             raise CapsuleError(f"{path} has changed since the run began; run the command again")
