@@ -6,7 +6,8 @@ Each mutant changes one comparison, one operator or one number of a module, in a
 project. The tests of the module's folder must kill it, those that `make test` runs: tests/capsule/
 detectors for a module of `capsule.detectors`, and the files of tests/capsule itself for a module
 that lies in no folder. A mutant that runs four times as long as the tests did without it is dead,
-too. Only modules of functions on arrays and tables are changed, and none that reads files or calls programs.
+too. Only modules of functions on arrays and tables are changed, and none that reads files or
+calls programs.
 
 A mutant that lives shows a law that no test states. Add the law to the tests, not the line: a
 formula written out slowly, a value exactly at the limit, a property of all inputs. Some mutants
