@@ -19,11 +19,10 @@ from capsule.store import files
 from capsule.engine.configuration import BENCH, changed_values, check_configuration, without_effect
 from capsule.engine.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
-from capsule.errors import CapsuleError
 from capsule.recordings.held_out import fitted
 from capsule.engine.keys import Step, checksum_of_code, files_of_code
 from capsule.recordings.names import size_mm
-from capsule.engine.folder import refuse_folders, refuse_unknown_results
+from capsule.engine.folder import refuse_folders, refuse_unknown_results, told_as
 from capsule.engine.project import config_file
 from capsule.engine.unchanged import states_of
 from capsule.store.batches import batch_size, batches, described_together
@@ -43,10 +42,9 @@ SHIPPED = PROJECT / "config" / "config.yaml"
 CONFIG = config_file()
 
 # Snakemake's own reader names no file, so this one reads the file first.
-try:
+with told_as(WorkflowError):
     main_settings = read_config_file(SHIPPED if IS_MODULE else CONFIG)
-except CapsuleError as error:
-    raise WorkflowError(str(error)) from None
+
 if IS_MODULE:
     # A workflow that uses this one as a module names only the keys that differ.
     changed, config = config, copy.deepcopy(main_settings)
@@ -63,17 +61,13 @@ SOURCES = {
     os.path.relpath(SHIPPED if IS_MODULE else CONFIG): main_settings,
     "config of the module" if IS_MODULE else "--config or --configfile": changed,
 }
-try:
+with told_as(WorkflowError):
     refuse_folders(PROJECT, Path.cwd())
     WITHOUT_EFFECT = without_effect(config, read_schema(SCHEMA))
     config = check_configuration(config, read_schema(SCHEMA), SOURCES)
     ARCHIVE = files.list_archive(Path(RAW))
     DETECTORS = [detector_row(name) for name in config["detectors"]]
     refuse_unknown_results(Path(RESULTS), Path(".snakemake"))
-except CapsuleError as error:
-    raise WorkflowError(str(error)) from None
-except OSError as error:
-    raise WorkflowError(files.error_line(error)) from None
 
 # Largest number of recordings of one job, and the recordings of each batch, all of one folder.
 SIZE = batch_size(len(ARCHIVE.recordings), config["recordings_per_job"])

@@ -36,12 +36,8 @@ if not IS_MODULE:
 
 
 onstart:
-    try:
+    with told_as(WorkflowError):
         RUN.begin()
-    except CapsuleError as error:
-        raise WorkflowError(str(error)) from None
-    except OSError as error:
-        raise WorkflowError(files.error_line(error)) from None
 
 
 onsuccess:

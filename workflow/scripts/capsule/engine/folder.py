@@ -3,13 +3,15 @@
 The Snakefile uses this module at every start, so it imports only fast modules.
 """
 
+import contextlib
 import os
 import secrets
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.store.files import UNFINISHED, write_whole
+from capsule.store.files import UNFINISHED, error_line, write_whole
 from capsule.store.results import OfArchive
 
 _HEAD_BYTES = 2000
@@ -23,6 +25,17 @@ OUTDATED = (
     b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
     b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
 )
+
+
+@contextlib.contextmanager
+def told_as(kind: Callable[[str], Exception]) -> Iterator[None]:
+    """Raise an error of the input or of the disk as one of this kind, in one line."""
+    try:
+        yield
+    except CapsuleError as error:
+        raise kind(str(error)) from None
+    except OSError as error:
+        raise kind(error_line(error)) from None
 
 
 def refuse_folders(project: Path, here: Path) -> None:
