@@ -18,7 +18,6 @@ pytestmark = [pytest.mark.boards, emulated.needed]
 
 HALF_STEPS_PER_S = 400
 HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48
-LET_OUT = 8000  # half-steps that moves after restarts may let out
 RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
 DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 
@@ -413,35 +412,6 @@ def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
     most = (minute_later - np.arange(steps_s.size)).max()
     assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
     assert most / HALF_STEPS_PER_S <= 15
-
-
-def test_restarts_with_a_dead_switch_let_out_no_more_than_two_moves():
-    talk = start(900)
-    talk.world.stuck["unfolded"] = False
-    before, on, looks = talk.board.half_steps, 0, 0
-    for _ in range(11):  # in a minute, as a computer that opens the port again and again
-        talk.board.reset()
-        for _ in range(54):
-            talk.wait(0.1)
-            on += talk.board.coils != 0
-            looks += 1
-        talk.say("unfold")
-    assert before - talk.board.half_steps <= LET_OUT
-    assert on / looks < 0.4
-    talk.wait(130)  # undisturbed, it may use up what is left, and no more
-    talk.say("unfold")
-    talk.wait(11)
-    assert before - talk.board.half_steps <= LET_OUT + 8
-    assert "too much thread let out" in reason(talk, "unfold")
-
-
-def test_a_dead_switch_lets_out_no_more_than_two_moves_without_a_restart_either(folded):
-    folded.world.stuck["unfolded"] = False
-    for _ in range(180):
-        folded.say("unfold", seconds=1)
-    assert -LET_OUT - DEBOUNCED <= folded.world.wound < -LET_OUT + RELEASE
-    assert "too much thread let out" in reason(folded, "unfold")
-    assert is_at_rest(folded)
 
 
 def test_a_memory_that_cannot_be_written_is_told_and_what_is_folded_unfolds(folded):

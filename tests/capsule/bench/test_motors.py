@@ -109,6 +109,19 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
     assert line.sent[-1] != "stop"
 
 
+# Kills: a thread that ends when the line is lost, so that nobody renews the lease afterwards.
+def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
+    away = board(line)
+    drive = WatchedDrive(away, WAVE)
+    away.close()
+    drive.look()
+    assert not line.sent
+    monkeypatch.setattr(away, "_line", line)
+    drive.look()
+    assert line.sent == ["position"]
+    assert wave.RENEW_AFTER_S + wave.LOOK_EVERY_S < 2.0  # as docs/bench.md says
+
+
 # Kills: an answer that lay in the port while the wave stopped, taken for one that came just now.
 def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(line, monkeypatch):
     monkeypatch.setattr(wave, "ASK_EVERY_S", 0.0)

@@ -1,15 +1,12 @@
 """A recording against a scripted serial line: all samples that arrive are kept."""
 
 from datetime import UTC, datetime
-from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench import recorder
 from capsule.bench.bench_errors import BoardLostError, LineLostError
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
-from capsule.bench.recorder import Aside
 from capsule.recordings.recording import read_recording
 from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
@@ -203,14 +200,10 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     def fail(*_):
         raise ZeroDivisionError("by a bug")
 
-    display = SimpleNamespace(show=fail, note=bench.told.append)
-    aside = Aside(bench.log)
-    bench.recorder._watch = recorder._watcher(
-        None, lambda: None, fail, None, display, aside, length=1000
-    )
+    bench.recorder.beside |= {"verdicts": fail, "its display": fail}
     bench.run(samples(0, 60))
     assert bench.numbers() == list(range(60))
-    assert aside("the check at its end", fail) == []
+    bench.recorder.attempt("the check at its end", fail)
     warnings = capsys.readouterr().err.splitlines()
     named = ["verdicts", "its display", "the check at its end"]
     assert warnings == [

@@ -11,7 +11,6 @@ from capsule.bench.line import Arrival
 from capsule.bench.logger import Logger
 from capsule.bench.protocol import FrameParser, Identity, encode
 from capsule.bench.recorder import Recorder
-from capsule.bench.terminal import Progress
 
 ENTRIES = {
     "protocol": "1",
@@ -76,7 +75,9 @@ class ScriptedBench:
         self.part = PartFile(final, {"started": "2026-01-01T00:00:00Z"}, 4, self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
         self.logger = Logger(mine, self.part, self.log, self.told.append, limit=duration, kept=1001)
-        self.recorder = Recorder(mine, self.logger, self.part, patience_s, self._stop, self._watch)
+        self.recorder = Recorder(
+            mine, self.logger, self.part, self.log, self.told.append, patience_s, self._stop
+        )
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
         """Run the recorder over a script: pairs of a time and the bytes that arrive then."""
@@ -116,6 +117,3 @@ class ScriptedBench:
     def close(self) -> list:
         """Close the line."""
         return self._parser.drop_pending()
-
-    def _watch(self, progress: Progress, samples: list) -> None:
-        """Read the progress, as a terminal does."""

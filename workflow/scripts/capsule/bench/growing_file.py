@@ -120,6 +120,11 @@ class PartFile(GrowingFile):
     tell : callable, optional
         Function that shows a warning if the recording continues in another file.
 
+    Attributes
+    ----------
+    header : dict of str to str
+        The header as it is in the file.
+
     Raises
     ------
     NameExistsError
@@ -144,7 +149,7 @@ class PartFile(GrowingFile):
             if isinstance(fault, FileExistsError):
                 check_free(final)
             raise explain_write_fault(fault, path) from fault
-        self._header = dict(header)
+        self.header = dict(header)
         self._head = self._formatted().encode("utf-8")
         self._pending.append(self._head.decode("utf-8"))
         self.flush()
@@ -159,7 +164,7 @@ class PartFile(GrowingFile):
         AcquisitionError
             The disk cannot be written.
         """
-        self._header[key] = value
+        self.header[key] = value
         head = self._formatted().encode("utf-8")
         if len(head) != len(self._head):
             raise ValueError(f"{value!r} does not have the length of the former entry {key}")
@@ -172,8 +177,8 @@ class PartFile(GrowingFile):
 
     def _formatted(self) -> str:
         """Return the header; the time until which the wave ran has room for another one."""
-        text = format_header(self._header, self._sensors)
-        line = f"# {WAVE_UNTIL}: {self._header.get(WAVE_UNTIL)}"
+        text = format_header(self.header, self._sensors)
+        line = f"# {WAVE_UNTIL}: {self.header.get(WAVE_UNTIL)}"
         return text.replace(f"{line}\n", f"{line:<{len(WAVE_UNTIL) + _ROOM}}\n")
 
     def add(self, time_s: float, values: Sequence[float] | None) -> None:

@@ -23,13 +23,13 @@ from capsule.bench.line import BAUD, AnyLine
 from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, moment_text
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.protocol import Acknowledgement, Identity
-from capsule.bench.terminal import Progress, Terminal
+from capsule.bench.terminal import Terminal
 from capsule.bench.wave import WatchedDrive, Wave
 from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
 from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
-from capsule.recordings.recording import WAVE_UNTIL, read_recording
+from capsule.recordings.recording import TO_THE_END, WAVE_UNTIL, read_recording
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
@@ -41,8 +41,6 @@ RATE_OVER_S = 5.0
 LOOK_EVERY_S = 0.05
 # An end stop that is pressed in so many samples was never open.
 AT_ONCE = 3
-Samples = list[tuple[float, ...] | None]
-Watcher = Callable[[Progress, Samples], None]
 
 
 class Recorder:
@@ -56,17 +54,26 @@ class Recorder:
         The samples of the board.
     part : PartFile
         The file of the samples.
+    log : FrameLog
+        Log of the recording.
+    tell : callable
+        Function that shows a message to the user, and logs it.
     patience_s : float
         Longest wait in seconds for the next sample.
     stop : StopRequest
         Request to stop, by Ctrl-C.
-    watch : callable
-        Function that shows, drives and judges; often called with progress and first samples.
+    drive : WatchedDrive, optional
+        The wave.
 
     Attributes
     ----------
     ended : str
         Why the recording has ended; empty while it goes on.
+    longest : int or float
+        Number of samples beyond which the workflow will reject the recording.
+    beside : dict of str to callable
+        What is done after each look at the line, and what the recording can do without, such as
+        the display: no fault of it ends the recording.
     """
 
     def __init__(
@@ -74,17 +81,57 @@ class Recorder:
         board: Board,
         logger: Logger,
         part: PartFile,
+        log: FrameLog,
+        tell: Callable[[str], None],
         patience_s: float,
         stop: StopRequest,
-        watch: Watcher,
+        drive: WatchedDrive | None = None,
     ) -> None:
         self._board, self._logger, self._part = board, logger, part
-        self._patience_s, self._stop, self._watch = patience_s, stop, watch
+        self._log, self._tell = log, tell
+        self._patience_s, self._stop, self._drive = patience_s, stop, drive
+        self._wave_until = TO_THE_END
         self.progress = logger.progress
         self.ended = ""
+        self.longest = math.inf
+        self.beside: dict[str, Callable[[], None]] = {}
         self._rate_mark = (time.monotonic(), 0)
         self._begun_s = elapsed_s()
         self._dated = False
+
+    def archive(self) -> None:
+        """Run from the start of the wave to its stop, and archive the samples.
+
+        Raises
+        ------
+        BoardLostError
+            No sample came within the patience; the samples before that are archived.
+        AcquisitionError
+            The wave does not start, samples cannot be written, or there is none.
+        """
+        part, lost = self._part, None
+        try:
+            self._start_wave()
+            try:
+                self.run()
+            finally:
+                _stop(self._drive)  # before the files: a disk can be slow
+        except BoardLostError as reason:
+            self.ended, lost = str(reason), reason
+        except AcquisitionError:
+            with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
+                part.flush()
+            part.close()
+            raise
+        self._note_wave()
+        self._log.note(f"ended: {self.ended}")
+        if not self.progress.samples:
+            part.discard()
+            none = AcquisitionError("the run ended before the first sample; nothing is archived")
+            raise lost or none
+        part.finish()
+        if lost:
+            raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
 
     def run(self) -> None:
         """Record until a limit, a request or an error ends it; `ended` is then the reason.
@@ -104,7 +151,10 @@ class Recorder:
             self._part.flush()
             self._part.sync()
             self._measure_rate()
-            self._watch(self.progress, self._logger.samples)
+            self._serve_wave()
+            self._tell_of_length()
+            for what, act in list(self.beside.items()):
+                self.attempt(what, act)
             self.ended = self._completed() or self._stop.reason
         self._pause()
 
@@ -116,6 +166,51 @@ class Recorder:
         first_s = self._logger.taken_s - (self.progress.samples - 1) * self.progress.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
         self._part.amend("started", moment_text(started))
+
+    def attempt(self, what: str, act: Callable[[], None]) -> None:
+        """Do what the recording can do without; after a fault, warn, and do it no more."""
+        try:
+            act()
+        # Whatever it is: a run of the capsule cannot be repeated, a verdict can.
+        except Exception as fault:  # noqa: BLE001
+            self.beside.pop(what, None)
+            text = f"the recording goes on without {what}: {type(fault).__name__}: {fault}"
+            print(f"warning: {text}", file=sys.stderr, flush=True)
+            self._log.note(f"{text}\n{traceback.format_exc()}")
+
+    def _start_wave(self) -> None:
+        """Start the wave; leave no file if the board refuses."""
+        if self._drive and not self._stop.reason:
+            try:
+                self._drive.start()
+            except AcquisitionError:
+                self._part.path.unlink(missing_ok=True)
+                raise
+
+    def _serve_wave(self) -> None:
+        """Renew the lease of the wave, and tell if it has stopped."""
+        if self._drive:
+            if warning := self._drive.watch(self.progress.samples * self.progress.period_s):
+                self._tell(warning)
+            self.progress.wave = self._drive.summary()
+            self._note_wave()
+
+    def _tell_of_length(self) -> None:
+        if self.progress.samples > self.longest:
+            self._tell(
+                f"warning: the run is longer than {self.longest:g} samples "
+                f"({self.longest * self.progress.period_s:g} s), so the workflow will reject it "
+                "(preprocessing.length); recording continues"
+            )
+            self.longest = math.inf
+
+    def _note_wave(self) -> None:
+        """Write into header and log until when the wave ran."""
+        until = self._drive.until if self._drive else TO_THE_END
+        if until != self._wave_until:
+            self._wave_until = until
+            self._part.amend(WAVE_UNTIL, until)
+            self._log.note(f"the wave runs until {until} (s of the recording)")
 
     def _completed(self) -> str:
         if not self._logger.complete:
@@ -200,31 +295,30 @@ def record(
     _tell_of_unfinished(options.raw)
     detectors = _detectors(options, settings) if options.detect else None
     wave = Wave(options.speed, options.ramp, options.direction)
-    drive = connected_drive(options.drive, wave) if options.drive else None
-    stop: StopRequest | None = None
-    try:
+    with contextlib.ExitStack() as at_end:
+        drive = connected_drive(options.drive, wave) if options.drive else None
+        at_end.callback(_stop, drive)
         line, identity = played or _source(options, settings)
         check_fits(identity, settings["recording"])
-        counts = 2 ** int(identity.entries["adc_bits"]) - 1
+        sensors, rate_hz = (float(identity.entries[key]) for key in ("channels", "rate_hz"))
         if isinstance(line, StreamLine):
             terminal = Terminal(sys.stdout, line.full_scale)
             header, line.tell = line.header(started), terminal.note
         else:
-            terminal = Terminal(sys.stdout, counts)
+            terminal = Terminal(sys.stdout, 2 ** int(identity.entries["adc_bits"]) - 1)
             header = header_of(identity, started)
+        at_end.callback(terminal.clear)
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         header |= dict(origin or {})
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
-        length = settings["preprocessing"]["length"]
         outlet = None
         if options.stream_out:
-            sensors = int(identity.entries["channels"])
-            outlet = SampleOutlet(options.stream_out, header, sensors, f"{folder}/{name}")
-        judge = partial(detectors.judge_so_far, header=header) if detectors else None
-        stop = StopRequest()
+            outlet = SampleOutlet(options.stream_out, header, int(sensors), f"{folder}/{name}")
+        stop = at_end.enter_context(contextlib.closing(StopRequest()))
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
-        part = PartFile(final, header, int(identity.entries["channels"]), terminal.note)
+        at_end.callback(log.close)
+        part = PartFile(final, header, int(sensors), terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
 
@@ -232,38 +326,27 @@ def record(
             terminal.note(text)
             log.note(text)
 
-        def note_wave() -> None:
-            if drive and drive.until != header[WAVE_UNTIL]:
-                header[WAVE_UNTIL] = drive.until
-                part.amend(WAVE_UNTIL, drive.until)
-                log.note(
-                    f"the wave runs until {drive.until} (s of the recording): {drive.summary()}"
-                )
-
-        aside = Aside(log)
-        watch = _watcher(drive, note_wave, judge, outlet, terminal, aside, length)
         board = Board(line, identity, tell)
-        rate_hz = float(identity.entries["rate_hz"])
         limit = round(options.duration * rate_hz) if options.duration else None
+        length = settings["preprocessing"]["length"]
         logger = Logger(board, part, log, tell, limit=limit, kept=length + 1)
-        recorder = Recorder(board, logger, part, options.patience, stop, watch)
-        # Last of all: from here on, Ctrl-C ends the run in order, and samples are on the disk.
-        if drive and not stop.reason:
-            _start(drive, part, log)
-        _run(recorder, part, terminal, log, drive, note_wave, aside)
-    finally:
-        _stop(drive)
-        if stop:
-            stop.close()
-    if drive:
-        recorder.progress.wave = drive.summary()
-    progress = recorder.progress
-    terminal.note(f"ended: {recorder.ended}")
-    if progress.damaged:
-        terminal.note(f"{progress.damaged} damaged frames are kept in {log.path}")
-    terminal.note(f"archived {part.final}: {progress.summary()}")
-    for text in aside("the check at its end", partial(_check, part.final, settings, detectors)):
-        terminal.note(text)
+        recorder = Recorder(board, logger, part, log, tell, options.patience, stop, drive)
+        recorder.longest = length
+        progress = recorder.progress
+        if outlet:
+            recorder.beside["its stream"] = partial(outlet.send, progress)
+        if detectors:
+            recorder.beside["verdicts"] = _running_verdict(detectors, logger, part.header)
+        recorder.beside["its display"] = partial(terminal.show, progress)
+        # From here on, Ctrl-C ends the run in order, and samples are on the disk.
+        recorder.archive()
+        progress.wave = drive.summary() if drive else ""
+        terminal.note(f"ended: {recorder.ended}")
+        if progress.damaged:
+            terminal.note(f"{progress.damaged} damaged frames are kept in {log.path}")
+        terminal.note(f"archived {part.final}: {progress.summary()}")
+        final_check = partial(_check, part.final, settings, detectors, terminal.note)
+        recorder.attempt("the check at its end", final_check)
     return part.final
 
 
@@ -330,79 +413,19 @@ def connected_drive(port: str, wave: Wave) -> WatchedDrive:
     return drive
 
 
-class Aside:
-    """What a recording can do without, such as verdicts and a display: no fault of it ends one.
-
-    Parameters
-    ----------
-    log : FrameLog
-        Log of the recording, for the traceback of a fault.
-    """
-
-    def __init__(self, log: FrameLog) -> None:
-        self._log = log
-        self._failed: set[str] = set()
-
-    def __call__(self, what: str, act: Callable[[], list[str] | None]) -> list[str]:
-        """Do something and return its lines; after a fault, warn once and never do it again."""
-        if what in self._failed:
-            return []
-        try:
-            return act() or []
-        # Whatever it is: a run of the capsule cannot be repeated, a verdict can.
-        except Exception as fault:  # noqa: BLE001
-            self._failed.add(what)
-            text = f"the recording goes on without {what}: {type(fault).__name__}: {fault}"
-            print(f"warning: {text}", file=sys.stderr, flush=True)
-            self._log.note(f"{text}\n{traceback.format_exc()}")
-            return []
-
-
-def _watcher(
-    drive: WatchedDrive | None,
-    note_wave: Callable[[], None],
-    judge: Callable[[Samples], list[str]] | None,
-    outlet: SampleOutlet | None,
-    terminal: Terminal,
-    aside: Aside,
-    length: int,
-) -> Watcher:
-    """Return one function that shows, drives, judges and sends during the recording."""
+def _running_verdict(
+    detectors: "FinalVerdict", logger: Logger, header: Mapping[str, str]
+) -> Callable[[], None]:
+    """Return a function that judges the recording so far, from time to time."""
     judged_s = 0.0
-    told_of_length = False
 
-    def watch(progress: Progress, samples: Samples) -> None:
-        nonlocal judged_s, told_of_length
-        if outlet:
-            aside("its stream", partial(outlet.send, progress))
-        if progress.samples > length and not told_of_length:
-            told_of_length = True
-            terminal.note(
-                f"warning: the run is longer than {length} samples "
-                f"({length * progress.period_s:g} s), so the workflow will reject it "
-                "(preprocessing.length); recording continues"
-            )
-        if drive:
-            if warning := drive.watch(progress.samples * progress.period_s):
-                terminal.note(warning)
-            note_wave()
-            progress.wave = drive.summary()
-        if judge and time.monotonic() - judged_s >= JUDGE_EVERY_S:
-            progress.verdicts = aside("verdicts", partial(judge, samples))
+    def judge() -> None:
+        nonlocal judged_s
+        if time.monotonic() - judged_s >= JUDGE_EVERY_S:
+            logger.progress.verdicts = detectors.judge_so_far(logger.samples, header)
             judged_s = time.monotonic()
-        aside("its display", partial(terminal.show, progress))
 
-    return watch
-
-
-def _start(drive: WatchedDrive, part: PartFile, log: FrameLog) -> None:
-    """Start the wave; leave no file if the board refuses."""
-    try:
-        drive.start()
-    except AcquisitionError:
-        part.discard()
-        log.close()
-        raise
+    return judge
 
 
 def _stop(drive: WatchedDrive | None) -> None:
@@ -410,45 +433,12 @@ def _stop(drive: WatchedDrive | None) -> None:
         print(warning, file=sys.stderr)
 
 
-def _run(
-    recorder: Recorder,
-    part: PartFile,
-    terminal: Terminal,
-    log: FrameLog,
-    drive: WatchedDrive | None,
-    note_wave: Callable[[], None],
-    aside: Aside,
-) -> None:
-    """Record, and archive the samples, even if the board was lost."""
-    lost = None
-    try:
-        try:
-            recorder.run()
-        finally:
-            _stop(drive)  # before the files: a disk can be slow
-        note_wave()
-    except BoardLostError as reason:
-        recorder.ended, lost = str(reason), reason
-    except AcquisitionError as reason:
-        with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
-            part.flush()
-        part.close()
-        aside("its display", terminal.clear)
-        raise reason
-    log.note(f"ended: {recorder.ended}")
-    log.close()
-    aside("its display", terminal.clear)
-    if not recorder.progress.samples:
-        part.discard()
-        raise lost or AcquisitionError("the run ended before the first sample; nothing is archived")
-    part.finish()
-    if lost:
-        raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
-
-
 def _check(
-    recording: Path, settings: dict[str, Any], detectors: "FinalVerdict | None"
-) -> list[str]:
+    recording: Path,
+    settings: dict[str, Any],
+    detectors: "FinalVerdict | None",
+    tell: Callable[[str], None],
+) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
     rules = settings["recording"]
     try:
@@ -456,8 +446,12 @@ def _check(
             read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))
         values, no_verdict = readings_of(read, settings)
     except RecordingError as reason:
-        return [f"warning: the workflow will reject this recording: {reason}"]
-    warnings = [f"warning: {text}"] if (text := no_evidence_after(read)) else []
+        tell(f"warning: the workflow will reject this recording: {reason}")
+        return
+    if reason_in_part := no_evidence_after(read):
+        tell(f"warning: {reason_in_part}")
     if no_verdict:
-        return [*warnings, f"warning: no detector will judge this recording: {no_verdict}"]
-    return [*warnings, *(detectors.judge(values) if detectors else [])]
+        tell(f"warning: no detector will judge this recording: {no_verdict}")
+    elif detectors:
+        for line in detectors.judge(values):
+            tell(line)
