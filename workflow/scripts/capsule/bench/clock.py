@@ -28,34 +28,27 @@ class AwakeClock:
     The program reads it many times a second. A longer pause between two readings means that the
     program was stopped (Ctrl-Z, a suspended computer). Such a pause counts as a quarter of a
     second.
+
+    Attributes
+    ----------
+    away_s : float
+        Sum of the pauses so far.
     """
 
     def __init__(self) -> None:
-        self._asked_s = time.monotonic()
-        self._awake_s = 0.0
+        self._asked_s = elapsed_s()
+        self._awake_s = self.away_s = 0.0
 
     def now_s(self) -> float:
         """Return the seconds counted so far."""
-        now_s = time.monotonic()
-        self._awake_s += min(now_s - self._asked_s, LONGEST_STEP_S)
-        self._asked_s = now_s
+        now_s = elapsed_s()
+        passed_s, self._asked_s = now_s - self._asked_s, now_s
+        self._awake_s += min(passed_s, LONGEST_STEP_S)
+        self.away_s += passed_s if passed_s > LONGEST_STOP_S else 0.0
         return self._awake_s
 
 
 AWAKE = AwakeClock()
-
-
-class PauseWatch:
-    """A watch that notices how long this program was stopped (Ctrl-Z, a suspended computer)."""
-
-    def __init__(self) -> None:
-        self._looked_s = elapsed_s()
-
-    def paused_s(self) -> float:
-        """Return the seconds since the last call; 0 if the program has not been stopped."""
-        now_s = elapsed_s()
-        passed_s, self._looked_s = now_s - self._looked_s, now_s
-        return passed_s if passed_s > LONGEST_STOP_S else 0.0
 
 
 _LAST_WORDS = (

@@ -6,7 +6,7 @@ import numpy as np
 
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
 from capsule.bench.board import Board
-from capsule.bench.clock import PauseWatch, StopRequest
+from capsule.bench.clock import AWAKE, StopRequest
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect, find
@@ -61,7 +61,7 @@ class BoardBench:
         self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0
         self._left = False
-        self._pauses = PauseWatch()
+        self._away_s = AWAKE.away_s
 
     @property
     def at_end(self) -> bool:
@@ -96,7 +96,9 @@ class BoardBench:
         AcquisitionError
             The program was stopped for so long that the boards' leases have ended.
         """
-        if paused_s := self._pauses.paused_s():
+        AWAKE.now_s()
+        if paused_s := AWAKE.away_s - self._away_s:
+            self._away_s = AWAKE.away_s
             self._drive.note_pause()
             if paused_s > LEASE_S:
                 raise AcquisitionError(
@@ -153,7 +155,7 @@ class BoardBench:
             raise KeyboardInterrupt
         self._drive.set_up()
         self._drive.start()
-        self._pauses = PauseWatch()
+        self._away_s = AWAKE.away_s
 
     def leave(self) -> list[str]:
         """Stop the wave, unfold the origami and close the ports; return warnings.
