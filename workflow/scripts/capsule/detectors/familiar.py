@@ -1,8 +1,8 @@
 """Distinguish recordings of the kind that taught the detectors from others.
 
 The recordings that teach the detectors also teach what is familiar: how far each of them deviates,
-in its `WaveTraits`, from the recordings at the other places. A recording is unfamiliar if hardly
-any of them deviates as far as it does.
+in its `WaveTraits`, from the recordings at the other places. A recording is unfamiliar if it
+deviates farther than the rank of their deviations allows, as for all thresholds.
 """
 
 from collections.abc import Collection, Sequence
@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from capsule import words
-from capsule.arrays import BoolArray, FloatArray, IntArray, plain
+from capsule.arrays import FloatArray, IntArray, plain
 from capsule.detectors.base import JudgedRecording, TrainingArchive
-from capsule.detectors.calibrate import place_weights
+from capsule.detectors.calibrate import upper_quantile
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
 
@@ -26,8 +26,8 @@ LEAST_PLACES = ceil(1 / NOMINAL_RATE) - 1
 # A smaller deviation does not matter, however rare it is: a larger nodule than those that teach
 # moves the traits a little. In spreads of the recordings that teach.
 _LEAST_DEVIATION = 3.0
-# Parts into which the places are divided; each is compared with the recordings of the others.
-_PARTS = 10
+# The arrays of what is familiar, in its order.
+_ARRAYS = ("centre", "spread", "least", "most")
 # The key of what is familiar in results/detectors.json.
 FAMILIAR = "familiar"
 
@@ -87,39 +87,28 @@ class FamiliarKind:
     ----------
     places : int
         Number of places that teach.
-    centre, spread : (K, T) array
-        Mean, and standard deviation or smallest spread, of each trait over the recordings outside
-        each part of the archive, on the scale of `_scaled`.
-    part : (n,) array of int
-        The part of each recording that teaches.
-    deviation : (n,) array
-        Its largest deviation from the recordings outside its part, in spreads.
-    weight : (n,) array
-        One divided by the number of recordings at its place.
+    limit : float
+        A recording whose largest deviation is above it, in spreads, is not familiar.
+    centre, spread : (T,) array
+        Mean, and standard deviation or smallest spread, of each trait over the recordings that
+        teach, on the scale of `_scaled`.
     least, most : (T,) array
         Range of each trait over the recordings that teach; NaN for one that they do not have.
     """
 
     places: int
+    limit: float
     centre: FloatArray
     spread: FloatArray
-    part: IntArray
-    deviation: FloatArray
-    weight: FloatArray
     least: FloatArray
     most: FloatArray
 
     def judge(self, traits: WaveTraits) -> Familiarity:
-        """Judge a recording by its traits; see `judge_all`."""
+        """Judge a recording by its traits."""
         return self.judge_all([traits])[0]
 
     def judge_all(self, traits: Sequence[WaveTraits]) -> list[Familiarity]:
-        """Judge recordings by their traits, each by itself.
-
-        A recording's chance is a cross-conformal p-value with a weight for each place (Vovk 2015;
-        Lee, Barber and Willett 2023): ``p = (1 + sum of weights of recordings that deviate as far)
-        / (1 + places)``. Each recording is compared with what the places outside its part teach.
-        """
+        """Judge recordings by their traits, each by itself."""
         if self.places < LEAST_PLACES:
             taught = words.plural(self.places, "place teaches", "places teach")
             few = f"only {taught} what is familiar; {LEAST_PLACES} are needed"
@@ -127,43 +116,26 @@ class FamiliarKind:
         known, own = ~np.isnan(self.least), _rows_of(traits)
         wave = ~np.isnan(own[:, known]).any(axis=1)
         answers = [Familiarity(None, "the recording shows no wave to compare")] * len(traits)
-        # (n, K, T)
-        deviations = np.abs(_scaled(own[wave])[:, np.newaxis] - self.centre) / self.spread
-        chance = self._chance(deviations[:, :, known].max(axis=2))
-        typical = np.where(known, np.median(deviations, axis=1), -np.inf)
-        usual = (chance > NOMINAL_RATE + 1e-9) | (typical.max(axis=1) <= _LEAST_DEVIATION)
-        for turn, number in enumerate(np.flatnonzero(wave).tolist()):
+        deviations = np.abs(_scaled(own[wave]) - self.centre) / self.spread
+        deviations = np.where(known, deviations, -np.inf)
+        for number, own_deviations in zip(np.flatnonzero(wave).tolist(), deviations, strict=True):
             answers[number] = (
                 Familiarity(True)
-                if usual[turn]
-                else Familiarity(False, self._words(own[number], typical[turn]))
+                if own_deviations.max() <= self.limit
+                else Familiarity(False, self._words(own[number], own_deviations))
             )
         return answers
 
-    def _chance(self, largest: FloatArray) -> FloatArray:
-        """Return the p-value (n,) of recordings whose largest deviations from each part are (n, K).
-
-        In each part, the weights are summed from the farthest recording on.
-        """
-        as_far = np.ones(len(largest))
-        for number, limits in enumerate(largest.T):
-            of_part = self.part == number
-            order = np.argsort(self.deviation[of_part])
-            weights = np.append(self.weight[of_part][order], 0.0)
-            beyond = np.cumsum(weights[::-1])[::-1]
-            as_far += beyond[np.searchsorted(self.deviation[of_part][order], limits)]
-        return as_far / (1 + self.places)
-
-    def _words(self, own: FloatArray, typical: FloatArray) -> str:
+    def _words(self, own: FloatArray, deviations: FloatArray) -> str:
         """Return the trait that deviates most, with the range of the recordings that teach."""
-        number = int(typical.argmax())
+        number = int(deviations.argmax())
         sentence, unit = _TRAITS[number]
         value, least, most = (
             words.significant(float(each[number]) * (100.0 if unit == "%" else 1.0))
             for each in (own, self.least, self.most)
         )
         said = sentence.format(f"{value} {unit}")
-        others = int((typical > _LEAST_DEVIATION).sum()) - 1
+        others = int((deviations > _LEAST_DEVIATION).sum()) - 1
         more = f"; {words.plural(others, 'other trait deviates', 'other traits deviate')} too"
         taught = f"{least} to {most} {unit} in the recordings that teach"
         return f"{said}, but {taught}{more if others > 0 else ''}"
@@ -181,11 +153,9 @@ class FamiliarKind:
     @classmethod
     def restored(cls, stored: Settings) -> "FamiliarKind":
         """Return what `stored` has returned."""
-        arrays: dict[str, Any] = {
-            name: np.array(values, dtype=np.intp if name == "part" else np.float64)
-            for name, values in stored.items()
-        }
-        return cls(**arrays | {"places": stored["places"]})
+        arrays = {name: np.array(stored[name], np.float64) for name in _ARRAYS}
+        limit = stored["limit"]
+        return cls(stored["places"], np.inf if limit is None else limit, **arrays)
 
 
 def _traits_of(recording: JudgedRecording) -> FloatArray:
@@ -202,38 +172,37 @@ def _rows_of(traits: Sequence[WaveTraits]) -> FloatArray:
 def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:
     """Learn what is familiar from the fields of `WaveTraits`, (n, T), and the places, (n,).
 
-    What fewer than `LEAST_PLACES` places teach can tell of no recording.
+    The limit is the `upper_quantile` of the largest deviations of the recordings that teach, each
+    from those of the other places. What fewer than `LEAST_PLACES` places teach can tell of no
+    recording.
     """
-    _, first, place = np.unique(places, return_index=True, return_inverse=True)
-    if first.size < LEAST_PLACES:
-        none = np.empty(0)
-        return FamiliarKind(first.size, none, none, none.astype(int), none, none, none, none)
-    # Parts follow the order of the recordings, which comes from their content and not their names.
-    part = np.argsort(np.argsort(first))[place] % _PARTS
+    count = np.unique(places).size
+    if count < LEAST_PLACES:
+        return FamiliarKind(count, np.inf, *[np.empty(0)] * len(_ARRAYS))
     missing = np.isnan(traits).any(axis=0)
     scaled = np.where(missing, 0.0, _scaled(traits))
-    centre, spread = _without_each(scaled, part == np.arange(_PARTS)[:, np.newaxis])
-    deviations = np.abs(scaled - centre[part]) / spread[part]
+    centre, spread = _without_each(scaled, places)
+    deviations = np.abs(scaled - centre) / spread
+    limit = upper_quantile(deviations[:, ~missing].max(axis=1), places, 1 - NOMINAL_RATE)
     return FamiliarKind(
-        first.size,
-        centre,
-        spread,
-        part,
-        deviations[:, ~missing].max(axis=1),
-        place_weights(place),
+        count,
+        max(limit, _LEAST_DEVIATION),
+        scaled.mean(axis=0),
+        np.maximum(scaled.std(axis=0, ddof=1), _LEAST_SPREADS),
         np.where(missing, np.nan, traits.min(axis=0)),
         np.where(missing, np.nan, traits.max(axis=0)),
     )
 
 
-def _without_each(scaled: FloatArray, member: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return mean and spread of the traits over the recordings outside each part, (K, T)."""
+def _without_each(scaled: FloatArray, places: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return mean and spread of the traits over the recordings of other places, (n, T)."""
     middle = scaled.mean(axis=0)
     off = scaled - middle
-    others = (~member).astype(float)
-    count = others.sum(axis=1, keepdims=True)
-    mean = others @ off / count
-    variance = (others @ off**2 - count * mean**2) / (count - 1)
+    own = np.array([np.bincount(places, each)[places] for each in (*off.T, *(off**2).T)])
+    sums, squares = (-half.T for half in np.split(own, 2))
+    count = (places.size - np.bincount(places)[places])[:, np.newaxis]
+    mean = sums / count
+    variance = ((off**2).sum(axis=0) + squares - count * mean**2) / (count - 1)
     spread = np.sqrt(np.maximum(variance, 0.0))
     return middle + mean, np.maximum(spread, _LEAST_SPREADS)
 
