@@ -41,7 +41,7 @@ def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):
 
     places = ("--port", cable.port, "--drive", wave_cable.port)
     recorder = Recorder(project.folder, *places, "--size", "3", "--name", "bench")
-    bench.run(recorder.done, stretch_us=10_000)
+    bench.run(recorder.done, limit_s=300, stretch_us=10_000)
     recorder.expect(0, "the capsule reached the end stop", "3mm/bench")
 
     # What was archived is what the phantom felt, sample by sample.
