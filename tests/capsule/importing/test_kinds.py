@@ -1,0 +1,416 @@
+"""Each kind of file gives the right numbers, or a line with a remedy that works.
+
+The kinds are those of public reports of faults of other programs. All are made from one recording
+of the shipped archive, with a function a kind.
+"""
+
+import json
+from datetime import datetime, timedelta
+from itertools import pairwise
+
+import numpy as np
+import pandas
+import pytest
+
+from support.importing import import_files
+from support.project import ROOT
+
+TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
+COUNTS = np.array(COUNTS)
+VOLTS = np.round(COUNTS * 5 / 1024, 5)
+SAMPLES = TIME_S.size
+NOON = datetime(2024, 5, 6, 12)
+
+
+def lines(*columns, head="time_s,S1,S2,S3,S4", sign=",", end="\n"):
+    """Return a table of columns of numbers or texts as text; with an end of the last line."""
+    rows = [
+        sign.join(cell if isinstance(cell, str) else f"{cell:.10g}" for cell in row)
+        for row in zip(*columns, strict=True)
+    ]
+    return end.join([*([head] if head else []), *rows, ""])
+
+
+def with_unit(unit, scale=1.0):
+    names = ",".join(f"P{n} ({unit})" for n in range(1, 5))
+    return lines(TIME_S, *COUNTS * scale, head=f"time (s),{names}")
+
+
+def in_time_unit(name, per_second):
+    return lines(np.rint(TIME_S * per_second), *COUNTS, head=f"{name},S1,S2,S3,S4")
+
+
+def wrapped(bits, per_second, *, scale=1, low=0):
+    """Return times of a counter of some bits that begins again at the 201st sample."""
+    ticks = np.rint(TIME_S * per_second).astype(int) - round(20 * per_second) + 2**bits + low
+    return ((ticks - low) % 2**bits + low) / scale
+
+
+def stamped(form, between, sign=","):
+    stamps = [form(NOON + timedelta(seconds=second)) for second in TIME_S]
+    rows = [sign.join(f"{value:g}" for value in row) for row in COUNTS.T]
+    return "".join(f"{stamp}{between}{row}\r\n" for stamp, row in zip(stamps, rows, strict=True))
+
+
+def millis(moment):
+    return moment.isoformat(" ", "milliseconds")
+
+
+def clocks(first, hours=True):
+    moments = [first + timedelta(seconds=second) for second in TIME_S]
+    form = "%H:%M:%S.%f" if hours else "%M:%S.%f"
+    return [moment.strftime(form)[: 12 if hours else 7] for moment in moments]
+
+
+def autumn():
+    """Return local times over the end of summer time."""
+    first = datetime(2025, 10, 26, 2, 59, 30)
+    moments = [first + timedelta(seconds=s - 3600 * (s >= 29.95)) for s in TIME_S]
+    return lines([*map(millis, moments)], *COUNTS, head="date,S1,S2,S3,S4")
+
+
+def elapsed():
+    """Return elapsed times, as a spreadsheet writes them, that pass 24 h."""
+    return [
+        f"{23 + minutes // 60}:{minutes % 60:02}:{seconds:04.1f}"
+        for minutes, seconds in (divmod(59 * 60 + 50 + second, 60) for second in TIME_S)
+        for minutes in [int(minutes)]
+    ]
+
+
+def german(value):
+    return f"{value:,.0f}".replace(",", ".")
+
+
+def lvm(x_columns="One", unit=False):
+    def row(name, *cells):
+        return "\t".join([name, *cells, "\r\n"])
+
+    head = ["LabVIEW Measurement\t\r\n", "Decimal_Separator\t,\r\n", "***End_of_Header***\t\r\n"]
+    head += ["\t\r\n", "Channels\t4\t\t\t\t\r\n", row("Samples", *["525"] * 4)]
+    head += [row("Date", *["2024/05/06"] * 4), row("Time", *["09:00:00,0"] * 4)]
+    head += [row("Y_Unit_Label", *["Volts"] * 4)] if unit else []
+    head += [row("X0", *["0,0E+0"] * 4), row("Delta_X", *["0,100000"] * 4)]
+    head += [row("***End_of_Header***"), "X_Value\tS1\tS2\tS3\tS4\tComment\r\n"]
+    times = [f"{second:.6f}" if x_columns == "One" else "" for second in TIME_S]
+    body = lines(times, *([f"{v:.5f}" for v in row] for row in VOLTS), head="", sign="\t")
+    return "".join(head) + body.replace(".", ",")
+
+
+def labchart(blocks=(slice(None),), comment=False):
+    text = ""
+    for block in blocks:
+        text += "Interval=\t0.1 s\nTimeFormat=\tStartOfBlock\n"
+        text += "ChannelTitle=\tS1\tS2\tS3\tS4\nRange=" + "\t10.000 V" * 4 + "\n"
+        times = TIME_S[block] - TIME_S[block][0]
+        text += lines(times, *VOLTS[:, block], head="", sign="\t")
+    return commented(text) if comment else text
+
+
+def commented(text):
+    rows = text.splitlines()
+    rows[120] += "\t#* wave 2 starts"
+    return "\n".join([*rows, ""])
+
+
+PLAIN = lines(TIME_S, *COUNTS)
+NO_TIME = lines(*COUNTS, head="")
+READ = {
+    # file: text, options, true readings, note
+    "words for millivolts": (with_unit("mVolt"), "", COUNTS / 1000, ""),
+    "comment in millivolts": ("# Units: mV\n" + PLAIN, "", COUNTS / 1000, ""),
+    "words in a comment": ("# all readings in millivolts\n" + PLAIN, "", COUNTS / 1000, ""),
+    "row of units": (
+        lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
+        "",
+        COUNTS / 1000,
+        "",
+    ),
+    "sides are no units": (
+        lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)"),
+        "",
+        COUNTS,
+        "",
+    ),
+    **{
+        f"counter of {bits} bits, {unit}": (
+            lines(wrapped(bits, per_second, low=low), *COUNTS, head=f"t ({unit}),S1,S2,S3,S4"),
+            "",
+            COUNTS,
+            "the clock goes back by ",
+        )
+        for bits, per_second, unit, low in (
+            (32, 1_000_000, "us", 0),
+            (32, 1_000_000, "us", -(2**31)),
+            (31, 1000, "ms", 0),
+            (16, 1000, "ms", 0),
+            (16, 1000, "ms", -(2**15)),
+        )
+    },
+    "2^15 ms": (lines(wrapped(15, 1000), *COUNTS, head="ms,S1,S2,S3,S4"), "", COUNTS, "by 32768"),
+    "micros() in seconds": (
+        lines(wrapped(32, 1e6, scale=1e6), *COUNTS, head="t (s),S1,S2,S3,S4"),
+        "",
+        COUNTS,
+        "the clock goes back by 4294.967296",
+    ),
+    "autumn": (autumn(), "", COUNTS, "back by an hour, as at the end of summer time"),
+    "no hours": (
+        lines(clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False), *COUNTS),
+        "",
+        COUNTS,
+        "",
+    ),
+    "past 24 h": (lines(elapsed(), *COUNTS), "", COUNTS, ""),
+    "CoolTerm": (stamped(millis, " "), "", COUNTS, ""),
+    "CoolTerm, tab": (stamped(millis, "\t"), "", COUNTS, ""),
+    "Tera Term": (stamped(lambda moment: f"[{millis(moment)}]", " "), "", COUNTS, ""),
+    "grabserial": (
+        stamped(lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " "),
+        "",
+        COUNTS,
+        "",
+    ),
+    "grabserial, seconds": (
+        stamped(lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " "),
+        "",
+        COUNTS,
+        "",
+    ),
+    "numbers name columns": (lines(TIME_S, *COUNTS, head="Time,1,2,3,4"), "", COUNTS, ""),
+    "numbers from 0": (lines(TIME_S, *COUNTS, head="time_s,0,1,2,3"), "", COUNTS, ""),
+    "ManoView": (
+        lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t"),
+        "",
+        COUNTS,
+        "",
+    ),
+    "LabVIEW": (lvm(), "--unit V", VOLTS, ""),
+    "LabVIEW, unit": (lvm(unit=True), "", VOLTS, ""),
+    "LabVIEW, no times": (lvm("No"), "--unit V", VOLTS, ""),
+    "LabChart": (labchart(), "", VOLTS, ""),
+    "LabChart, comment": (labchart(comment=True), "", VOLTS, ""),
+    "decimals without a last line end": (
+        lines(TIME_S, *VOLTS).rstrip("\n"),
+        "--unit V",
+        VOLTS,
+        "",
+    ),
+    "whole last number without a line end": (PLAIN.rstrip("\n"), "", COUNTS, ""),
+}
+
+
+def check(imported, values):
+    recording = imported.the_recording()
+    np.testing.assert_allclose(recording.time_s, TIME_S, atol=1e-6)
+    np.testing.assert_allclose(recording.values, values, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", READ)
+def test_a_kind_of_file_gives_the_right_numbers(tmp_path, kind):
+    text, options, values, note = READ[kind]
+    (tmp_path / "a.txt").write_text(text, encoding="utf-8")
+    imported = import_files(tmp_path, tmp_path / "a.txt", *options.split())
+    check(imported, values)
+    assert note in imported.shown
+
+
+def repeated(*columns, head):
+    """Return a table whose names are written again where the board starts again."""
+    first, second = (
+        lines(*(column[part] for column in columns), head=head)
+        for part in (slice(300), slice(300, None))
+    )
+    return first + second
+
+
+RESTARTED = np.concatenate([TIME_S[:300], TIME_S[:225]])
+ASKED = {
+    # file: text, options, words of the refusal, remedy, true readings (None: two runs)
+    **{
+        f"unit {unit}": (
+            with_unit(unit),
+            "",
+            f"the file names {unit} of 'P1 ({unit})' and all others; allowed are counts, V, mV",
+            "--unit counts",
+            COUNTS,
+        )
+        for unit in ("uV", "mmHg", "gf", "cmH2O", "N/mm2")
+    },
+    "unit in a comment": ("# unit: kPa\n" + PLAIN, "", "names kPa of ", "--unit counts", COUNTS),
+    "unit in a row": (
+        lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
+        "",
+        "the file names mmHg of 'P1' and all others",
+        "--unit counts",
+        COUNTS,
+    ),
+    **{
+        name: (
+            in_time_unit(name, per_second),
+            "",
+            f"column '{name}': the file names the unit {unit!r}, which is none of s, ms, us",
+            "--time none --rate 10",
+            COUNTS,
+        )
+        for name, unit, per_second in (
+            ("Time (1/100 s)", "1/100 s", 100),
+            ("time_cs", "cs", 100),
+            ("t [ticks]", "ticks", 1e7),
+            ("time (0.1 ms)", "0.1 ms", 1e4),
+        )
+    },
+    "counts with points": (
+        lines(
+            TIME_S * 1000,
+            *([german(v) for v in 2 * row] for row in COUNTS),
+            head="ms;S1;S2;S3;S4",
+            sign=";",
+        ),
+        "--unit counts",
+        "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
+        "--unit counts --thousands point",
+        2 * COUNTS,
+    ),
+    "time in whole seconds": (
+        lines(np.floor(TIME_S), *COUNTS),
+        "",
+        "does not run forward: if its clock is too coarse, use --time none and give",
+        "--time none --rate 10",
+        COUNTS,
+    ),
+    "names repeated by a reset": (
+        repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
+        "",
+        "time runs backwards, 0 s follows 29.9 s; if another run begins there, give --run-gap-s 5",
+        "--run-gap-s 5",
+        None,
+    ),
+    "names repeated, no time": (
+        repeated(*COUNTS, head="S1,S2,S3,S4"),
+        "--rate 10",
+        "above line 303 the names of the columns are repeated, as by a board that starts again",
+        "--rate 10 --run-gap-s 5",
+        None,
+    ),
+    "blocks of LabChart": (
+        labchart((slice(300), slice(300, None))),
+        "",
+        "give --run-gap-s 5",
+        "--run-gap-s 5",
+        None,
+    ),
+    "all that is missing at once": (
+        lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
+        "",
+        "can all be the time; name one with --time; and column 'a': readings from 2.065",
+        "--time time --unit V",
+        VOLTS,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ASKED)
+def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
+    text, options, words, remedy, values = ASKED[kind]
+    path = tmp_path / "a.txt"
+    path.write_text(text, encoding="utf-8")
+    imported = import_files(tmp_path, path, *options.split())
+    assert words in imported.refused and imported.refused.count("\n") == 1
+    assert remedy.split()[-2] in imported.refused, "the refusal names the option"
+    again = import_files(tmp_path, path, *remedy.split())
+    if values is not None:
+        check(again, values)
+        return
+    runs = list(again.recordings().values())
+    assert [run.values.shape[1] for run in runs] == [300, 225], again.refused
+    ratio = runs[0].values[0, 0] / COUNTS[0, 0]
+    joined = np.hstack([run.values for run in runs])
+    np.testing.assert_allclose(joined, ratio * COUNTS, rtol=1e-5)
+
+
+@pytest.mark.parametrize("lost", [1, 2])
+def test_a_first_line_that_lacks_digits_is_passed_over(tmp_path, lost):
+    path = tmp_path / "a.csv"
+    path.write_text(NO_TIME[lost:])
+    imported = import_files(tmp_path, path, "--rate", "10")
+    np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 1:])
+    shown = f"line 1, with {NO_TIME[lost:3]}, 497, 532, 540, is passed over"
+    assert f"note: {shown}: {NO_TIME[lost:3]} is far from all others" in imported.shown
+
+
+@pytest.mark.parametrize("ours", [False, True])
+@pytest.mark.parametrize("lost", [1, 2])
+def test_a_last_line_that_lacks_digits_is_refused_as_the_archive_does(tmp_path, lost, ours):
+    names = "time_s,sensor_1,sensor_2,sensor_3,sensor_4" if ours else "time_s,S1,S2,S3,S4"
+    path = tmp_path / "a.csv"
+    path.write_text(lines(TIME_S, *COUNTS, head=names)[: -lost - 1])
+    words = "line 526 is cut off: the file ends in mid-line; copy it again"
+    assert words in import_files(tmp_path, path).refused
+
+
+def test_a_last_number_that_may_lack_digits_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(lines(TIME_S, *VOLTS)[:-3])
+    shown = import_files(tmp_path, path, "--unit", "V").shown
+    assert "note: the last line has no end, so '2.421' may lack digits" in shown
+
+
+def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
+    values = COUNTS.copy()
+    values[2, 100] = 5
+    path = tmp_path / "a.csv"
+    path.write_text(lines(TIME_S, *values))
+    shown = import_files(tmp_path, path).shown
+    before, after = values[2, [99, 101]]
+    told = f"note: line 102: 5 of sensor_3 is far from {before:g} before and {after:g} after it"
+    assert told in shown and shown.count("is far from") == 1
+
+
+def test_nothing_is_named_in_the_recordings_of_the_archive(tmp_path):
+    files = sorted(ROOT.glob("raw/*mm/*.csv"))[::4]
+    imported = import_files(tmp_path, *files)
+    assert len(files) > 20 and "is far from" not in imported.shown
+
+
+def test_json_is_named_and_the_remedy_works(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = [dict(zip("tabcd", row, strict=True)) for row in np.vstack([TIME_S, COUNTS]).T.tolist()]
+    (tmp_path / "a.json").write_text(json.dumps(rows))
+    (tmp_path / "b.json").write_text("\n".join(map(json.dumps, rows)))
+    for name, options in (("a", {}), ("b", {"lines": True})):
+        refused = import_files(tmp_path, tmp_path / f"{name}.json").refused
+        command = f"pandas.read_json('{name}.json').to_csv('{name}.csv')"
+        assert f"it is JSON; save it as text: {command}, with lines=True if each" in refused
+        pandas.read_json(f"{name}.json", **options).to_csv(f"{name}.csv")
+        check(import_files(tmp_path / name, tmp_path / f"{name}.csv"), COUNTS)
+
+
+def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
+    files = []
+    for n, row in enumerate(COUNTS):
+        first = 20 * n
+        head = f"# started: {(NOON + timedelta(seconds=2 * n)).isoformat()}Z\ntime_s,reading"
+        files.append(tmp_path / f"{n}.csv")
+        files[-1].write_text(lines(TIME_S[: SAMPLES - 60], row[first : first + 465], head=head))
+    given = [*files, "--per-sensor", "--name", "r"]
+    recording = import_files(tmp_path, *given).the_recording()
+    np.testing.assert_array_equal(recording.values, COUNTS[:, 60:465])
+    files[1].write_text(files[1].read_text().partition("\n")[2])
+    refused = import_files(tmp_path, *given).refused
+    assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
+
+
+def test_many_files_are_one_table_and_each_note_is_told_once(tmp_path):
+    files = [tmp_path / f"{n}.csv" for n in range(3)]
+    for n, path in enumerate(files):
+        path.write_text(lines(TIME_S, *np.round(VOLTS + n / 1000, 6)))
+    shown = import_files(tmp_path, *files, "--unit", "V").shown
+    note = "the supply voltage is unknown, so volts are judged as they are; use --vref-v"
+    assert f"note: {', '.join(map(str, files))}: {note}\n" in shown and shown.count(note) == 1
+    assert shown.count("time_unit") == 1 and "sensor_1  " not in shown
+    rows = [line.split() for line in shown.splitlines() if line.strip().startswith(str(tmp_path))]
+    assert [row[:3] for row in rows] == [[str(path), "525", "52.4"] for path in files]
+    again = import_files(tmp_path / "again", *files, "--unit", "V", "--preview").shown
+    assert again.count("\n  sensor_1  ") == 3
+    assert all(a != b for a, b in pairwise(rows))
