@@ -39,7 +39,7 @@ def test_help_lists_the_commands_and_imports_nothing_heavy():
     assert re.findall(r"^    (\w+)(?:  +\w|$)", done.stdout, re.MULTILINE) == list(cli.COMMANDS)
     imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     assert "capsule.commands.cli" in imported
-    assert not {"numpy", "pandas", "serial", "yaml", "capsule.bench", "shtab"} & imported
+    assert not {"numpy", "pandas", "serial", "yaml", "capsule.bench"} & imported
 
 
 def test_the_version_says_where_the_code_is():

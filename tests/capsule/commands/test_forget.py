@@ -1,14 +1,11 @@
-"""What `capsule forget` removes, what it refuses, and what it names because it cannot know it."""
+"""What `capsule forget` removes, and what it refuses."""
 
-import os
 from pathlib import Path
 
 import pytest
 
 from capsule.commands import cli
 from capsule.engine.locks import hold_run_lock
-from capsule.store import files
-from capsule.store.results import files_of
 from support.synthetic import write_archive
 
 NAMES = ["0mm/r01", "3mm/r07", "3mm/r07b", "unlabelled/p1"]
@@ -20,7 +17,9 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CAPSULE_RUN", "")
     write_archive(tmp_path / "raw", NAMES, samples=30)
-    made = [*files_of(NAMES, 1), "recordings.csv", "report.html", "logs/fit/3mm/r07.log"]
+    made = [f"{kind}/{name}.npy" for kind in ("signals", "matrices") for name in NAMES]
+    made += [f"fits/{name}.json" for name in NAMES]
+    made += ["recordings.csv", "report.html", "logs/fit/3mm/r07.log"]
     for name in [*made, "surveys/gut-7/survey.json", "surveys/gut-8/survey.json"]:
         path = tmp_path / "results" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -78,48 +77,6 @@ def test_a_recording_that_was_deleted_by_hand_leaves_its_traces_too(folder):
     assert {name for name in present(folder) if "r07." in name} == set()
 
 
-@pytest.mark.parametrize("key", ["session", "site"])
-def test_all_recordings_of_a_session_or_a_site_go(folder, key, capsys):
-    for name in NAMES[:2]:
-        path = folder / f"raw/{name}.csv"
-        path.write_text(f"# {key}: ward 3\n{path.read_text()}")
-    torn = folder / "raw/3mm/torn.csv"
-    torn.write_text(f"# {key}: ward 3\n# {key}: ward 4\n")
-    assert forget(f"--{key}", "ward 3", "--yes") == 0
-    assert files.list_archive(folder / "raw").recordings == (*NAMES[2:3], "3mm/torn", NAMES[3])
-    assert "3mm/torn is not removed, unless you name it" in capsys.readouterr().out
-
-
-def test_a_file_of_300_gigabytes_is_removed_unread(folder, capsys):
-    path = folder / "raw/3mm/huge.csv"
-    path.touch()
-    os.truncate(path, 300_000_000_000)
-    for _ in range(2):
-        assert forget("3mm/huge", "--dry-run") == 0
-    assert forget("3mm/huge", "--yes") == 0
-    assert not path.exists()
-
-
-def test_copies_and_exports_that_stay_are_named(folder, capsys):
-    original = folder / "raw/3mm/r07.csv"
-    copy, export = folder / "mine/renamed.csv", folder / "export/all.mat"
-    for path in (copy, export):
-        path.parent.mkdir()
-    copy.write_bytes(original.read_bytes())
-    export.touch()
-    (folder / "disk.img").touch()
-    os.truncate(folder / "disk.img", 300_000_000_000)
-    (folder / "notes.txt").write_text("repeat 3mm/r07 on Monday, not 3mm/r07b")
-    assert forget("3mm/r07", "--yes") == 1
-    told = capsys.readouterr().out
-    for path in ("mine/renamed.csv", "notes.txt"):
-        assert f"{path} still names it, or holds its readings" in told
-    for path in ("disk.img", "export/all.mat"):
-        assert f"{path} may hold it, and is packed or large" in told
-    assert "Git keeps what was committed" in told
-    assert copy.exists()
-
-
 @pytest.mark.parametrize(
     ("words", "status", "told"),
     [
@@ -128,8 +85,6 @@ def test_copies_and_exports_that_stay_are_named(folder, capsys):
         (["../r07", "--yes"], 2, "no name such as 3mm/r07"),
         (["/etc/passwd", "--yes"], 2, "no name such as 3mm/r07"),
         (["3mm/..", "--yes"], 2, "no name such as 3mm/r07"),
-        (["--site", "elsewhere", "--yes"], 2, "no recording was found"),
-        ([], 2, "no recording was found"),
     ],
 )
 def test_what_is_refused_removes_nothing(folder, words, status, told, capsys):
@@ -161,7 +116,7 @@ def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
     removed, truly = [], Path.unlink
 
     def unlink(path, missing_ok=False):
-        if len(removed) == 9:
+        if len(removed) == 5:
             raise KeyboardInterrupt
         removed.append(path)
         truly(path)
@@ -172,3 +127,42 @@ def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
     assert (folder / "raw/3mm/r07.csv").exists()
     assert forget("3mm/r07", "--yes") == 0
     assert {name for name in present(folder) if "r07." in name} == set()
+
+
+def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    original, survey = elsewhere / "r07.csv", elsewhere / "gut-7"
+    (folder / "raw/3mm/r07.csv").rename(original)
+    (folder / "raw/3mm/r07.csv").symlink_to(original)
+    (folder / "sessions/gut-7").rename(survey)
+    (folder / "sessions/gut-7").symlink_to(survey)
+    assert forget("3mm/r07", "sessions/gut-7", "--yes") == 0
+    assert original.exists() and (survey / "stream.csv").exists()
+    for name in ("raw/3mm/r07.csv", "sessions/gut-7"):
+        assert not (folder / name).is_symlink()
+    capsys.readouterr()
+    # A folder behind a link is not entered.
+    (folder / "results").rename(elsewhere / "results")
+    (folder / "results").symlink_to(elsewhere / "results")
+    (folder / "raw/0mm").rename(elsewhere / "0mm")
+    (folder / "raw/0mm").symlink_to(elsewhere / "0mm")
+    before = present(elsewhere)
+    assert forget("0mm/r01", "--yes") == 1
+    assert present(elsewhere) == before
+    assert "raw/0mm/r01.csv stays: a link leads there" in capsys.readouterr().out
+
+
+def test_it_says_that_the_results_over_the_archive_go_and_how_they_come_back(folder, capsys):
+    assert forget("3mm/r07", "--yes") == 0
+    told = capsys.readouterr().out
+    assert "All results over the archive" in told
+    assert "snakemake -c2" in told
+
+
+def test_a_name_with_a_dot_is_another_recording(folder):
+    (folder / "raw/3mm/r07.2.csv").touch()
+    (folder / "results/fits/3mm/r07.2.json").write_text(
+        "made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b."
+    )
+    assert forget("3mm/r07", "--yes") == 0
+    assert {"raw/3mm/r07.2.csv", "results/fits/3mm/r07.2.json"} <= present(folder)

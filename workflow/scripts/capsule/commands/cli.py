@@ -59,17 +59,13 @@ COMMANDS = {
     "report": Command(
         "capsule.commands.report", "make results/report.html from the recordings in raw/"
     ),
-    "verify": Command(
-        "capsule.commands.verify", "make all results again elsewhere, and name each that differs"
+    "forget": Command(
+        "capsule.commands.forget", "remove recordings or surveys, and what names them"
     ),
-    "forget": Command("capsule.commands.forget", "remove every trace of a recording or a survey"),
     "new": Command("capsule.commands.new", "make a folder for a bench: settings and raw/"),
     "parts": Command("capsule.parts.command", "make the parts of capsule and bench to print"),
     "demo": Command(
         "capsule.bench.demo_command", "play a simulated run, judge it live, and make its report"
-    ),
-    "completion": Command(
-        "capsule.commands.completion", "print a script with which your shell completes capsule"
     ),
 }
 _HINT = "capsule COMMAND --help shows the options of a command."

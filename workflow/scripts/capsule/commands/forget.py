@@ -1,92 +1,74 @@
-"""Remove every trace of recordings or surveys: files, results, what was learned, notes and logs.
+"""Remove recordings or surveys, with all that names them in results, notes and logs.
 
-What rests on all recordings goes too, and the next run makes it again. The others' own files stay.
+What rests on the whole archive goes, too. A link is removed, and never what it points at.
 """
 
 import argparse
 import base64
+import binascii
+import contextlib
 import os
 import re
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
-from capsule.engine.configuration import read_settings
-from capsule.engine.locks import RUN_LOCK, hold_run_lock
-from capsule.engine.project import RECORD_LOGS, config_file
-from capsule.errors import CapsuleError, RecordingError, WrongOptionError
-from capsule.recordings.held_out import header_of
+from capsule.engine.locks import hold_run_lock
+from capsule.engine.project import RECORD_LOGS
+from capsule.errors import CapsuleError, WrongOptionError
 from capsule.recordings.names import PART, displayed
 from capsule.store import files
-from capsule.store.results import files_of
+from capsule.store.results import CHECKS, DESCRIBED, FITS, MATRICES, SIGNALS
 
 RAW, RESULTS, SESSIONS, NOTES = map(Path, ("raw", "results", "sessions", ".snakemake"))
-# Packages, copies of the code, the lock of the folder: these notes are of no recording.
-_OTHER_NOTES = {"cache", "capsule", "conda", "conda-archive", "singularity", RUN_LOCK.name}
-# Snakemake names its notes on a file by the file's path in base 64.
-_NAMED_NOTES = ("metadata", "incomplete")
-# Not looked through: git's history, code and its documents, a larger file, and what is packed.
-_NOT_READ = {".git", ".venv", "build", "docs", "tests", "workflow", "README.md", "CHANGELOG.md"}
-_MOST_BYTES = 200_000_000
-_KEYS = ("session", "site")
-_PACKED = {".gz", ".h5", ".html", ".mat", ".nc", ".npz", ".nwb", ".parquet", ".xlsx", ".zip"}
-
-EXAMPLES = """
-examples:
-  %(prog)s 3mm/r07 --dry-run       tell what would go
-  %(prog)s 3mm/r07 unlabelled/p1   remove two recordings
-  %(prog)s sessions/gut-7          remove a survey
-
-docs/privacy.md tells what stays where, and what this command cannot remove.
-"""
-WHAT_ELSE = """files, with results, notes and logs; the next run makes again what rests on all
-recordings: tables, templates, detectors, figures and the report"""
+# Below results/: what may be of others alone.
+_OF_OTHERS = {SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED, "surveys", "logs", "run.txt"}
+_NO_NOTES = {"cache", "capsule", "conda", "conda-archive", "singularity"}
+_ENDS = r"(?![\w+-]|\.(?!(?:csv|json|log|npy|npz|svg|pdf)(?![\w+-])|\W|$))"
+_GONE = """{count} files go. All results over the archive (tables, templates, detectors, figures and
+the report) are among them; this makes them again without the removed: snakemake -c2"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
-    parser.epilog = EXAMPLES
-    add = parser.add_argument
+    parser.epilog = "docs/privacy.md tells what stays where, and what this cannot remove."
     name = "a recording, such as 3mm/r07, or a survey, such as sessions/gut-7"
-    add("names", nargs="*", metavar="NAME", help=name)
-    for key in _KEYS:
-        add(f"--{key}", metavar="NAME", help=f"all recordings whose header names this {key}")
-    add("--yes", action="store_true", help="do not ask")
-    add("--dry-run", action="store_true", help="tell what would go, and remove nothing")
+    parser.add_argument("names", nargs="+", metavar="NAME", help=name)
+    parser.add_argument("--yes", action="store_true", help="do not ask")
+    parser.add_argument("--dry-run", action="store_true", help="tell what goes, and remove nothing")
 
 
 def main(arguments: argparse.Namespace) -> int:
-    """Tell what goes, ask, and remove it; return 1 if a file that stays still names it."""
-    listed = files.list_archive(RAW).recordings
-    named = [*map(_plain, arguments.names), *_of_header(arguments, listed)]
-    if not named:
-        raise WrongOptionError("no recording was found; name one, such as 3mm/r07")
-    own = {name: _own_files(name) for name in named}
-    trace = _trace_of(own)
-    for name in own:
-        by_name = _trace_of({name: []})
-        if not own[name] and not any(_holds(path, by_name) for path in _looked_through()):
+    """Tell what goes, ask, and remove it; return 1 if something lies behind a link, and stays."""
+    names = [_plain(name) for name in arguments.names]
+    own = {name: _own_files(name) for name in names}
+    for name, found in own.items():
+        if not found and not _named(_pattern([name])):
+            listed = files.list_archive(RAW).recordings
             near = [*get_close_matches(name, listed, n=1), *listed, "3mm/r07"][0]
             raise CapsuleError(f"nothing here names {name}; give a name such as {near}")
     with hold_run_lock():
-        first = [path for paths in own.values() for path in paths]
         # The recordings go last, so after a kill the same command goes on.
-        going = [*_resting_on(own, listed), *first]
-        print("\n".join(displayed(str(path)) for path in first))
-        print(len(going), WHAT_ELSE)
-        if arguments.dry_run:
-            return 0
-        question = "Remove all this? [y/N] "
-        if not (arguments.yes or (sys.stdin.isatty() and input(question).lower() == "y")):
-            raise WrongOptionError("nothing was removed; to remove all this, add --yes")
-        for path in going:
-            path.unlink(missing_ok=True)
-        for folder in (RESULTS, NOTES, SESSIONS):
-            for path in sorted(folder.rglob("*"), reverse=True):
-                if path.is_dir() and not any(path.iterdir()):
-                    path.rmdir()
-    return _tell_rest(trace)
+        first = [path for found in own.values() for path in found]
+        going = [*_named(_pattern(names)), *first]
+        behind = [path for path in going if any(each.is_symlink() for each in path.parents)]
+        behind += [folder for folder in (RESULTS, NOTES) if folder.is_symlink()]
+        going = [path for path in dict.fromkeys(going) if path not in behind]
+        print(*(displayed(str(path)) for path in first if path not in behind), sep="\n")
+        for path in behind:
+            print(f"{displayed(str(path))} stays: a link leads there; remove it yourself")
+        print(_GONE.format(count=len(going)))
+        if not arguments.dry_run:
+            if not (arguments.yes or (sys.stdin.isatty() and input("Remove all? [y/N] ") == "y")):
+                raise WrongOptionError("nothing was removed; to remove all this, add --yes")
+            for path in going:
+                path.unlink(missing_ok=True)
+            for folder in sorted({each for path in going for each in path.parents}, reverse=True):
+                if folder.parts[1:] and folder.parts[0] != RAW.name and not any(folder.iterdir()):
+                    folder.rmdir()
+    print("Git keeps what was committed. Copies and exports stay, too.")
+    return int(bool(behind))
 
 
 def _plain(name: str) -> str:
@@ -97,90 +79,52 @@ def _plain(name: str) -> str:
     return plain
 
 
-def _of_header(arguments: argparse.Namespace, listed: Iterable[str]) -> list[str]:
-    """Return the recordings whose header names the session or the site that was asked for."""
-    wanted = {key: value for key in _KEYS if (value := getattr(arguments, key))}
-    found: list[str] = []
-    for name in listed if wanted else ():
-        try:
-            if wanted.items() & header_of(RAW / f"{name}.csv").items():
-                found.append(name)
-        except (RecordingError, OSError) as error:
-            print(f"{name} is not removed, unless you name it: {error}")
-    return found
-
-
 def _own_files(name: str) -> list[Path]:
     """Return the files of a recording or of a survey, also one that is not finished."""
-    if name.startswith(f"{SESSIONS}/"):
-        return _files_below(Path(name))
-    path = RAW / name
-    beside = [path.with_name(f"{path.name}{ending}") for ending in ("", ".csv", f".csv{PART}")]
-    of_record = RECORD_LOGS / f"{name}.log"
-    return [each for each in (*beside, of_record) if each.is_symlink() or each.is_file()]
+    if Path(name).parent == SESSIONS:
+        return [*_below(Path(name))]
+    found = [RAW / f"{name}{ending}" for ending in ("", ".csv", f".csv{PART}")]
+    found.append(RECORD_LOGS / f"{name}.log")
+    return [path for path in found if path.is_symlink() or path.is_file()]
 
 
-def _files_below(folder: Path) -> list[Path]:
-    return [path for path in sorted(folder.rglob("*")) if path.is_symlink() or path.is_file()]
+def _below(folder: Path) -> Iterator[Path]:
+    """Yield the files and links below a folder, or the folder itself if it is a link."""
+    if folder.is_symlink():
+        yield folder
+    for parent, folders, names in os.walk(folder) if not folder.is_symlink() else ():
+        links = [name for name in folders if Path(parent, name).is_symlink()]
+        yield from (Path(parent, name) for name in sorted([*names, *links]))
 
 
-def _resting_on(names: Collection[str], listed: Collection[str]) -> list[Path]:
-    """Return what goes under results/ and among Snakemake's notes: all but the others' own."""
-    wanted = read_settings(config_file())["recordings_per_job"]
-    before, after = (files_of(each, wanted) for each in ({*listed, *names}, {*listed} - {*names}))
-    stay = {RESULTS / path for path, held in after.items() if before.get(path) == held}
-    for survey in sorted((RESULTS / "surveys").glob("*")):
-        if f"{SESSIONS}/{survey.name}" not in names:
-            stay |= {*_files_below(survey)}
-    kept_notes = {base64.urlsafe_b64encode(os.fsencode(path)).decode() for path in stay}
-
-    def is_kept(note: Path) -> bool:
-        kind, *parts = note.relative_to(NOTES).parts
-        # A long name is divided into folders.
-        of = "".join(part.removeprefix("@") for part in parts)
-        return kind in _OTHER_NOTES or (kind in _NAMED_NOTES and of in kept_notes)
-
-    notes = [path for path in _files_below(NOTES) if not is_kept(path)]
-    return [path for path in _files_below(RESULTS) if path not in stay] + notes
+def _pattern(names: Iterable[str]) -> re.Pattern[bytes]:
+    # Slurm's logs have a line in place of the slash, and the results of surveys another folder.
+    said = [re.escape(name).replace("/", "[/_]").replace("sessions", "s[a-z]+s") for name in names]
+    return re.compile(rf"(?<![\w.+-])(?:{'|'.join(said)}){_ENDS}".encode())
 
 
-def _trace_of(own: Mapping[str, Iterable[Path]]) -> re.Pattern[bytes]:
-    """Return what finds the names of recordings in a file, or a line of their readings."""
-    # Slurm's logs have a line in place of the slash.
-    names = [re.escape(name).replace("/", "[/_]").replace("sessions", "s[a-z]+s") for name in own]
-    found = [rf"(?<![\w.+-])(?:{'|'.join(names)})(?![\w+-])".encode()]
-    for path in (path for paths in own.values() for path in paths if path.is_file()):
-        lines = files.read_beginning(path, 1_000_000).splitlines()
-        middle = lines[len(lines) // 2 :][: path.suffix in (".csv", PART)]
-        found += [re.escape(line) for line in middle if 15 < len(line) < 500]
-    return re.compile(b"|".join(found))
+def _named(names: re.Pattern[bytes]) -> list[Path]:
+    """Return results, notes and logs that name something, and the results over the archive."""
+    results = [path for path in _below(RESULTS) if path != RESULTS]
+    notes = [path for path in _below(NOTES) if path.parts[1] not in _NO_NOTES]
+    going = {path for path in (*results, *notes) if _holds(path, names)}
+    if going:
+        going |= {path for path in results if path.parts[1] not in _OF_OTHERS}
+    # Snakemake names its notes on a result by the result's path. What names an input goes, too.
+    noted = {note: _result_of(note) for note in notes}
+    going |= {result for note, result in noted.items() if note in going} & set(results)
+    return sorted(going | {note for note, result in noted.items() if result in going})
 
 
-def _looked_through() -> Iterator[Path]:
-    """Yield the files below this folder, but not those of `_NOT_READ`."""
-    for folder, folders, names in os.walk("."):
-        passed_over = _NOT_READ if folder == "." else set()
-        folders[:] = sorted({*folders} - passed_over)
-        yield from (Path(folder, name) for name in sorted({*names} - passed_over))
+def _result_of(note: Path) -> Path | None:
+    """Return the result that a note is on; a long name is divided into folders."""
+    coded = "".join(part.removeprefix("@") for part in note.parts[2:])
+    with contextlib.suppress(binascii.Error):
+        return Path(os.fsdecode(base64.urlsafe_b64decode(coded)))
+    return None
 
 
-def _holds(path: Path, trace: re.Pattern[bytes]) -> bool:
-    """Return whether the path or the content of a file holds a trace."""
-    is_read = path.is_file() and not path.is_symlink()
-    content = files.read_limited(path, _MOST_BYTES) if is_read else None
-    return bool(trace.search(os.fsencode(path)) or trace.search(content or b""))
-
-
-def _tell_rest(trace: re.Pattern[bytes]) -> int:
-    """Print which files still name what was removed, or could; return 1 if one does."""
-    stayed = list(_looked_through())
-    left = [path for path in stayed if _holds(path, trace)]
-    for path in left:
-        print(f"{displayed(str(path))} still names it, or holds its readings; remove it yourself")
-    for path in stayed:
-        is_read = path.suffix not in _PACKED and path.lstat().st_size <= _MOST_BYTES
-        if not is_read and path.parts[0] != RESULTS.name:
-            why = "may hold it, and is packed or large; look there yourself"
-            print(f"{displayed(str(path))} {why}")
-    print("Git keeps what was committed. Copies and exports in other folders stay, too.")
-    return int(bool(left))
+def _holds(path: Path, names: re.Pattern[bytes]) -> bool:
+    """Return whether the path, or the content of a file, names something."""
+    content = path.read_bytes() if path.is_file() and not path.is_symlink() else b""
+    return bool(names.search(os.fsencode(path)) or names.search(content))

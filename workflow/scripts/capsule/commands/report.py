@@ -26,14 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
     parser.epilog = DETAILS
     parser.usage = "%(prog)s [-h] [--cores N] [-- SNAKEMAKE_OPTION ...]"
-    add_cores(parser)
-    parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
-
-
-def add_cores(parser: argparse.ArgumentParser) -> None:
-    """Add the option for the number of jobs."""
     cores = "number of jobs that run at the same time; all: one per core (default: 2)"
     parser.add_argument("--cores", default="2", metavar="N", help=cores)
+    parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
 
 
 def main(arguments: argparse.Namespace) -> int:
