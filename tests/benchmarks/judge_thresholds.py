@@ -1,11 +1,10 @@
-"""Tell what the detector `taught` loses by its ranking and by its threshold, and what is foreseen.
+"""Tell what the detector `taught` loses by its ranking and by its threshold.
 
     python tests/benchmarks/judge_thresholds.py --cache FOLDER --folders FOLDER/b FOLDER/b-clear
-        --pages docs/detection.md docs/intervals.md
+        --pages docs/detection.md
 
 A threshold from few healthy recordings is luck. Compared with it are the true quantile of many, and
-what thousands of recordings teach. Other tables tell how well `capsule.evaluation.more_healthy`
-foresees what more healthy recordings bring. threshold_rates.py says how all is measured.
+what thousands of recordings teach. threshold_rates.py says how all is measured.
 """
 
 import argparse
@@ -14,23 +13,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
 sys.path[:0] = map(str, FOLDERS)
 
 from healthy_pools import Pool, pool_of
 from judge_report import table
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
-from threshold_rates import DIAGONAL, TAUGHT, foreseen, ranking, ranking_by_many, verdicts
-from unseen_archives import JUDGED_ONLY, bench_names, part_of
+from threshold_rates import ranking, ranking_by_many, verdicts
+from unseen_archives import bench_names
 from unseen_report import filled_page
 
 from capsule.arguments import natural
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG, WEIGHTS
 
-HEALTHY, FORESEEN = (20, 40, 80, 160), (20, 40)
+HEALTHY = (20, 40, 80, 160)
 LIMITS = Path(__file__).parents[2] / "docs" / "detection-limits.md"
 # MiniRocket, taught by 2,400 recordings, as those tell who made them. They tell nothing of 4 and
 # 5 mm on `b`, where at most all are found.
@@ -119,40 +116,6 @@ def answer(losses: Mapping[str, Losses]) -> str:
     )
 
 
-def foreseen_row(pool: Pool, healthy: int, draws: int, config: Mapping) -> tuple[dict, list[dict]]:
-    """Return what is foreseen and found on a bench, as a row of the table and as numbers."""
-    row, numbers = {"bench": pool.bench, "healthy": str(healthy)}, []
-    for detector in (TAUGHT, DIAGONAL):
-        for sizes, each in foreseen(pool, healthy, detector, draws, config).items():
-            now, expected, later, held = 100 * each.mean(axis=0)
-            # Nothing is added but the sign of a zero.
-            told, gain = round(expected - now, 1) + 0.0, round(later - now, 1) + 0.0
-            row[f"{detector}, {sizes}"] = f"{now:.0f} %: {told:+.1f} / {gain:+.1f}"
-            of = {"detector": detector, "nodules": sizes, "part": part_of(pool.bench)}
-            numbers.append(of | {"bench": pool.bench, "error": told - gain, "held": held})
-    return row, numbers
-
-
-def error_rows(numbers: Sequence[Mapping]) -> list[dict]:
-    """Return how far the gain foreseen is from the gain, on the benches of each kind."""
-    groups: dict[tuple, list[Mapping]] = {}
-    for each in numbers:
-        kind = JUDGED_ONLY if each["part"] == JUDGED_ONLY else "others"
-        groups.setdefault((each["detector"], each["nodules"], kind), []).append(each)
-    rows = []
-    for (detector, nodules, kind), some in groups.items():
-        least, most = (end(some, key=lambda each: each["error"]) for end in (min, max))
-        row = {"detector": detector, "nodules": nodules, "benches": kind}
-        row["mean error"] = f"{np.mean([each['error'] for each in some]):+.1f}"
-        row |= {
-            title: f"{each['error']:+.1f} (`{each['bench']}`)"
-            for title, each in (("least", least), ("largest", most))
-        }
-        held = [each["held"] for each in some]
-        rows.append(row | {"in the range": f"{min(held):.0f} to {max(held):.0f} %"})
-    return rows
-
-
 def main() -> None:
     """Judge every bench, and write the tables into the documents."""
     parser = argparse.ArgumentParser(
@@ -169,19 +132,13 @@ def main() -> None:
     config, limit = read_config_file(CONFIG / "config.yaml"), limits(LIMITS.read_text("utf-8"))
     sources = [(folder.name, folder) for folder in arguments.folders]
     sources += [(name, None) for name in arguments.benches]
-    losses, rows, numbers = {}, [], []
+    losses = {}
     for bench, folder in sources:
         pool = pool_of(bench, folder, config, WEIGHTS, arguments.cache)
         if bench in limit:
             losses[bench] = losses_of(pool, limit[bench], arguments.draws, config)
-        for healthy in FORESEEN:
-            row, of_row = foreseen_row(pool, healthy, arguments.draws, config)
-            rows.append(row)
-            numbers += of_row
         print(bench, file=sys.stderr, flush=True)
-    blocks = {"foreseen": table(rows), "errors": table(error_rows(numbers))}
-    if losses:
-        blocks |= {"losses": losses_table(losses), "answer": answer(losses)}
+    blocks = {"losses": losses_table(losses), "answer": answer(losses)}
     for page in arguments.pages:
         text = filled_page(page.read_text("utf-8"), blocks, "judge_thresholds")
         page.write_text(text, encoding="utf-8")

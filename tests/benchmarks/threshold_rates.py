@@ -16,11 +16,8 @@ from unseen_archives import RUNS
 from capsule.detectors.calibrate import Regression, fit_ridge, rank_threshold
 from capsule.detectors.network import EMBEDDED
 from capsule.detectors.taught import Taught
-from capsule.evaluation.more_healthy import with_more_healthy
 
 SPECIFICITY = 0.95
-# Further healthy recordings whose gain is foreseen.
-MORE = 20
 DIAGONAL, TAUGHT = "diagonal", "taught"
 SIZES = {"1 mm": (1.0, 1.0), "from 2 mm": (2.0, np.inf)}
 # Penalties of the regression that many recordings teach, for features of deviation 1.
@@ -154,38 +151,3 @@ def _best_of_penalties(
         if found > most:
             best, most = model, found
     return best
-
-
-def foreseen(
-    pool: Pool, healthy: int, detector: str, draws: int, config: Mapping
-) -> dict[str, np.ndarray]:
-    """Compare what is foreseen of more healthy recordings with what they find, by range of sizes.
-
-    Returns
-    -------
-    dict of str to (A, 4) array
-        The means of each archive: share found now, expected, found with more, and how often the
-        range holds the last one.
-    """
-    rows: dict[str, list[list[float]]] = {sizes: [] for sizes in SIZES}
-    numbers = []
-    for number, own, others in archives_of(pool, draws):
-        # A recording without a verdict sets no threshold.
-        able = others[~np.isnan(pool.seen[others, 0])]
-        before = np.append(own, able[: healthy - RUNS])
-        after = np.append(own, able[: healthy - RUNS + MORE])
-        now = scores_of(pool, before, able[:0], detector, config)
-        later = scores_of(pool, after, able[:0], detector, config)
-        numbers.append(number)
-        for sizes, found in zip(SIZES, later.found(later.threshold), strict=True):
-            margins, places = now.nodules(sizes) - now.threshold, np.arange(now.healthy.size)
-            told = with_more_healthy(now.healthy, places, margins, MORE, SPECIFICITY)
-            held = told.low - 1e-9 <= found <= told.high + 1e-9
-            rows[sizes].append([told.now, told.expected, found, float(held)])
-    of_archive = np.array(numbers)
-    return {
-        sizes: np.array(
-            [np.mean(np.array(each)[of_archive == n], axis=0) for n in np.unique(of_archive)]
-        )
-        for sizes, each in rows.items()
-    }

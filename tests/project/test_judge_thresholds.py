@@ -91,24 +91,12 @@ def test_no_recording_that_teaches_is_judged_by_many(pools, rates, monkeypatch):
     assert [set(pool.archive[teaches]) for teaches in taught] == [{1, 3}, {0, 2}]
 
 
-@pytest.mark.parametrize("detector", ["taught", "diagonal"])
-def test_what_is_foreseen_of_normal_scores_comes_true(pools, rates, detector):
-    pool = drawn(pools, 400)
-    means = rates.foreseen(pool, 20, detector, 3, CONFIG)["from 2 mm"]
-    assert means.shape == (ARCHIVES, 4)
-    now, expected, found, held = means.T
-    assert np.mean(expected - now) == pytest.approx(np.mean(found - now), abs=0.03)
-    assert np.corrcoef(expected - now, found - now)[0, 1] > 0.8
-    assert held.mean() > 0.85
-
-
 def test_a_recording_without_a_verdict_is_missed_and_sets_no_threshold(pools, rates):
     pool = drawn(pools, 100)
     pool.seen[pool.sizes_mm == 1.0] = np.nan
     pool.seen[np.flatnonzero(pool.archive == pools.OUTSIDE)[:50]] = np.nan
     assert rates.verdicts(pool, 40, 5, CONFIG)[0] == 0
     assert rates.verdicts(pool, 40, 5, CONFIG)[2] < 0.6
-    assert rates.foreseen(pool, 20, "taught", 2, CONFIG)["1 mm"][:, :3].max() == 0
 
 
 def test_a_pool_is_simulated_with_seeds_of_its_own_and_kept(pools, monkeypatch, tmp_path, module):

@@ -1,23 +1,15 @@
 """Tests of the page's advice on more recordings, from tables written by hand."""
 
-from dataclasses import replace
-
-import numpy as np
 import pandas as pd
 import pytest
 
-from capsule.detectors.calibrate import rank_threshold
 from capsule.evaluation.intervals import rate, recordings_needed
 from capsule.evaluation.learning import COLUMNS
 from capsule.page.more_recordings import (
-    FORESEEN_FROM,
-    foreseen_values,
     learning_rows,
     needed_rows,
-    page_values,
 )
 from support.evaluated import UNKNOWN, evaluated, rates_of
-from support.project import ROOT
 
 
 def curve(first_mm, last_mm, half, gain):
@@ -141,89 +133,3 @@ def test_a_sentence_says_how_many_more_recordings_of_which_size_are_needed():
     assert needed["sentence"].endswith(f"needs more recordings: {row['missing']} of 2 mm.")
     enough = [(f"2mm/{number}", 2.0, 2.0) for number in range(row["missing"] + 1)]
     assert needed_rows(rates_of(evaluated(enough)))["sentence"].startswith("Each rate of each")
-
-
-def scored(healthy, small, large, detectors=("taught",), scheme="leave_one_out"):
-    """Return the rates of detectors that gave healthy recordings, 1 mm and 2 mm these scores."""
-    by_size = {0.0: healthy, 1.0: small, 2.0: large}
-    scores = {f"{size:g}mm/{n}": score for size in by_size for n, score in enumerate(by_size[size])}
-    known = np.array([score for score in healthy if not np.isnan(score)])
-    threshold = rank_threshold(known, np.arange(known.size), 0.95)
-    verdicts = [
-        (name, float(name[0]), UNKNOWN if np.isnan(score) else 2.0 * (score > threshold))
-        for name, score in scores.items()
-    ]
-    evaluation = evaluated(verdicts, (0.0, 1.0, 2.0), detectors, scheme)
-    table = evaluation.predictions
-    table["score"], table["threshold"] = table["recording"].map(scores), threshold
-    return rates_of(replace(evaluation, predictions=table))
-
-
-# One recording stands out: it alone sets the threshold.
-HEALTHY = [*np.linspace(-1, 1, 19), 2.5]
-FAR, NEAR = [9.0] * 10, [2.0] * 8 + [0.0, UNKNOWN]
-
-
-def test_a_gain_to_expect_is_told_with_its_range_and_its_absence_too():
-    values = page_values(scored(HEALTHY, NEAR, FAR), table())
-    assert values["more_healthy"] == 20
-    assert not values["foreseen"]["none"]
-    (sentence,) = values["foreseen"]["sentences"]
-    assert sentence == {
-        "detector": "taught",
-        "text": "found at 1 mm 0 % now, 58 % then (0 to 90 %); found at 2 mm 100 %: "
-        "no gain expected.",
-    }
-
-
-def test_without_any_gain_one_sentence_is_enough():
-    assert foreseen_values(scored(HEALTHY, FAR, FAR))["none"]
-    both = foreseen_values(scored(HEALTHY, FAR, FAR, ("diagonal", "taught")))
-    assert both["none"]
-    assert [each["detector"] for each in both["sentences"]] == ["diagonal", "taught"]
-
-
-def test_too_few_healthy_places_foresee_nothing():
-    too_few = [*HEALTHY[:17], 2.5, UNKNOWN, UNKNOWN]
-    assert foreseen_values(scored(too_few, NEAR, FAR)) == {"none": False, "sentences": []}
-
-
-def test_only_what_simulated_benches_have_shown_right_is_told():
-    told = foreseen_values(scored(HEALTHY, NEAR, FAR, ("template", "diagonal")))
-    (sentence,) = told["sentences"]
-    assert sentence == {"detector": "diagonal", "text": "found at 2 mm 100 %: no gain expected."}
-    assert not told["none"]
-    for scheme in ("held_out", "resubstitution"):
-        assert foreseen_values(scored(HEALTHY, NEAR, FAR, scheme=scheme))["sentences"] == []
-
-
-def test_passes_over_one_place_are_no_further_places():
-    rates = scored(HEALTHY, NEAR, FAR)
-    rates.index.loc[rates.index["recording"].isin(["0mm/0", "0mm/1"]), "site"] = "a"
-    assert foreseen_values(rates)["sentences"]
-    rates.index.loc[rates.index["recording"] == "0mm/2", "site"] = "a"
-    assert foreseen_values(rates)["sentences"] == []
-
-
-def foreseen_in_the_documents():
-    """Yield detector, share found, gain foreseen and gain from the table of the manual."""
-    page = (ROOT / "docs/intervals.md").read_text(encoding="utf-8")
-    block = page.partition("<!-- judge_thresholds: foreseen -->")[2].partition("<!-- end")[0]
-    head, _, *rows = [
-        [cell.strip() for cell in line.strip("|").split("|")] for line in block.split("\n") if line
-    ]
-    for row in rows:
-        for column, cell in zip(head[2:], row[2:], strict=True):
-            now, _, rest = cell.partition(" %: ")
-            yield column.split(",")[0], *map(float, (now, *rest.split(" / ")))
-
-
-def test_the_benches_have_shown_right_what_the_page_foresees():
-    rows = [*foreseen_in_the_documents()]
-    assert len(rows) > 100
-    errors = {"taught": [], "diagonal": []}
-    for detector, now, foreseen, gain in rows:
-        if now / 100 >= FORESEEN_FROM[detector]:
-            errors[detector].append(foreseen - gain)
-    assert min(errors["taught"]) > -5 and max(errors["taught"]) < 2
-    assert np.abs(errors["diagonal"]).max() < 2.5

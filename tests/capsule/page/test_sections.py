@@ -163,21 +163,6 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
     assert re.findall(r"(?i)\S*reliab\S* \S+", text.partition('id="made"')[0]) == []
 
 
-def test_the_page_says_what_more_healthy_recordings_would_find(small):
-    assert 'id="more-healthy"' not in filled(small)
-    sentences = [
-        {"detector": "diagonal", "text": "found at 1 mm 50 % now, 60 % then (45 to 70 %)."},
-        {"detector": "taught", "text": "found at 1 mm 70 %: no gain expected."},
-    ]
-    text = filled(small | {"foreseen": {"none": False, "sentences": sentences}})
-    assert "find more nodules with 20 more healthy recordings?" in text
-    assert f"<li><code>diagonal</code>: {sentences[0]['text']}</li>" in text
-    assert f"<li><code>taught</code>: {sentences[1]['text']}</li>" in text
-    text = filled(small | {"foreseen": {"none": True, "sentences": sentences}})
-    assert "no gain in nodules found is expected of <code>diagonal</code> and <code>taught" in text
-    assert sentences[0]["text"] not in text
-
-
 def test_of_an_empty_archive_the_page_says_so():
     page = values([], (0.0,))
     assert page["evidence"] == page["recordings"] == []

@@ -5,11 +5,8 @@ from collections.abc import Mapping
 import pandas as pd
 
 from capsule import words
-from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
 from capsule.evaluation.intervals import recordings_needed
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
-from capsule.evaluation.more_healthy import MoreHealthy, with_more_healthy
-from capsule.evaluation.rates import with_clusters
 from capsule.kinds import Cells, Row
 from capsule.page.cells import plain_cell, rate_cell_of
 from capsule.page.rates import Rates, sets_specificity
@@ -18,11 +15,6 @@ from capsule.page.rates import Rates, sets_specificity
 HALF_WIDTH = 0.1
 # If the gain's interval ends below this, more recordings are not likely to help.
 LEAST_GAIN = 0.05
-# Further healthy recordings whose gain is foreseen, and the least gain that is worth telling.
-MORE_HEALTHY, LEAST_FORESEEN = 20, 0.01
-# The detectors of which this was right on simulated benches (docs/intervals.md), each with the
-# share of nodules that it must find already.
-FORESEEN_FROM = {"taught": 0.0, "diagonal": 0.5}
 _HALF = 0.5
 _SHARES = {0.25: "a quarter", _HALF: "a half", 0.75: "three quarters", ALL_BUT_ONE: "all but one"}
 
@@ -40,72 +32,15 @@ def page_values(rates: Rates, learning: pd.DataFrame) -> Cells:
     Returns
     -------
     dict
-        ``foreseen`` (from `foreseen_values`), ``more_healthy``, ``needed`` (from
-        `needed_rows`), ``learning`` (from `learning_rows`), ``half_width`` and ``least_gain`` in
-        points.
+        ``needed`` (from `needed_rows`), ``learning`` (from `learning_rows`), ``half_width`` and
+        ``least_gain`` in points.
     """
     return {
-        "foreseen": foreseen_values(rates),
-        "more_healthy": MORE_HEALTHY,
         "needed": needed_rows(rates),
         "learning": learning_rows(learning),
         "half_width": f"{100 * HALF_WIDTH:g}",
         "least_gain": f"{100 * LEAST_GAIN:g}",
     }
-
-
-def foreseen_values(rates: Rates) -> Cells:
-    """Return in words what more healthy recordings are expected to find.
-
-    The verdicts by leaving one place out count.
-
-    Returns
-    -------
-    dict
-        ``none``, whether no detector is expected to find more nodules of any size, and
-        ``sentences``, each with a ``detector`` and its ``text``. Without a sentence, nothing is
-        foreseen.
-    """
-    wanted = rates.settings["evaluation"]["specificity"]
-    named = rates.index.astype(object).where(rates.index.notna(), "").set_index("recording")
-    sentences, all_known, any_gain = [], True, False
-    for detector in filter(FORESEEN_FROM.__contains__, rates.evaluation.detectors()):
-        rows = rates.verdicts(detector, LEAVE_ONE_OUT)
-        of_range = _foreseen(with_clusters(rows, named.to_dict("index")), wanted)
-        known = {
-            title: told
-            for title, told in of_range.items()
-            if told is not None and told.now >= FORESEEN_FROM[detector]
-        }
-        gains = [
-            title for title, told in known.items() if told.expected - told.now >= LEAST_FORESEEN
-        ]
-        all_known, any_gain = all_known and len(known) == len(of_range), any_gain or bool(gains)
-        clauses = [
-            f"{title} {words.percent(known[title].now)} now, "
-            f"{words.percent(round(known[title].expected, 2))} then "
-            f"({words.interval(round(known[title].low, 2), round(known[title].high, 2))})"
-            for title in gains
-        ]
-        same = [f"{each} {words.percent(known[each].now)}" for each in known if each not in gains]
-        clauses += [f"{', '.join(same)}: no gain expected"] if same else []
-        if known:
-            sentences.append({"detector": detector, "text": f"{'; '.join(clauses)}."})
-    return {"none": all_known and not any_gain, "sentences": sentences}
-
-
-def _foreseen(rows: pd.DataFrame, specificity: float) -> dict[str, MoreHealthy | None]:
-    """Return what is foreseen of a detector's verdicts, by the title of a range of sizes."""
-    healthy = rows[(rows["size_mm"] == 0) & rows["score"].notna()]
-    scores, places = healthy["score"].to_numpy(), healthy["place"].to_numpy()
-    foreseen = {}
-    for first_mm, last_mm in main_ranges(rows["size_mm"]):
-        if last_mm > 0:
-            nodules = rows[rows["size_mm"].between(first_mm, last_mm)]
-            margins = (nodules["score"] - nodules["threshold"]).to_numpy()
-            told = with_more_healthy(scores, places, margins, MORE_HEALTHY, specificity)
-            foreseen[_title(first_mm, last_mm)] = told
-    return foreseen
 
 
 def needed_rows(rates: Rates) -> Cells:
