@@ -216,6 +216,24 @@ def test_without_snakemakes_notes_a_run_says_what_to_do(project, lost):
     assert planned(project)["preprocess"] == len(RECORDINGS)
 
 
+def test_a_recording_that_is_away_while_the_list_is_made_is_in_the_list(project):
+    # The list must be what its key says: no later run would make it again.
+    script, away = project.folder / "workflow/scripts/list.py", project.folder / "away.csv"
+    recording = project.raw / "3mm/r02.csv"
+    move = f"    import atexit\n    Path({str(recording)!r}).rename({str(away)!r})\n"
+    move += f"    atexit.register(Path({str(away)!r}).rename, {str(recording)!r})\n"
+    whole = script.read_text(encoding="utf-8")
+    before = (
+        '    """Write the list of the recordings; with on_rejected: fail, stop at a rejection."""\n'
+    )
+    assert before in whole
+    script.write_text(whole.replace(before, before + move), encoding="utf-8")
+    run = project.snakemake("results/recordings.csv")
+    assert (run.status, run.jobs) == (0, once("list")), run.output
+    assert recording.exists()
+    assert "3mm/r02" in {row["recording"] for row in project.table("recordings.csv")}
+
+
 # Results, and a rule that reads each.
 READ_BY = {
     "signals/3mm/r01.npy": "fit",

