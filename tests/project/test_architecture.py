@@ -51,6 +51,7 @@ FLOORS = (
     "capsule.engine",
     "capsule.commands.new",
     "capsule.commands.report",
+    "capsule.judging",
     "capsule.bench",
     "capsule.importing",
     "capsule.exporting",
@@ -73,6 +74,7 @@ AT_WORK = (
     "capsule.bench.",
     "capsule.exporting.",
     "capsule.importing.",
+    "capsule.judging.",
 )
 SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}
 

@@ -49,7 +49,7 @@ def test_the_recorder_judges_by_a_new_detector_too(extended):
 import sys
 from pathlib import Path
 import numpy as np
-from capsule.bench.verdict import FinalVerdict
+from capsule.judging.verdict import FinalVerdict
 from capsule.engine.configuration import read_config_file
 final = FinalVerdict(
     Path("results/templates.npz"), Path("results/detectors.json"),

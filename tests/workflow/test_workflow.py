@@ -13,11 +13,11 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from capsule import DetectorEstimator, judge, load, words
-from capsule.bench.judged import as_plain_values, judge_file, taught_recordings
-from capsule.bench.verdict import FinalVerdict
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.engine.configuration import read_config_file
 from capsule.figures.registry import FIGURES
+from capsule.judging.judged import as_plain_values, judge_file, taught_recordings
+from capsule.judging.verdict import FinalVerdict
 from support.plain_figures import draw_plain_figures
 from support.project import Project
 from support.same_table import assert_same_table

@@ -200,3 +200,27 @@ def duration(seconds: float) -> str:
 def _percent_digits(fraction: float) -> str:
     """Return a percentage rounded to a tenth, without a final ``.0``."""
     return number(100 * fraction, 1).removesuffix(".0")
+
+
+# Heights of a line of bars, also for terminals that show ASCII only.
+BARS, PLAIN_BARS = "▁▂▃▄▅▆▇█", "_.-=+*#@"
+
+
+def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:
+    """Return values as a line of bars between the smallest and the largest.
+
+    Parameters
+    ----------
+    values : sequence of float or None
+        The values; None is a missing one, which becomes a space.
+    bars : str
+        `BARS` or `PLAIN_BARS`.
+    least_span : float
+        Smallest range that fills the full height.
+    """
+    known = [value for value in values if value is not None]
+    low, high = min(known, default=0), max(known, default=0)
+    span, top = max(high - low, least_span) or 1, len(bars) - 1
+    return "".join(
+        " " if value is None else bars[int((value - low) * top // span)] for value in values
+    )

@@ -33,7 +33,7 @@ from capsule.recordings.recording import TO_THE_END, WAVE_UNTIL, read_recording
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
-    from capsule.bench.verdict import FinalVerdict
+    from capsule.judging.verdict import FinalVerdict
 
 JUDGE_EVERY_S = 0.5
 LAST_FRAMES_S = 0.5
@@ -382,7 +382,7 @@ def _tell_of_unfinished(raw: Path) -> None:
 
 def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalVerdict":
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
-    from capsule.bench.verdict import FinalVerdict, note_of_change  # only if they are used
+    from capsule.judging.verdict import FinalVerdict, note_of_change  # only if they are used
 
     learned = options.templates.with_name(OfArchive.DETECTORS)
     final = FinalVerdict(options.templates, learned, settings)

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
 
+from capsule.words import BARS, PLAIN_BARS, trace
+
 WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
 LAST_WORDS_S = 1.0
 
@@ -158,8 +160,6 @@ def _can_redraw() -> bool:
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
 KEPT = 600
-BARS = "▁▂▃▄▅▆▇█"
-PLAIN_BARS = "_.-=+*#@"  # for terminals that show ASCII only
 
 
 @dataclass
@@ -266,23 +266,3 @@ class Terminal(LivePanel):
         A missing sample is a space.
         """
         return trace(counts, self._bars, self._least_span)
-
-
-def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:
-    """Return values as a line of bars between the smallest and the largest.
-
-    Parameters
-    ----------
-    values : sequence of float or None
-        The values; None is a missing one, which becomes a space.
-    bars : str
-        `BARS` or `PLAIN_BARS`.
-    least_span : float
-        Smallest range that fills the full height.
-    """
-    known = [value for value in values if value is not None]
-    low, high = min(known, default=0), max(known, default=0)
-    span, top = max(high - low, least_span) or 1, len(bars) - 1
-    return "".join(
-        " " if value is None else bars[int((value - low) * top // span)] for value in values
-    )

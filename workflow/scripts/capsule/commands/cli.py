@@ -55,7 +55,7 @@ COMMANDS = {
     "export": Command(
         "capsule.exporting.command", "write recordings and results for other programs"
     ),
-    "judge": Command("capsule.bench.judged", "judge a recording by every detector"),
+    "judge": Command("capsule.judging.judged", "judge a recording by every detector"),
     "report": Command(
         "capsule.commands.report", "make results/report.html from the recordings in raw/"
     ),

@@ -12,7 +12,6 @@ from typing import Any, TextIO
 import numpy as np
 
 from capsule.arguments import LONGEST_NAME, recording_name, size_folder
-from capsule.bench.terminal import BARS, PLAIN_BARS, trace
 from capsule.engine.configuration import read_config_file, read_settings
 from capsule.engine.project import config_file
 from capsule.errors import CapsuleError, RecordingError
@@ -24,7 +23,7 @@ from capsule.recordings.acceptance import readings_of
 from capsule.recordings.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.recordings.recording import Recording, column_names, format_recording
 from capsule.store.files import list_archive, read_limited, write_new
-from capsule.words import plural
+from capsule.words import BARS, PLAIN_BARS, plural, trace
 
 # Bars and samples that are shown.
 _WIDTH = 64

@@ -8,7 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.bench.judged import (
+from capsule.detectors.base import NO_VERDICT, Verdict
+from capsule.detectors.familiar import Familiarity
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import PROJECT
+from capsule.errors import CapsuleError
+from capsule.judging.judged import (
     JudgedFile,
     as_plain_values,
     judge_file,
@@ -17,12 +22,7 @@ from capsule.bench.judged import (
     taught_recordings,
     write_picture,
 )
-from capsule.bench.verdict import FinalVerdict
-from capsule.detectors.base import NO_VERDICT, Verdict
-from capsule.detectors.familiar import Familiarity
-from capsule.engine.configuration import read_config_file
-from capsule.engine.project import PROJECT
-from capsule.errors import CapsuleError
+from capsule.judging.verdict import FinalVerdict
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.recordings.acceptance import check_recording

@@ -6,8 +6,6 @@ import re
 import numpy as np
 import pytest
 
-from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.verdict import FinalVerdict, verdict_table
 from capsule.detectors import files as detectors_files
 from capsule.detectors.base import Verdict
 from capsule.detectors.diagonal import Diagonal
@@ -15,6 +13,7 @@ from capsule.detectors.familiar import LEAST_PLACES, Familiarity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
+from capsule.judging.verdict import FinalVerdict, verdict_table
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from support.learned import (
@@ -104,7 +103,7 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
     assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")
     assert "missing for 10 s" in reason([*run[:200], *[None] * 100, *run[200:]])
     assert "missing for 10 s" in reason([None] * 100)
-    with pytest.raises(AcquisitionError, match="snakemake"):
+    with pytest.raises(CapsuleError, match="snakemake"):
         FinalVerdict(tmp_path / "none.npz", tmp_path / "detectors.json", configuration)
 
 
@@ -180,9 +179,9 @@ def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, 
 
 
 def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):
-    with pytest.raises(AcquisitionError, match=r"detectors\.json; make it first: snakemake"):
+    with pytest.raises(CapsuleError, match=r"detectors\.json; make it first: snakemake"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-    with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
+    with pytest.raises(CapsuleError, match=r"another configuration .* snakemake -c2"):
         final_verdict(tmp_path, configuration, taught_by(), dwell=99)
     (tmp_path / "detectors.json").write_text("{}")
     with pytest.raises(CapsuleError, match="damaged, or of another version; delete it"):
@@ -196,14 +195,14 @@ def test_what_another_scorer_was_adapted_by_is_refused(
     with monkeypatch.context() as patch:
         patch.setattr(detectors_files, "WEIGHTS", tmp_path / "other.npz")
         write_learned(tmp_path, configuration, taught_by())
-    with pytest.raises(AcquisitionError, match=r"or version; make it again: snakemake -c2"):
+    with pytest.raises(CapsuleError, match=r"or version; make it again: snakemake -c2"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
 def test_templates_of_another_moment_are_refused(templates, tmp_path, configuration):
     write_learned(tmp_path, configuration, taught_by())
     np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "2mm": np.ones((4, 1000))})
-    with pytest.raises(AcquisitionError, match=r"were not made together, .*: snakemake -c2"):
+    with pytest.raises(CapsuleError, match=r"were not made together, .*: snakemake -c2"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from capsule import words
-from capsule.bench.bench_errors import AcquisitionError
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import is_of, read_learned, read_template_set
 from capsule.detectors.registry import detector_class
 from capsule.engine.project import WEIGHTS
-from capsule.errors import RecordingError
+from capsule.errors import CapsuleError, RecordingError
 from capsule.kinds import Settings
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.names import UNLABELLED
@@ -57,11 +56,9 @@ class FinalVerdict:
 
     Raises
     ------
-    AcquisitionError
-        One of the files does not exist, another configuration or scorer made it, or they were not
-        made together.
     CapsuleError
-        One of the files is damaged.
+        One of the files does not exist or is damaged, another configuration or scorer made it, or
+        they were not made together.
     """
 
     def __init__(
@@ -69,14 +66,14 @@ class FinalVerdict:
     ) -> None:
         for path in (templates, learned):
             if not path.exists():
-                raise AcquisitionError(
+                raise CapsuleError(
                     f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, "
                     "or with the whole report: capsule report"
                 )
         content = read_learned(learned)
         self._settings = settings
         if content["templates"] != fingerprint(templates, sys.maxsize):
-            raise AcquisitionError(
+            raise CapsuleError(
                 f"{templates} and {learned} were not made together, or one is damaged, so no "
                 "verdict would hold; delete both, and make them again: "
                 "snakemake -c2 results/detectors.json"
@@ -93,7 +90,7 @@ class FinalVerdict:
         except (KeyError, TypeError, ValueError):
             same = False
         if not same:
-            raise AcquisitionError(
+            raise CapsuleError(
                 f"{learned} was made with another configuration or version; make it again: "
                 f"snakemake -c2 results/{learned.name}"
             )

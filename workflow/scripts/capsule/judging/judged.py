@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from capsule import arrays, words
-from capsule.bench.terminal import BARS, PLAIN_BARS, trace
-from capsule.bench.verdict import FinalVerdict, note_of_change, verdict_table
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.familiar import Familiarity
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
+from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_table
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.provenance import is_simulated
@@ -29,6 +28,7 @@ from capsule.recordings.recording import source_of
 from capsule.store import files
 from capsule.store.files import read_csv, read_limited, read_or_explain
 from capsule.store.results import OfArchive
+from capsule.words import BARS, PLAIN_BARS, trace
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"
