@@ -107,7 +107,8 @@ def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results)
     assert accepted[7].startswith(
         "whether it is like the recordings that teach is not known: only "
     )
-    assert [line.split()[0] for line in accepted[9:13]] == CONFIGURATION["detectors"]
+    detectors = CONFIGURATION["detectors"]
+    assert [line.split()[0] for line in accepted[9 : 9 + len(detectors)]] == detectors
     assert cut.startswith(f"{files[1]}: rejected: line 1: the column 'sensor_2' is missing")
     assert missing == f"{files[2]}: rejected: it cannot be read: No such file or directory"
 
