@@ -130,7 +130,7 @@ def test_the_installed_library_judges_by_the_weights_it_brings(environment, tmp_
     write_archive(tmp_path / "raw", names)
     program = "import capsule\narchive = capsule.load('raw')\n"
     program += (
-        "verdicts = capsule.TaughtEstimator().fit(archive.X, archive.y).verdicts(archive.X)\n"
+        "verdicts = capsule.DetectorEstimator().fit(archive.X, archive.y).verdicts(archive.X)\n"
     )
     program += "print(sum(verdict.score == verdict.score for verdict in verdicts))"
     assert run(environment, program, tmp_path).split() == ["8"]

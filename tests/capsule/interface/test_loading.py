@@ -242,7 +242,7 @@ def test_what_the_page_on_the_library_names_is_there(archive):
 
 def test_without_scikit_learn_the_estimators_name_the_extra_and_the_rest_works():
     program = "sys.modules['sklearn'] = None\nimport capsule\n"
-    program += "try:\n    capsule.DiagonalEstimator\nexcept capsule.CapsuleError as error:\n"
+    program += "try:\n    capsule.DetectorEstimator\nexcept capsule.CapsuleError as error:\n"
     program += "    print(error)\nassert capsule.judge and capsule.folds and capsule.load"
     said = "the estimators need scikit-learn, which is not installed; run in "
     said += f'{ROOT}: pip install -e ".[learn]"\n'

@@ -23,10 +23,7 @@ _MODULES = {
     "capsule.interface.evaluate": ("Judgement", "folds", "judge"),
     "capsule.interface.estimators": (
         "DetectorEstimator",
-        "DiagonalEstimator",
         "MatrixTransformer",
-        "TaughtEstimator",
-        "TemplateEstimator",
     ),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -226,27 +226,6 @@ class DetectorEstimator(_OfReadings):
         ]
 
 
-class TemplateEstimator(DetectorEstimator):
-    """The paper's detector: ``DetectorEstimator("template", settings)``."""
-
-    def __init__(self, settings: Settings | None = None) -> None:
-        super().__init__("template", settings)
-
-
-class DiagonalEstimator(DetectorEstimator):
-    """The detector of the diagonal: ``DetectorEstimator("diagonal", settings)``."""
-
-    def __init__(self, settings: Settings | None = None) -> None:
-        super().__init__("diagonal", settings)
-
-
-class TaughtEstimator(DetectorEstimator):
-    """The network: ``DetectorEstimator("taught", settings)``."""
-
-    def __init__(self, settings: Settings | None = None) -> None:
-        super().__init__("taught", settings)
-
-
 class MatrixTransformer(TransformerMixin, _OfReadings):
     """A transformer from readings to the padded matrices V, for general estimators.
 
