@@ -20,18 +20,18 @@ SCHEMES = ["leave_one_out", "resubstitution"]
 
 
 def summary(**by_detector):
-    """Return the summary of scores of four healthy recordings, then of four of 2 mm.
+    """Return the summary of scores above a threshold of 1, of four healthy recordings and of 2 mm.
 
     The thresholds let a quarter of the healthy recordings pass, and that of `template` all.
     """
     rows = [
-        {"detector": detector, "scheme": scheme, "score": score, "size_mm": true}
+        {"detector": detector, "scheme": scheme, "score": score, "size_mm": true, "threshold": 1.0}
         | {"predicted_mm": score if np.isnan(score) else 2.0 * (score > 1)}
         for detector, scores in by_detector.items()
         for scheme in SCHEMES
         for true, score in zip([0.0] * 4 + [2.0] * 4, scores, strict=True)
     ]
-    columns = ["detector", "scheme", "score", "size_mm", "predicted_mm"]
+    columns = ["detector", "scheme", "score", "size_mm", "threshold", "predicted_mm"]
     rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75}
     table = pd.DataFrame(rows, columns=columns)
     return measure_tables(table, [0.0, 2.0], rules, names=["summary"])["summary"]
@@ -66,6 +66,17 @@ def test_a_threshold_that_is_set_too_high_or_too_low_does_not_choose():
         scores = SCORES | {"taught": [each + moved for each in SCORES["taught"]]}
         lead = leading(summary(**scores), ["template", "taught"], SCHEMES, "best")
         assert (lead.detector, lead.sensitivity) == ("taught", 0.75)
+
+
+def test_scores_on_the_scales_of_their_folds_are_compared_by_their_thresholds():
+    # Half of the folds add 10 to score and threshold alike, as an adapted network may.
+    rows = {"size_mm": [0.0] * 4 + [2.0] * 4, "predicted_mm": [0.0] * 4 + [2.0] * 4}
+    added = np.tile([0.0, 10.0], 4)
+    table = pd.DataFrame(rows).assign(detector="taught", scheme="leave_one_out")
+    table = table.assign(score=added + np.repeat([0.0, 2.0], 4), threshold=added + 1)
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75}
+    made = measure_tables(table, [0.0, 2.0], rules, names=["summary"])["summary"]
+    assert made["sensitivity_at_specificity"][0] == 1.0
 
 
 def test_no_verdict_counts_as_a_false_alarm_or_a_missed_nodule():

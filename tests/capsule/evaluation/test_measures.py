@@ -15,7 +15,7 @@ from capsule.evaluation.intervals import Units, rate_of, ratio_interval
 from capsule.seeding import generator
 
 UNKNOWN = float("nan")
-NUMBERS = ("score", "probability", "estimate_mm", "location_mm")
+NUMBERS = ("score", "threshold", "probability", "estimate_mm", "location_mm")
 ENDS = ("estimate_low_mm", "estimate_high_mm")
 SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
 

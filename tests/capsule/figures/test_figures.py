@@ -40,7 +40,7 @@ def verdict_rows(verdicts, detector="template"):
     """Make rows of pairs of true and predicted size, the same under both schemes."""
     return [
         {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
-        | {"score": predicted}
+        | {"score": predicted, "threshold": 0.0}
         for scheme in SCHEMES
         for true, predicted in verdicts
     ]

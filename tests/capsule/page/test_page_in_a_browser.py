@@ -125,9 +125,12 @@ def leading_detector(project):
     scores = {}
     for row in project.table("evaluation/predictions.csv"):
         if row["scheme"] == "leave_one_out":
-            nodule, score = float(row["size_mm"]) > 0, row["predicted_mm"] and row["score"]
-            none = -np.inf if nodule else np.inf
-            scores.setdefault(row["detector"], ([], []))[nodule].append(float(score or none))
+            nodule, score = float(row["size_mm"]) > 0, -np.inf
+            if row["predicted_mm"]:
+                score = float(row["score"]) - float(row["threshold"])
+            elif not nodule:
+                score = np.inf
+            scores.setdefault(row["detector"], ([], []))[nodule].append(score)
     reached = {}
     for name, (healthy, nodules) in scores.items():
         threshold = sorted(healthy, reverse=True)[int(0.05 * len(healthy) + 1e-9)]

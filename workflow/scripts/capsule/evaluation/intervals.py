@@ -157,9 +157,7 @@ def rate_of(right: FloatArray | BoolArray, units: Units | None, confidence: floa
     """
     weights = _weights(units, right.size)
     effective = effective_count(right, units, confidence)
-    # Two sums of the same kind, so that all hits give exactly 1.
-    hits, count = (float(weights @ each) for each in (right, np.ones(right.size)))
-    return rate(hits, count, confidence, effective)
+    return rate(float((weights * right).sum()), float(weights.sum()), confidence, effective)
 
 
 def lower_bound(right: FloatArray | BoolArray, units: Units | None = None) -> float:
@@ -237,12 +235,12 @@ def mean_interval(values: FloatArray, confidence: float, units: Units | None = N
     weights = _weights(units, count)
     mean, total = float(np.average(values, weights=weights)), weights.sum()
     off = (values - mean) ** 2
-    variance = float(np.sum(weights * off) / (total - np.sum(weights**2) / total))
-    size = effective_count(values, units, confidence, variance)
+    deviation = math.sqrt(np.sum(weights * off) / (total - np.sum(weights**2) / total))
+    size = effective_count(values, units, confidence, deviation**2)
     quantile = (
         _student_quantile(count - 1, confidence) if size == count else normal_quantile(confidence)
     )
-    reach = float(quantile * math.sqrt(variance) / size**0.5)
+    reach = float(quantile * deviation / size**0.5)
     return mean, mean - reach, mean + reach
 
 

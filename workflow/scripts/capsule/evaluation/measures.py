@@ -176,15 +176,17 @@ def summary(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) 
 
 
 def found_at(rows: RecordArray, specificity: float) -> float:
-    """Return the share of nodules found by the threshold with the wanted share of false alarms.
+    """Return the share of nodules found if all thresholds move to the wanted share of false alarms.
 
-    It is the height of the ROC curve of one detector. A recording without a verdict or a score is
-    a false alarm, or a missed nodule. It is NaN without a nodule, or without a healthy recording.
+    It is the height of the ROC curve of score minus threshold, since each fold has a scale of its
+    own. A recording without a verdict is a false alarm, or a missed nodule. It is NaN without a
+    nodule, without a healthy recording, or if no threshold is known.
     """
-    nodule, known = rows["size_mm"] > 0, ~np.isnan(rows["predicted_mm"] + rows["score"])
-    if nodule.all() or not nodule.any():
+    nodule, margins = rows["size_mm"] > 0, rows["score"] - rows["threshold"]
+    if nodule.all() or not nodule.any() or np.isnan(margins).all():
         return float("nan")
-    scores = np.where(known, rows["score"], np.where(nodule, -np.inf, np.inf))
+    known = ~np.isnan(rows["predicted_mm"] + margins)
+    scores = np.where(known, margins, np.where(nodule, -np.inf, np.inf))
     weights = rows["weight"][~nodule], rows["weight"][nodule]
     allowed = np.array([1 - specificity])
     return float(height_at(scores[~nodule], scores[nodule], allowed, weights)[0])
