@@ -29,6 +29,7 @@ FLOORS = (
     "capsule.engine.project_state",
     "capsule.engine.locks",
     "capsule.engine.unchanged",
+    "capsule.engine.jobs",
     "capsule.engine.forks",
     "capsule.engine.keys",
     "capsule.store",
@@ -64,7 +65,7 @@ FLOORS = (
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "listed", "unchanged", "folder"}
+ON_FILES |= {"archive", "described", "listed", "unchanged", "folder", "jobs"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "new", "forget"}
 # These call git, Slurm or Snakemake, and look after its runs.

@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from capsule.commands import cli
+from capsule.engine.jobs import run
 from capsule.errors import CapsuleError
-from capsule.store import files
 from support.command import CAPSULE, run_command
 from support.project import ROOT
 from support.synthetic import write_archive
@@ -96,7 +96,7 @@ def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, mo
         raise raised
 
     with pytest.raises(SystemExit) as ended:
-        files.run(fail)
+        run(fail)
     # Python prints the text of an exit as a line, and ends with status 1.
     code = ended.value.code
     assert (1 if isinstance(code, str) else code) == status

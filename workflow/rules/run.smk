@@ -13,7 +13,7 @@ RUN = Run(*FOLDERS, config, *DIVIDED, SURVEYS, STATES_OF_CODE, WITHOUT_EFFECT)
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.
 if not IS_MODULE:
-    # Ctrl-C during a job's imports would end in a traceback; `capsule.store.files.run` hears it again.
+    # Ctrl-C during a job's imports would end in a traceback; `capsule.engine.jobs.run` hears it again.
     shell.prefix("trap '' INT; ")
 
     localrules:

@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from capsule.engine.jobs import run
 from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
 from capsule.figures.style import WIDTHS_IN, render_figure
 from capsule.page.surveys import player, survey_values, title_of
@@ -53,4 +54,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

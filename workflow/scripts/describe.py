@@ -13,8 +13,8 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
 from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.detectors.wave_traits import wave_traits
+from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS
-from capsule.store import files
 from capsule.store.results import arrays_in
 
 
@@ -45,4 +45,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from capsule.detectors.files import read_training_archive, write_learned
+from capsule.engine.jobs import run
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Detectors, judge_unlabelled
 from capsule.recordings.held_out import recordings_with_fits, teaching
@@ -49,4 +50,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

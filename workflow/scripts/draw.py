@@ -6,10 +6,10 @@ from functools import partial
 from pathlib import Path
 
 from capsule.engine.forks import Forks
+from capsule.engine.jobs import run
 from capsule.figures.files import write_figure
 from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
-from capsule.store import files
 from capsule.store.results import Results
 
 
@@ -30,4 +30,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

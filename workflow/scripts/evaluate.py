@@ -6,6 +6,7 @@ from pathlib import Path
 
 from capsule.detectors.files import read_training_archive
 from capsule.engine.forks import Forks
+from capsule.engine.jobs import run
 from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
 from capsule.evaluation.measures import evaluate_archive
 from capsule.recordings.held_out import recordings_with_fits
@@ -38,4 +39,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.engine.jobs import run
 from capsule.method.particle import fit_recording
 from capsule.recordings.names import size_mm
-from capsule.store import files, results
+from capsule.store import results
 
 
 def main() -> None:
@@ -41,4 +42,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

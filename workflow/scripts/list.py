@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from capsule.engine.jobs import run
 from capsule.errors import CapsuleError
 from capsule.recordings.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
 from capsule.recordings.names import Archive, sort_key
@@ -47,4 +48,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
+from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS
 from capsule.page.plot_data import plot_data, score_stretches
 from capsule.store import files
@@ -37,4 +38,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -7,6 +7,7 @@ import argparse
 import json
 from pathlib import Path
 
+from capsule.engine.jobs import run
 from capsule.errors import CapsuleError
 from capsule.recordings.acceptance import check_recording
 from capsule.store import files, results
@@ -39,4 +40,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

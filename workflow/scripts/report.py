@@ -8,6 +8,7 @@ from pathlib import Path
 
 from capsule.engine.configuration import read_schema
 from capsule.engine.forks import Forks
+from capsule.engine.jobs import run
 from capsule.engine.project import PROJECT, SCHEMAS
 from capsule.engine.project_state import read_project_state
 from capsule.evaluation.files import read_printed
@@ -49,4 +50,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.engine.jobs import run
 from capsule.method.particle import particles_of
 from capsule.method.templates import build_templates, by_size
 from capsule.recordings.held_out import recordings_with_fits
@@ -40,4 +41,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

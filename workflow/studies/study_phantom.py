@@ -9,8 +9,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 from phantom_study import calibrate, draw, judge
 from phantom_study.simulated_archive import DEFAULT_CONFIG
 
+from capsule.engine.jobs import run
 from capsule.phantom.files import add_phantom_arguments
-from capsule.store import files
 
 STUDIES = {"calibrate": calibrate, "judge": judge, "draw": draw}
 
@@ -41,4 +41,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

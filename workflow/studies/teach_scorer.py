@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
 from capsule.arguments import natural
 from capsule.engine.configuration import read_config_file
+from capsule.engine.jobs import run
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.store import files
@@ -71,4 +72,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    files.run(main)
+    run(main)

@@ -144,6 +144,8 @@ def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
     # A folder behind a link is not entered.
     (folder / "results").rename(elsewhere / "results")
     (folder / "results").symlink_to(elsewhere / "results")
+    (folder / ".snakemake").rename(elsewhere / "notes")
+    (folder / ".snakemake").symlink_to(elsewhere / "notes")
     (folder / "raw/0mm").rename(elsewhere / "0mm")
     (folder / "raw/0mm").symlink_to(elsewhere / "0mm")
     before = present(elsewhere)

@@ -78,37 +78,6 @@ def test_the_archive_is_listed_from_the_disk(tmp_path):
         files.list_archive(tmp_path / "none")
 
 
-def test_a_users_fault_ends_in_one_line(capsys):
-    def main():
-        raise CapsuleError("raw/3mm/r01.csv: say why")
-
-    with pytest.raises(SystemExit) as stop:
-        files.run(main)
-    assert stop.value.code == 1
-    assert capsys.readouterr().err == "error: raw/3mm/r01.csv: say why\n"
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(SystemExit) as stop:
-        files.run(lambda: files.read_csv(tmp_path / "none.csv"))
-    assert str(stop.value.code).startswith(f"error: {tmp_path / 'none.csv'}: No such file")
-
-
-def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
-    def no_room(descriptor):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "fsync", no_room)
-    target = tmp_path / "table.csv"
-    with pytest.raises(SystemExit) as stop:
-        files.run(lambda: files.write_json(target, {}))
-    assert stop.value.code == (
-        f"error: {target}: No space left on device; free some space and run again: finished "
-        "results are kept"
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_without_hard_links_a_full_disk_leaves_no_half_of_a_new_file(tmp_path, monkeypatch):
     def no_links(*paths):
         raise OSError(errno.EPERM, os.strerror(errno.EPERM))
@@ -215,14 +184,3 @@ def test_json_that_is_cut_or_not_of_keys_is_refused_with_the_remedy(tmp_path, co
     (tmp_path / "x.json").write_bytes(content)
     with pytest.raises(CapsuleError, match=r"x\.json is damaged \(.*delete it, and make it again"):
         files.read_or_explain(tmp_path / "x.json", files.read_json)
-
-
-def test_a_fault_of_the_program_keeps_its_traceback_and_says_that_it_is_one(tmp_path):
-    def main():
-        files.write_json(tmp_path / "x.json", {})
-        return files.read_or_explain(tmp_path / "x.json", files.read_json).size
-
-    with pytest.raises(AttributeError, match="no attribute 'size'") as caught:
-        files.run(main)
-    assert caught.value.__notes__ == [files.FAULT]
-    assert "fault of the program" in files.FAULT

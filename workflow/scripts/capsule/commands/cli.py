@@ -146,7 +146,7 @@ def main(words: Sequence[str] | None = None) -> None:
         if words[0] not in COMMANDS:
             parser.parse_args(words)  # --help or --version, or an option that does not exist
         arguments = subparsers(parser)[words[0]].parse_args(words[1:])
-        from capsule.store import files
+        from capsule.engine.jobs import run
     finally:
         signal.signal(signal.SIGINT, former)
-    files.run(partial(arguments.main, arguments))
+    run(partial(arguments.main, arguments))

@@ -106,22 +106,22 @@ def _pattern(names: Iterable[str]) -> re.Pattern[bytes]:
 def _named(names: re.Pattern[bytes]) -> list[Path]:
     """Return results, notes and logs that name something, and the results over the archive."""
     results = [path for path in _below(RESULTS) if path != RESULTS]
-    notes = [path for path in _below(NOTES) if path.parts[1] not in _NO_NOTES]
+    notes = [path for path in _below(NOTES) if not {*path.parts[1:2]} <= _NO_NOTES]
     going = {path for path in (*results, *notes) if _holds(path, names)}
     if going:
         going |= {path for path in results if path.parts[1] not in _OF_OTHERS}
     # Snakemake names its notes on a result by the result's path. What names an input goes, too.
     noted = {note: _result_of(note) for note in notes}
-    going |= {result for note, result in noted.items() if note in going} & set(results)
+    going |= {noted[note] for note in going & {*notes}} & {*results}
     return sorted(going | {note for note, result in noted.items() if result in going})
 
 
-def _result_of(note: Path) -> Path | None:
+def _result_of(note: Path) -> Path:
     """Return the result that a note is on; a long name is divided into folders."""
     coded = "".join(part.removeprefix("@") for part in note.parts[2:])
     with contextlib.suppress(binascii.Error):
         return Path(os.fsdecode(base64.urlsafe_b64decode(coded)))
-    return None
+    return note
 
 
 def _holds(path: Path, names: re.Pattern[bytes]) -> bool:

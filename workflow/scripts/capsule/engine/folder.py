@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from capsule.errors import CapsuleError
-from capsule.store.files import UNFINISHED, error_line, write_whole
+from capsule.errors import CapsuleError, error_line
+from capsule.store.files import UNFINISHED, write_whole
 from capsule.store.results import OfArchive
 
 _HEAD_BYTES = 2000

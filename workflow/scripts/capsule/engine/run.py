@@ -16,7 +16,7 @@ from typing import IO
 from capsule.engine.folder import is_made_from, mark_outdated, sign_results, tidy
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
 from capsule.engine.unchanged import STATES, State
-from capsule.errors import CapsuleError
+from capsule.errors import CapsuleError, error_line
 from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.kinds import Settings
 from capsule.recordings.held_out import unknown_sessions
@@ -111,7 +111,7 @@ class Run:
             self._summarize_surveys()
             self._tell_leftovers()
         except CapsuleError as error:
-            _tell(files.error_line(error))
+            _tell(error_line(error))
         if self.page.exists() and is_made_from(self.page, key):
             mark_outdated(self.page, outdated=False)
         if line := self.about_report(key):

@@ -1,4 +1,4 @@
-"""List raw/, read and write files, and run a script with errors of one line.
+"""List raw/, and read and write files.
 
 The Snakefile and every script use this module, so it imports only fast modules.
 """
@@ -10,7 +10,6 @@ import hashlib
 import io
 import json
 import os
-import signal
 import stat
 import struct
 import sys
@@ -31,11 +30,6 @@ Read = TypeVar("Read")
 
 UNFINISHED = ".unfinished"
 _MOST_LETTERS = 200
-# Below the traceback of an error that is neither of the input nor of the disk.
-FAULT = (
-    "This is a fault of the program: report it with all lines above. Only if somebody has changed "
-    "a file under results/, remove results/, and make it again: snakemake -c2"
-)
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 # What readers of JSON, tables and arrays raise at damaged bytes.
 _DAMAGE = (
@@ -345,45 +339,3 @@ def in_short(error: BaseException) -> str:
     """Return the text of an error of a library in one line of some length."""
     text = displayed(" ".join(str(error).split()))
     return text if len(text) <= _MOST_LETTERS else f"{text[:_MOST_LETTERS]}..."
-
-
-def run(main: Callable[[], int | None]) -> None:
-    """Run a script or a command; the program ends with its exit status (None: 0).
-
-    An error of the input or of the disk is one line, without a traceback. A fault of the program
-    keeps its traceback, and says that it is one. Ctrl-C ends the program with status 130.
-    """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-    try:
-        if is_job():
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        status = main()
-        if status:
-            sys.exit(status)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except CapsuleError as error:
-        print(error_line(error), file=sys.stderr)
-        sys.exit(error.status)
-    except BrokenPipeError:
-        # The program that reads the output, such as `head`, wants no more. Python would fail once
-        # more when it closes the stream.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(141)
-    except OSError as error:
-        sys.exit(error_line(error))
-    except Exception as error:
-        error.add_note(FAULT)
-        raise
-
-
-def error_line(error: CapsuleError | OSError) -> str:
-    """Return an error of the input or of the disk as one line."""
-    if isinstance(error, CapsuleError):
-        return f"error: {error}"
-    remedy = ""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        remedy = "; free some space and run again: finished results are kept"
-    return f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}"

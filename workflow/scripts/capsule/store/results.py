@@ -85,7 +85,8 @@ def read_checks(
     described : mapping of str to iterable of str
         The batches that each batch of the rule describe joins.
     """
-    rows, checks = {}, {}
+    rows: dict[str, dict[str, str]] = {}
+    checks: dict[str, dict[str, Any]] = {}
     for described_batch, held in described.items():
         for batch in held:
             content = contents_in([folder / pattern(CHECKS, alone=True).format(batch=batch)])
