@@ -25,7 +25,7 @@ def test_a_nodule_is_passed_again_and_confirmed(rig):
     assert float(place["place_mm"]) == pytest.approx(AT_MM, abs=4)
     for name in place["recordings"].split():
         recording = read_recording(io.BytesIO((folder / name).read_bytes()), 4)
-        assert recording.header["source"] == "recorded by the logger board, firmware 1.0"
+        assert recording.header["source"] == "recorded by the logger board, firmware 1.1"
         assert recording.header["site"] == f"tuesday/place-{int(place['place']):02d}"
         assert recording.header["wave_speed_mm_s"] == "25"
     # The end stop ended it, with all samples in their places.

@@ -11,7 +11,7 @@ class StandIn:
     """The common part of all imitated boards: a serial line, a clock and commands."""
 
     baud = 115200
-    device = ""
+    device, firmware = "", "1.0"
     commands: tuple[str, ...] = ()
 
     def __init__(self) -> None:
@@ -81,7 +81,9 @@ class StandIn:
     def send_identity(self) -> None:
         """Send the board's description of itself."""
         entries = (
-            {"protocol": 1, "firmware": "1.0"} | self.entries() | {"uptime_ms": self.uptime_ms}
+            {"protocol": 1, "firmware": self.firmware}
+            | self.entries()
+            | {"uptime_ms": self.uptime_ms}
         )
         self.send(f"I,{self.device}," + ",".join(f"{key}={entries[key]}" for key in entries))
 
@@ -101,7 +103,7 @@ class StandIn:
 class StandInLogger(StandIn):
     """A logger that answers and samples as its firmware does; see docs/protocol.md."""
 
-    device = "logger"
+    device, firmware = "logger", "1.1"
     commands = ("start", "pause")
 
     def __init__(self) -> None:
