@@ -62,10 +62,10 @@ def clocks(first, hours=True):
     return [moment.strftime(form)[: 12 if hours else 7] for moment in moments]
 
 
-def autumn():
-    """Return local times over the end of summer time."""
+def autumn(back_s=3600):
+    """Return local times over the end of summer time, or its begin."""
     first = datetime(2025, 10, 26, 2, 59, 30)
-    moments = [first + timedelta(seconds=s - 3600 * (s >= 29.95)) for s in TIME_S]
+    moments = [first + timedelta(seconds=s - back_s * (s >= 29.95)) for s in TIME_S]
     return lines([*map(millis, moments)], *COUNTS, head="date,S1,S2,S3,S4")
 
 
@@ -137,7 +137,7 @@ READ = {
             lines(wrapped(bits, per_second, low=low), *COUNTS, head=f"t ({unit}),S1,S2,S3,S4"),
             "",
             COUNTS,
-            "the clock goes back by ",
+            "the clock jumps by ",
         )
         for bits, per_second, unit, low in (
             (32, 1_000_000, "us", 0),
@@ -152,9 +152,10 @@ READ = {
         lines(wrapped(32, 1e6, scale=1e6), *COUNTS, head="t (s),S1,S2,S3,S4"),
         "",
         COUNTS,
-        "the clock goes back by 4294.967296",
+        "the clock jumps by 4294.967296",
     ),
-    "autumn": (autumn(), "", COUNTS, "back by an hour, as at the end of summer time"),
+    "autumn": (autumn(), "", COUNTS, "jumps by an hour, as with summer time"),
+    "spring": (autumn(-3600), "", COUNTS, "jumps by an hour, as with summer time"),
     "no hours": (
         lines(clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False), *COUNTS),
         "",
@@ -238,6 +239,20 @@ ASKED = {
         for unit in ("uV", "mmHg", "gf", "cmH2O", "N/mm2")
     },
     "unit in a comment": ("# unit: kPa\n" + PLAIN, "", "names kPa of ", "--unit counts", COUNTS),
+    "unit above the names": (
+        "Units: kPa\n" + PLAIN,
+        "",
+        "names kPa of ",
+        "--unit counts",
+        COUNTS,
+    ),
+    "unit for a name": (
+        lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"),
+        "",
+        "names kPa of ",
+        "--unit counts",
+        COUNTS,
+    ),
     "unit in a row": (
         lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
         "",
@@ -257,6 +272,7 @@ ASKED = {
             ("Time (1/100 s)", "1/100 s", 100),
             ("time_cs", "cs", 100),
             ("t [ticks]", "ticks", 1e7),
+            ("ticks", "ticks", 1e7),
             ("time (0.1 ms)", "0.1 ms", 1e4),
         )
     },

@@ -225,6 +225,11 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
             )
         for sensor in np.flatnonzero(np.all(np.diff(values) > 0, axis=1)):
             yield f"sensor_{sensor + 1} rises from each sample to the next, as a time does"
+    if steps.size > 2 and steps[0] > 2 * np.median(steps) and reading.table.lines is not None:
+        yield (
+            f"{steps[0]:g} s lie between the first two samples; if the first line lacks digits, "
+            f"leave it out with --skip-lines {reading.table.lines[first]}"
+        )
     if steps.max(initial=0) >= _LONG_GAP_S and not keys.run_gap_s:
         yield (
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "

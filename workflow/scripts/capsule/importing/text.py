@@ -12,7 +12,7 @@ from array import array
 from collections import Counter, deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -28,8 +28,6 @@ _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar":
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
-# Other spellings of keys.
-_KEYS = {"unit": "unit", "units": "unit", "time_unit": "time unit", "time unit": "time unit"}
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
@@ -55,10 +53,12 @@ _LONGEST_LABELLED = 1000
 _LEAST_SHARE = 0.5
 # What a comment says of all readings.
 _IN_UNIT = re.compile(
-    r".*\b(?:values?|readings?|data|signals?|sensors?|channels?)\b.* in ([^\s,;]+?)\.?",
+    r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
+    r"pressures?|forces?|voltages?|resistances?))\b.* in ([^\s,;]+?)\.?",
     re.IGNORECASE,
 )
-# If cells without a point are usually so many times those with one, it separates thousands.
+_UNIT_LINE = re.compile(r"\W*(units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE)
+# If cells without a point are so many times those with one beside them, it separates thousands.
 _THOUSANDFOLD = 30.0
 # Number and text of each line; number and cells of each row.
 _Line: TypeAlias = tuple[int, str]
@@ -163,6 +163,9 @@ def read_text(content: bytes, keys: Keys) -> Table:
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
         _check_thousands(known[dialect.first :], dialect, keys)
         above = [dialect.split(line) for _, line in known[: dialect.first]]
+        for number, line in known[: dialect.first]:
+            if match := _UNIT_LINE.fullmatch(line):
+                comments[number] = f"unit: {match[2]}"
         # LabVIEW names a column of comments that the samples may leave out.
         above = [row[:-1] if row[dialect.cells :] == ["Comment"] else row for row in above]
         told = _labview(above, dialect) | {"heads": above}
@@ -196,15 +199,24 @@ def _check_thousands(lines: Sequence[_Line], dialect: _Dialect, keys: Keys) -> N
     rows = [row for _, line in lines if len(row := dialect.split(line)) == dialect.cells]
     for column in zip(*rows, strict=True):
         pointed = [cell for cell in column if "." in cell]
-        whole = [cell for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
-        if pointed and whole and all(map(_NUMBERS["comma", "point"].fullmatch, pointed)):
-            large, small = (np.median([*map(float, part)]) for part in (whole, pointed))
-            if large > _THOUSANDFOLD * small:
+        if pointed and all(map(_NUMBERS["comma", "point"].fullmatch, pointed)):
+            # Where a whole number and one with a point stand below each other.
+            jumps = [
+                float(min(pair, key=_has_point)) / float(max(pair, key=_has_point))
+                for pair in pairwise(column)
+                if _has_point(pair[0]) != _has_point(pair[1])
+                and re.fullmatch("[1-9][0-9]{0,2}", min(pair, key=_has_point))
+            ]
+            if jumps and np.median(jumps) > _THOUSANDFOLD:
                 number = next(number for number, line in lines if pointed[0] in line)
                 raise QuestionError(
                     f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
                     f"or {pointed[0].replace('.', '')} (--thousands point); choose one"
                 )
+
+
+def _has_point(cell: str) -> bool:
+    return "." in cell
 
 
 def _labview(above: Sequence[list[str]], dialect: _Dialect) -> dict[str, Any]:
@@ -302,11 +314,13 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
     notes: dict[str, tuple[str, int]] = {}
     for number, text in comments.items():
         if match := _IN_UNIT.fullmatch(text):
-            if is_unit(match[1]):
-                notes.setdefault("unit", (match[1], number))
+            if is_unit(match[2]):
+                key = "time unit" if match[1].lower().startswith("time") else "unit"
+                notes.setdefault(key, (match[2], number))
         elif match := _NOTE.fullmatch(text):
             key, value = match.groups()
-            key = _KEYS.get(key.lower(), key)
+            if re.search("unit|einheit", key, re.IGNORECASE):
+                key = "time unit" if re.match("time|zeit", key, re.IGNORECASE) else "unit"
             other, line = notes.get(key, (value, number))
             if key in _DECISIVE and other != value:
                 raise CapsuleError(

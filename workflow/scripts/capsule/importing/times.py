@@ -10,7 +10,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError, Table, naming
-from capsule.importing.units import split_unit, unit_of
+from capsule.importing.units import is_unit, split_unit, unit_of
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
@@ -151,7 +151,7 @@ def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, st
     """
     steps = np.diff(times)
     forward = steps[steps > 0]
-    if forward.size in (0, steps.size):
+    if not forward.size:
         return times, ""
     step = float(np.median(forward))
     added, remark = np.zeros(times.size), ""
@@ -160,12 +160,14 @@ def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, st
         if wrap < _LEAST_WRAP * step or (wrap != _HOUR and np.any(np.abs(times) > wrap)):
             continue
         back = (steps < 0) & (steps + wrap > 0) & (steps + wrap <= _LONGEST_STEP * step)
-        added[1:] += wrap * np.cumsum(back)
-        for row in np.flatnonzero(back)[:1]:
+        # At the begin of summer time, a clock goes on by an hour.
+        ahead = (steps > wrap) & (steps <= wrap + _LONGEST_STEP * step) & (wrap == _HOUR)
+        added[1:] += wrap * np.cumsum(back.astype(int) - ahead)
+        for row in np.flatnonzero(back | ahead)[:1]:
             how = f"{wrap:.10g}"
             if wrap == _HOUR:
-                how = "an hour, as at the end of summer time or without hours"
-            remark = f"the clock goes back by {how}, at sample {row + 2}, and is taken to run on"
+                how = "an hour, as with summer time or without hours"
+            remark = f"the clock jumps by {how}, at sample {row + 2}, and is taken to run on"
     return times + added, remark
 
 
@@ -200,9 +202,8 @@ def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[st
     in_units = table.units[index].partition(" since ")[0].strip("[]()<> ")
     said = (in_units, table.notes.get("time unit", ""), in_name, bare)
     named = next((unit for unit in map(unit_of, said) if unit in (*_SECONDS, "sample")), None)
-    unknown = next(
-        (text for text in said[:3] if text and not _NO_UNITS.fullmatch(text.lower())), ""
-    )
+    said = (*said[:3], bare if len(bare) > 1 and is_unit(bare) else "")
+    unknown = next((text for text in said if text and not _NO_UNITS.fullmatch(text.lower())), "")
     if unknown and not named and not keys.time_unit:
         raise QuestionError(
             f"the file names the unit {unknown[:60]!r}, which is none of {', '.join(_SECONDS)}; if "

@@ -38,7 +38,7 @@ _NAMES_TIME = re.compile(
     r"uhrzeit|millis.*|micros.*|date.?time|datum.*|date|clock|seconds|secs?|ms|us|x_value):?",
     re.IGNORECASE,
 )
-_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
+_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\])>}]*?)\s*[\])>}]\s*")
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
@@ -80,7 +80,7 @@ def is_time_name(name: str) -> bool:
 
 def is_unit(text: str) -> bool:
     """Return whether a text names a unit, of whatever quantity."""
-    word = text.strip().strip("[]()<>").strip().lower()
+    word = text.strip().strip("[]()<>{}").strip().lower()
     return bool(word) and (word in _UNITS or bool(_OTHER.fullmatch(word)))
 
 
@@ -89,7 +89,7 @@ def unit_of(text: str) -> str | None:
 
     It is empty for an empty text.
     """
-    return _UNITS.get(text.strip().strip("[]()<>").strip().lower())
+    return _UNITS.get(text.strip().strip("[]()<>{}").strip().lower())
 
 
 def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str, str]:
@@ -136,6 +136,8 @@ def _named(table: Table, index: int) -> str:
     _, unit = split_unit(table.names[index])
     # Behind a name, as in S1_min, a unit of time is a word.
     is_word = unit_of(unit) not in (None, *WRITTEN) and table.names[index].endswith(unit)
+    if is_unit(name := table.names[index]) and table.names.count(name) > 1:
+        unit, is_word = name, False
     return table.units[index].strip() or ("" if is_word else unit)
 
 
