@@ -92,6 +92,12 @@ def sections(*names, **others):
     return {name: config[name] for name in names} | others
 
 
+def listed(described, others):
+    """Return what is listed: the batches that those of describe join, and other files."""
+    parts = {batch: PARTS[batch] for batch in described}
+    return sections("on_rejected", described=parts, others=others)
+
+
 def step(name, settings, inputs, *, modules=(), beside=(), script=None):
     """Return the `capsule.engine.keys.Step` of a rule, whose script has its name by default.
 
