@@ -174,7 +174,8 @@ def read_text(content: bytes, keys: Keys) -> Table:
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
     told |= {"notes": _notes(comments), "reading": reading}
     table = _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
-    ends = content.rstrip(b" \t\0")[-1:] in b"\r\n"
+    # Behind a quote, the last number is whole, too.
+    ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
     return table if ends else _checked_end(table, known, dialect)
 
 
