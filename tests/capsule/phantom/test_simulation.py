@@ -2,7 +2,6 @@
 
 import io
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -276,17 +275,3 @@ def test_the_fold_side_reaches_the_simulator():
     runs = [simulate_run(each, 3.0, 1, "3mm/r01") for each in (PHANTOM, tail)]
     # A shorter capsule has left the nodule sooner.
     assert runs[1].time_s.size < runs[0].time_s.size
-
-
-def test_120_recordings(capsys):
-    start = time.perf_counter()
-    total = sum(
-        len(format_recording(recording_of(simulate_run(PHANTOM, size, 1, site), PHANTOM, 1, site)))
-        for size in range(6)
-        for site in (f"{size}mm/r{number:02d}" for number in range(1, 21))
-    )
-    with capsys.disabled():
-        print(
-            f" 120 recordings in {time.perf_counter() - start:.2f} s, {total / 1e6:.1f} MB ", end=""
-        )
-    assert 1e6 < total < 4e6

@@ -5,7 +5,7 @@ import numpy as np
 from capsule.parts import stand
 from capsule.parts.cam import Cam, phase_step, steepest_overhang
 from capsule.parts.design import BENCH, Design, Flat, Part
-from capsule.parts.outlines import Prism, Solid, Spiral, polygon, rectangle
+from capsule.parts.outlines import Prism, Solid, polygon, rectangle
 from capsule.parts.solids import exact, united
 from capsule.parts.stand import Bench, scale_marks
 
@@ -29,8 +29,7 @@ def cam_solid(bench: Bench, cam: Cam, turned: bool = False) -> Solid:
     A belt joins both shafts, so they turn in the same direction. For the mirrored wave, the second
     shaft has the same hand and is half a turn ahead: its key is turned, and its cam not mirrored.
     """
-    body = Spiral(cam.radius_mm, cam.eccentricity_mm, cam.lead_mm)
-    return Solid(body, [Prism([stand.bore(bench, turned)], -1.0, cam.lead_mm + 1.0)])
+    return Solid(cam, [Prism([stand.bore(bench, turned)], -1.0, cam.lead_mm + 1.0)])
 
 
 def cam_sections(design: Design) -> list[Part]:

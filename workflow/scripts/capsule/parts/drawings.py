@@ -54,20 +54,8 @@ def draw_length(
 ) -> None:
     """Draw the dimension of the distance between two points along one axis.
 
-    Parameters
-    ----------
-    start, end
-        The points, shape (2,), in mm.
-    at
-        Position of the dimension's line: its x if upright, else its y.
-    upright
-        Whether the distance is measured along y.
-    name
-        Symbol before the number.
-    outside
-        Whether the number is beyond the end, for lengths without room for it.
-    part
-        Magnification of this part of the drawing.
+    The dimension's line lies at ``at``, along y if ``upright``. A number without room stands
+    ``outside``. ``part`` is the magnification of this part of the drawing.
     """
     along, across = (1, 0) if upright else (0, 1)
     low, high = sorted((float(start[along]), float(end[along])))

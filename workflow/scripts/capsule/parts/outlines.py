@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from capsule.arrays import FloatArray
+from capsule.parts.cam import Cam
 
 # A polygon in place of an arc lies within this distance, in mm, and turns by at most this angle.
 _SAGITTA_MM = 0.005
@@ -33,19 +34,13 @@ class Prism:
 
 
 @dataclass(frozen=True)
-class Spiral:
-    """The solid of a circle beside the axis z that turns once, clockwise, in a lead from z = 0."""
-
-    radius_mm: float
-    eccentricity_mm: float
-    lead_mm: float
-
-
-@dataclass(frozen=True)
 class Solid:
-    """A body less all cuts; each of its copies is shifted along x."""
+    """A body less all cuts; each of its copies is shifted along x.
 
-    body: Prism | Spiral
+    A cam stands on z = 0, and its circle turns clockwise.
+    """
+
+    body: Prism | Cam
     cuts: Sequence[Prism] = ()
     places_mm: Sequence[float] = (0.0,)
 

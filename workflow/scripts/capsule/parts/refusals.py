@@ -1,7 +1,7 @@
 """Check that a design can be made; an error names the value and its limit."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,13 +24,11 @@ from capsule.parts.stand import (
 from capsule.parts.substructure import (
     EYELET_AT_MM,
     EYELET_MM,
-    Shape,
     face_to_face,
     folded,
     outline,
     top_mm,
 )
-from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import value_of
 
 # Least wall around a bore or between two openings.
@@ -65,10 +63,18 @@ def check_design(design: Design) -> None:
         If so; the message names the value and its limit, or the value to change.
     """
     _check(design, _substructure_bounds(design))
-    for room, name, change, reason in _ROOMS:
-        if room(design) < 0:
-            value = _value_of(design, name)
-            raise CapsuleError(f"{name} is {value:g}; {reason}; {change}")
+    angle = f"origami.fold_angle_deg is {design.phantom.origami.fold_angle_deg:g}"
+    if _room_inside(design) < 0:
+        raise CapsuleError(
+            f"{angle}; the hexagon crosses itself; enlarge it or origami.fold_to_shoulder_mm, or "
+            "reduce origami.wall_thickness_mm"
+        )
+    limit = design.phantom.contact.fold_limit_mm
+    if not all(_stands_clear(design, squeeze) for squeeze in (0.0, limit)):
+        raise CapsuleError(
+            f"{angle}; tips and walls meet the neighbour when the capsule is pressed by up to "
+            f"{limit:g} mm; enlarge it, or reduce origami.tip_radius_mm or contact.fold_limit_mm"
+        )
     _check(design, _bench_bounds(design))
 
 
@@ -94,8 +100,7 @@ def _value_of(design: Design, name: str) -> float:
     return value_of(design.phantom, name)
 
 
-def _angle_and_tip_bounds(design: Design) -> Iterator[Bound]:
-    """Yield the bounds without which a substructure has no outline."""
+def _substructure_bounds(design: Design) -> Iterator[Bound]:
     origami = design.phantom.origami
     nozzle, tilt = design.parts.print.nozzle_mm, origami.awn_tilt_deg
     wall, angle = origami.wall_thickness_mm, "origami.fold_angle_deg"
@@ -114,12 +119,6 @@ def _angle_and_tip_bounds(design: Design) -> Iterator[Bound]:
         yield _at_least(radius, 1.5 * wall, "the wall can bend that closely")
     else:
         yield _at_least("origami.shoulder_to_tip_mm", 2 * wall, "there is an awn")
-
-
-def _substructure_bounds(design: Design) -> Iterator[Bound]:
-    origami = design.phantom.origami
-    wall = origami.wall_thickness_mm
-    yield from _angle_and_tip_bounds(design)
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
     yield _at_most("origami.lower_corner_mm", shoulder - 3 * wall, "B lies below C")
     if design.parts.choice.folding == "eyelets":
@@ -146,53 +145,17 @@ def _room_inside(design: Design) -> float:
     )
 
 
-def _room_beside(design: Design) -> float:
-    """Return the distance to the neighbour, less half the film of adhesive."""
-    origami = design.phantom.origami
-    return _room_to_next(design.shape, pitch(origami)) - origami.adhesive_mm / 2
-
-
-def _room_pressed(design: Design) -> float:
-    """Return the distance to the neighbour when both are pressed to the largest compression."""
-    shape = design.shape
+def _stands_clear(design: Design, squeeze_mm: float) -> bool:
+    """Return whether substructures that are pressed by a compression do not meet."""
     try:
-        pressed = folded(shape, top_mm(shape) - design.phantom.contact.fold_limit_mm)
+        shape = folded(design.shape, top_mm(design.shape) - squeeze_mm)
     except ValueError:
-        return -1.0
-    step = face_to_face(pressed) + design.phantom.origami.adhesive_mm
-    return _room_to_next(pressed, step)
-
-
-def _room_to_next(shape: Shape, pitch_mm: float) -> float:
-    """Return the distance to the neighbour's outline; -1 if there is none."""
+        return False
     # The lower half is the mirror image.
     outer = points(outline(shape)[0])
     upper = polygon(outer[outer[:, 1] > 0])
-    room = gap(upper, upper - [pitch_mm, 0.0, 0.0])
-    return room if room > 0 and not crosses([upper]) else -1.0
-
-
-# The margin that must not be negative, the name to tell, how to change it, and the fault.
-_ROOMS: tuple[tuple[Callable[[Design], float], str, str, str], ...] = (
-    (
-        _room_inside,
-        "origami.fold_angle_deg",
-        "enlarge it or origami.fold_to_shoulder_mm, or reduce origami.wall_thickness_mm",
-        "the hexagon crosses itself",
-    ),
-    (
-        _room_beside,
-        "origami.tip_radius_mm",
-        "reduce it, or enlarge origami.fold_angle_deg",
-        "tips and walls meet the neighbour",
-    ),
-    (
-        _room_pressed,
-        "contact.fold_limit_mm",
-        "reduce it or origami.tip_radius_mm, or enlarge origami.fold_angle_deg",
-        "tips and walls meet the neighbour at the phantom's largest compression",
-    ),
-)
+    pitch_mm = face_to_face(shape) + design.phantom.origami.adhesive_mm
+    return gap(upper, upper - [pitch_mm, 0.0, 0.0]) > 0 and not crosses([upper])
 
 
 def _bench_bounds(design: Design) -> Iterator[Bound]:

@@ -6,7 +6,8 @@ import numpy as np
 from manifold3d import CrossSection, FillRule, Manifold
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.parts.outlines import Prism, Solid, Spiral, circle, points, polygon, signed_area
+from capsule.parts.cam import Cam
+from capsule.parts.outlines import Prism, Solid, circle, points, polygon, signed_area
 
 # Vertices closer than this, in mm, are merged; it is a tenth of a printer's accuracy.
 _FINEST_MM = 1e-3
@@ -41,17 +42,17 @@ def prism(shape: Prism) -> Manifold:
     return solid.translate((0.0, 0.0, low))
 
 
-def spiral(shape: Spiral) -> Manifold:
-    """Return a spiral; its polygon has the area of its circle, so that the cam is not too thin."""
-    thin = section([circle(shape.radius_mm)])
-    radius_mm = shape.radius_mm**2 * np.sqrt(np.pi / thin.area())
-    area = section([circle(radius_mm, (shape.eccentricity_mm, 0.0))])
-    return Manifold.extrude(area, shape.lead_mm, _STEPS - 1, -360.0)
+def spiral(cam: Cam) -> Manifold:
+    """Return a cam; its polygon has the area of its circle, so that the cam is not too thin."""
+    thin = section([circle(cam.radius_mm)])
+    radius_mm = cam.radius_mm**2 * np.sqrt(np.pi / thin.area())
+    area = section([circle(radius_mm, (cam.eccentricity_mm, 0.0))])
+    return Manifold.extrude(area, cam.lead_mm, _STEPS - 1, -360.0)
 
 
 def one(solid: Solid) -> Manifold:
     """Return one copy of a solid, unshifted."""
-    made = spiral(solid.body) if isinstance(solid.body, Spiral) else prism(solid.body)
+    made = spiral(solid.body) if isinstance(solid.body, Cam) else prism(solid.body)
     for cut in solid.cuts:
         made = made - prism(cut)
     return made

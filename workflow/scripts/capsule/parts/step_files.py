@@ -38,7 +38,8 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape, TopoDS_Wire
 
 from capsule.arrays import FloatArray
-from capsule.parts.outlines import Prism, Solid, Spiral, middles, signed_area
+from capsule.parts.cam import Cam
+from capsule.parts.outlines import Prism, Solid, middles, signed_area
 
 # A fixed date: the bytes must depend only on the part.
 _EPOCH = "1980-01-01T00:00:00"
@@ -63,7 +64,7 @@ def step_bytes(name: str, solid: Solid) -> bytes:
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
     writer, stream = STEPControl_Writer(), io.BytesIO()
     # Only the seam of a flank needs curves in the parameters of its surface.
-    curved = isinstance(solid.body, Spiral)
+    curved = isinstance(solid.body, Cam)
     Interface_Static.SetIVal_s("write.surfacecurve.mode", int(curved))
     done = [writer.Transfer(whole, STEPControl_StepModelType.STEPControl_AsIs)]
     _set_names(writer.Model(), name)
@@ -89,7 +90,7 @@ def _set_names(model: StepData_StepModel, name: str) -> None:
 
 def bodies(solid: Solid) -> Iterator[TopoDS_Shape]:
     """Yield each copy of a solid."""
-    (whole,) = [_flank(solid.body)] if isinstance(solid.body, Spiral) else _prisms(solid.body)
+    (whole,) = [_flank(solid.body)] if isinstance(solid.body, Cam) else _prisms(solid.body)
     if solid.cuts:
         cut, first, tools = BRepAlgoAPI_Cut(), List_TopoDS_Shape(), List_TopoDS_Shape()
         first.Append(whole)
@@ -139,19 +140,19 @@ def _wire(outline: FloatArray, shape: Prism) -> TopoDS_Wire:
     return wire.Wire()
 
 
-def _flank(spiral: Spiral) -> TopoDS_Shape:
+def _flank(cam: Cam) -> TopoDS_Shape:
     """Return the solid of a circle moved along a helix."""
     axes = gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, 1.0))
     # An exact circle in one smooth piece.
     circle = GeomConvert.CurveToBSplineCurve_s(
-        Geom_Circle(axes, spiral.radius_mm), Convert_ParameterisationType.Convert_QuasiAngular
+        Geom_Circle(axes, cam.radius_mm), Convert_ParameterisationType.Convert_QuasiAngular
     )
     flank = BRepOffsetAPI_ThruSections(True)
     for turn in np.linspace(0.0, 1.0, _SECTIONS).tolist():
         angle = 2 * np.pi * turn
         # The circle's angle lags upwards, because the wave travels along the shaft.
-        x, y = spiral.eccentricity_mm * np.array([np.cos(angle), -np.sin(angle)])
-        edge = BRepBuilderAPI_MakeEdge(circle.Translated(gp_Vec(x, y, spiral.lead_mm * turn)))
+        x, y = cam.eccentricity_mm * np.array([np.cos(angle), -np.sin(angle)])
+        edge = BRepBuilderAPI_MakeEdge(circle.Translated(gp_Vec(x, y, cam.lead_mm * turn)))
         flank.AddWire(BRepBuilderAPI_MakeWire(edge.Edge()).Wire())
     # The sections already begin at the same angle.
     flank.CheckCompatibility(False)

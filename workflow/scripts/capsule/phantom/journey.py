@@ -1,6 +1,8 @@
 """Simulate a capsule that travels along a gut, wave by wave, and folds and unfolds on command.
 
-All random quantities of a journey are drawn in advance, so that no decision changes them.
+All random quantities of a journey are drawn in advance, so that no decision changes them. A journey
+and a run (`capsule.phantom.simulation`) move, press and sense alike. Only their draws differ: those
+of a run belong to its place, its set-up and its pass, and its noise is drawn for its own length.
 """
 
 from collections.abc import Sequence
