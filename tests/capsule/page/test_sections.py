@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from capsule.engine import folder
 from capsule.engine.project_state import ProjectState
 from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
@@ -100,8 +101,8 @@ def test_the_template_says_what_the_values_say(small):
 def test_the_head_of_the_page_names_the_key_of_its_job(small, tmp_path):
     page = tmp_path / "report.html"
     page.write_text(filled(small), encoding="utf-8")
-    assert files.is_made_from(page, KEY)
-    assert not files.is_made_from(page, KEY[::-1])
+    assert folder.is_made_from(page, KEY)
+    assert not folder.is_made_from(page, KEY[::-1])
 
 
 def test_the_page_shows_the_interval_of_every_size_and_its_level():
