@@ -45,7 +45,7 @@ SHOWN_BY = {
     "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
     "pytest": ".github/workflows/check.yml",
     "capsule demo": "tests/capsule/bench/test_demo.py",
-    "capsule judge": "tests/capsule/bench/test_judged.py",
+    "capsule judge": "tests/capsule/judging/test_judged.py",
     "capsule simulate": "tests/project/test_commands_of_documents.py",
     "capsule report": "tests/project/test_make.py",
     "capsule --help": "tests/project/test_command.py",

@@ -123,7 +123,9 @@ def test_what_is_there_already_is_said_and_not_written_again(tmp_path, good):
     copy.write_bytes(good.read_bytes())
     again = import_files(tmp_path, good, copy)
     assert again.counted == "0 recordings imported, 2 already there, 0 files refused"
-    assert again.shown.count("already in the archive: 3mm/monday-1 holds the same samples") == 2
+    # A note is printed once, with the files that it concerns.
+    said = f"{good}, {copy}: already in the archive: 3mm/monday-1 holds the same samples"
+    assert again.shown.count(said) == 1
     assert {path.name for path in first.raw.glob("*/*")} == {"monday-1.csv"}
     assert (first.raw / "3mm/monday-1.csv").read_bytes() == written
 
@@ -394,7 +396,6 @@ def test_a_log_of_time_stamps_alone_is_refused_in_a_line(tmp_path):
     ("scale", "options", "words", "remedy"),
     [
         (5 / 1024, "--unit V", "volts are judged as they are; use --vref-v", "--vref-v 5"),
-        (20, "--unit ohm", "the median resistance replaces it; use", "--series-ohm 12000"),
         (4, "--unit counts", "diagonal.full_scale is 1024; use --adc-bits", "--adc-bits 12"),
     ],
 )

@@ -181,8 +181,8 @@ def test_a_sheet_that_states_too_few_rows_is_read_whole(tmp_path):
         for name in whole.namelist():
             content = whole.read(name)
             if name.endswith("sheet1.xml"):
-                assert b'ref="A1:E124"' in content
-                content = content.replace(b'ref="A1:E124"', b'ref="A1:C60"')
+                content, changed = re.subn(rb'ref="A1:E[0-9]+"', b'ref="A1:C60"', content)
+                assert changed
             stated.writestr(name, content)
     recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
     assert_readings(recording, EXCEL_S, KILO_OHMS)
@@ -194,7 +194,7 @@ def outside_hdf(folder):
     secret.write_bytes(COUNTS.T.tobytes())
     hdf_file(folder / "other.h5")
     with h5py.File(folder / "external.h5", "w") as file:
-        external = [(str(secret), 0, COUNTS.nbytes)]
+        external = [(str(secret), 0, h5py.h5f.UNLIMITED)]
         file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
     with h5py.File(folder / "virtual.h5", "w") as file:
         layout = h5py.VirtualLayout(COUNTS.T.shape, "f8")

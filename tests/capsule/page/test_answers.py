@@ -179,10 +179,10 @@ def test_a_specificity_that_the_threshold_sets_is_never_told_as_measured():
     card = cards_of(rates, "diagonal")["specificity"]
     assert (card["answer"], card["value"]) == ("set to 95 %", None)
     assert card["detail"] == (
-        "By the threshold, not measured. The threshold rests on 20 healthy places. A new "
-        "patient may expect a specificity of 86.1 to 99.7 % (central 90 %; approximate, because "
-        "scores are cross-validated). To measure it to ±5 points takes 83 held-out healthy "
-        "recordings."
+        "By the threshold, not measured. The threshold rests on 20 healthy places. New places of "
+        "this bench may expect a specificity of 86.1 to 99.7 % (central 90 %; approximate, "
+        "because scores are cross-validated). Of a new patient, only held-out set-ups tell. To "
+        "measure it to ±5 points takes 83 held-out healthy recordings."
     )
     # The paper's own rule learns no threshold.
     assert cards_of(rates, "template")["specificity"]["answer"] == "95 %"

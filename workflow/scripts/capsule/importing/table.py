@@ -14,7 +14,7 @@ from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
 # A reading far from its neighbours: samples, and steps in those that hardly any exceeds.
-_LEAST_LONE, _LONE_STEPS = 8, 4.0
+_LEAST_LONE, _LONE_STEPS = 50, 4.0
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
 

@@ -540,6 +540,11 @@ def _table(
         for column, texts, cell, number in zip(columns, words, cells, numbers, strict=True):
             column.append(np.nan if number == np.inf else number)
             texts.append(cell if number == np.inf else "")
+    if restarts and not lines:
+        raise CapsuleError(
+            f"each line begins with {heads[-1][0]!r}, as the first one does, so none is a sample; "
+            "describe the format with --delimiter, --decimal and --skip-lines"
+        )
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
         seconds = list(map(_plain(keys).number, stamped))

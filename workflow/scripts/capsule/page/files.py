@@ -21,8 +21,8 @@ from capsule.store.results import SURVEY_VALUES, OfArchive
 
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (
-    *("preprocess", "list", "fit", "describe", "templates", "evaluate", "detect", "draw"),
-    *("chart_survey", "report"),
+    *("preprocess", "list", "fit", "describe", "plot", "templates", "evaluate", "detect"),
+    *("draw", "chart_survey", "report"),
 )
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 UPLOT = "vendor/uplot/uPlot.iife.min.js"
