@@ -130,6 +130,9 @@ def test_a_recording_in_any_dialect_is_read_or_refused_with_what_decides(dialect
         try:
             read_s, read_values, read_unit = read(content, **said)
         except CapsuleError as refusal:
+            # A last number that lacks digits may be cut, as raw/ says too.
+            if not dialect["last_end"] and "the file ends in mid-line" in str(refusal):
+                return
             assert not said, f"all is said, and still: {refusal}"
             words = ("choose one", "name one with --time", "with --sensors", "use --time-unit")
             assert any(word in str(refusal) for word in words) and "--" in str(refusal)
