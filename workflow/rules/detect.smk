@@ -24,6 +24,7 @@ rule detect:
         predictions=rules.evaluate.output.predictions,
     output:
         detections=shown("results/detections.csv", "verdicts", "Verdicts"),
+        # `capsule record` judges a new recording with this file and the templates alone.
         learned="results/detectors.json",
         sites=shown("results/sites.csv", "verdicts", "Verdicts"),
     log:

@@ -12,6 +12,7 @@ DRAW = step(
     sections("recording", "preprocessing", "evaluation", report={"lead": config["report"]["lead"]}),
     lambda _: [TEMPLATES.key(), EVALUATE.key()],
     modules=sorted({row.module for row in FIGURES.values()}),
+    # The design of the capsule is drawn from the tables that also describe its parts.
     beside=[REPORT_FILES / "paper.yaml", *map(SHIPPED.with_name, ["phantom.yaml", "parts.yaml"])],
 )
 

@@ -4,6 +4,7 @@
 # gives: results/report.html
 
 LISTED_SURVEYS = {"names": SURVEYS.names, "passed_over": SURVEYS.passed_over}
+# The page is made from these templates, and shows the paper's numbers from these tables.
 IN_REPORT = filter(Path.is_file, sorted(REPORT_FILES.rglob("[!.]*")))
 PAGE_FILES = [path for path in IN_REPORT if path.parent.name != "captions"]
 REPORT = step(
@@ -38,6 +39,7 @@ rule report:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
+    # As for evaluate; here a second process gains something later.
     threads: 2 if len(ARCHIVE.recordings) >= 5000 else 1
     params:
         **told(REPORT),

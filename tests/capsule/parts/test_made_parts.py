@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import subprocess
+import time
 from xml.etree import ElementTree
 
 import ezdxf
@@ -44,7 +45,10 @@ PRISMS = {
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    return make_into(tmp_path_factory.mktemp("made") / "parts")
+    began = time.process_time()
+    folder = make_into(tmp_path_factory.mktemp("made") / "parts")
+    assert time.process_time() - began < 5
+    return folder
 
 
 @pytest.fixture(scope="module")
