@@ -35,6 +35,8 @@ myst_enable_extensions = ["dollarmath"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings name types, shapes and units
+# scikit-learn makes these methods, with references into its own manual.
+autodoc_default_options = {"exclude-members": "set_fit_request"}
 napoleon_google_docstring = False
 toc_object_entries = False  # a page's contents are its headings; a quarter of the build's time
 napoleon_use_ivar = True

@@ -32,7 +32,7 @@ def large(project, tmp_path_factory):
     settings = read_config_file(project.folder / "config" / "config.yaml")
     settings["surveys"] = {"names": surveys.names, "passed_over": surveys.passed_over}
     script = ROOT / "workflow" / "scripts" / "report.py"
-    command = [script, "--results", project.results, "--batch-size", 1, "--key", "0" * 20]
+    command = [script, "--results", project.results, "--key", "0" * 20]
     command += ["--settings", json.dumps(settings), "--output", folder / "report.html"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recordings, "MAX_ROWS", 4)

@@ -130,7 +130,7 @@ def test_the_address_names_recording_and_detector_and_back_returns(browser, page
     wait_for_title(browser, title)
     current = "return document.querySelector('.judges [aria-current]').textContent"
     assert browser.run(current) == "diagonal"
-    browser.find(".judges li:nth-child(4) a").click()
+    browser.find(".judges li:nth-child(3) a").click()
     address = "return location.hash"
     assert browser.run(address) == "#recording=1mm/r02&detector=taught"
     wait_for_title(browser, title)
