@@ -8,16 +8,17 @@ import re
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import UNSURE_RATE, Table, side_by_side
+from capsule.importing.table import UNSURE_RATE, Channel, Table, with_stamps
 
+# The word for a table of these formats.
+VARIABLE = "variable"
 # A small file that unpacks to more is no recording.
 MOST_UNPACKED = 100_000_000
 TOO_LARGE = "it is larger than {:g} MB, too large for one session; split it into smaller files"
@@ -29,25 +30,12 @@ _RATE = re.compile(
 )
 # NetCDF writes an array under this name for an axis without values.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
-# Name, numbers and unit of each column.
-_Columns: TypeAlias = Sequence[tuple[str, np.ndarray, str]]
 
 
 def refuse_unpacked(size: int, most_bytes: int = MOST_UNPACKED) -> None:
     """Raise an error if a small file unpacks to more bytes than one session needs."""
     if size > most_bytes:
         raise CapsuleError(f"unpacked, {TOO_LARGE.format(MOST_UNPACKED / 1e6)}")
-
-
-def table_of(columns: _Columns, label: str, kind: str = "variable", **told: Any) -> Table:
-    """Return a table of a format without text cells.
-
-    `columns` holds name, numbers (K,) and unit of each column; `told` holds further attributes.
-    """
-    names, values, units = zip(*columns, strict=True)
-    # Columns of different lengths, as in a damaged file, raise an error here.
-    arrays = tuple(np.array(values, dtype=float))
-    return Table(names, units, arrays, kind=kind, label=label, **told)
 
 
 def array_tables(
@@ -69,7 +57,7 @@ def array_tables(
     for path, (parent, _, name) in places.items():
         if arrays[path].size == 1 and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
-    groups: defaultdict[str, defaultdict[int, dict[str, list[Table]]]]
+    groups: defaultdict[str, defaultdict[int, dict[str, list[Channel]]]]
     groups = defaultdict(lambda: defaultdict(dict))
     for path, (parent, _, name) in places.items():
         scopes, above = [about[path]], path
@@ -77,23 +65,17 @@ def array_tables(
             above = above.rpartition(separator)[0]
             scopes.append(about[above])
         unit, _, date = _attribute(scopes[:1], "units", "unit").partition(" since ")
-        how: dict[str, Any] = {
-            "started": date or _attribute(scopes, "started"),
-            "rates_hz": _rates(scopes),
-        }
-        if columns := _array_columns(name, arrays[path], unit):
-            channels = [table_of([column], path, **how) for column in columns]
-            groups[parent][len(columns[0][1])][path] = channels
+        started, rates_hz = date or _attribute(scopes, "started"), _rates(scopes)
+        how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
+        if channels := array_channels(name, arrays[path], **how):
+            groups[parent][channels[0].values.size][path] = channels
     for parent, by_size in groups.items():
         parts = list(by_size.values())
         if not any(sum(map(len, part.values())) >= keys.sensor_count for part in parts):
             parts = [{path: each for part in parts for path, each in part.items()}]
         for part in parts:
             label = parent if len(parts) == 1 and parent else next(iter(part))
-            table = side_by_side([each for channels in part.values() for each in channels], label)
-            times = {(each.columns[0].size, *each.rates_hz.items()) for each in table.alone if each}
-            starts = {each.started for each in table.alone if each and each.started}
-            yield replace(table, alone=() if len(times) == 1 >= len(starts) else table.alone)
+            yield Table([each for channels in part.values() for each in channels], VARIABLE, label)
 
 
 def _attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
@@ -115,32 +97,31 @@ def _rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
     return rates
 
 
-def _array_columns(name: str, array: np.ndarray, unit: str) -> _Columns:
+def array_channels(name: str, array: np.ndarray, **how: Any) -> list[Channel]:
     """Return an array's columns; none if it is not a series of samples.
 
-    The longer side of a matrix counts samples.
+    The longer side of a matrix counts samples. `how` holds what the file says of all columns.
     """
-    if array.size < 2:
-        return []
-    if array.dtype.names:
+    columns: dict[str, np.ndarray] = {}
+    squeezed = np.squeeze(array)
+    if array.size > 1 and array.dtype.names and array.ndim == 1:
+        how["unit"] = ""
         fields = [field for field in array.dtype.names if array.dtype[field].kind in "iuf"]
-        return [(field, array[field], "") for field in fields] if array.ndim == 1 else []
-    array = np.squeeze(array)
-    if array.dtype.kind not in "iufb" or array.ndim > 2:
-        return []
-    if array.ndim == 1:
-        return [(name, array, unit)]
-    if min(array.shape) > _MOST_COLUMNS:
-        return []
-    tall = array if array.shape[0] >= array.shape[1] else array.T
-    return [(f"{name}({n})", column, unit) for n, column in enumerate(tall.T, start=1)]
+        columns = {field: array[field] for field in fields}
+    elif array.size > 1 and array.dtype.kind in "iufb" and squeezed.ndim == 1:
+        columns = {name: squeezed}
+    elif array.size > 1 and array.dtype.kind in "iufb" and squeezed.ndim == 2:
+        wide = squeezed if squeezed.shape[0] < squeezed.shape[1] else squeezed.T
+        if len(wide) <= _MOST_COLUMNS:
+            columns = {f"{name}({n})": column for n, column in enumerate(wide, start=1)}
+    return [Channel(key, column.astype(float), **how) for key, column in columns.items()]
 
 
 def read_numpy(content: bytes, _: Keys) -> Iterator[Table]:
     """Read the array of numpy's file format; fields of a structured array are columns."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
-    if columns := _array_columns("column", array, ""):
-        yield table_of(columns, label="", kind="")
+    if channels := array_channels("column", array):
+        yield Table(channels)
 
 
 def read_matlab(content: bytes, keys: Keys) -> list[Table]:
@@ -294,10 +275,13 @@ def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
             shape[each.attrs.get("axis", 1)] = -1
             values = values * each[()].reshape(shape)
         values = values + told.get("offset", 0.0)
-        columns = _array_columns(name, values, _decoded(told.get("unit", "")))
-        if columns and (times or start):
-            stamps = [("timestamps", times[()], "s")] if times else []
-            how: dict[str, Any] = {"started": _decoded(group.file["session_start_time"][()])}
-            how["start_s"] = float(times[0] if times else start[()])
-            how["rates_hz"] = {} if times else {"rate": float(start.attrs["rate"])}
-            yield side_by_side([table_of([*stamps, each], name, **how) for each in columns], name)
+        how: dict[str, Any] = {"unit": _decoded(told.get("unit", ""))}
+        how["started"] = _decoded(group.file["session_start_time"][()])
+        if times:
+            how |= {"stamps": Channel("timestamps", times[()], "s"), "start_s": float(times[0])}
+        elif start:
+            rates_hz = {"rate": float(start.attrs["rate"])}
+            how |= {"start_s": float(start[()]), "rates_hz": rates_hz}
+        channels = array_channels(name, values, **how)
+        if channels and (times or start):
+            yield Table(with_stamps(channels), VARIABLE, name)

@@ -65,7 +65,7 @@ def choose_columns(
     for twice, count in Counter((time, *picked)).items():
         if twice is not None and count > 1:
             raise CapsuleError(
-                f"column {table.column_label(twice)} is named twice; name another column with "
+                f"column {table.column_label(table.channels[twice])} is named twice; name another column with "
                 "--time or --sensors"
             )
     if not picked:
@@ -99,15 +99,19 @@ def _named_column(table: Table, wanted: str | int, key: str) -> int:
 def _times(table: Table, taken: Collection[int | None], sensors: int) -> list[int]:
     """Return the columns that can be the time; `sensors` other columns of numbers must remain."""
     free = [at for at in range(len(table.names)) if at not in taken]
-    numbers = [at for at in free if table.holds_numbers(at)]
-    texts = [at for at in free if text_kind(table, at)]
+    numbers = [at for at in free if table.channels[at].holds_numbers]
+    texts = [at for at in free if text_kind(table.channels[at])]
     named = [at for at in free if at in numbers + texts and is_time_name(table.names[at])]
     # If no column is left over, a rising column is a sensor.
-    rising = [at for at in numbers if _rises(table.columns[at])] if len(numbers) > sensors else []
+    rising = (
+        [at for at in numbers if _rises(table.channels[at].values)]
+        if len(numbers) > sensors
+        else []
+    )
     clocks = [at for at in rising if not _is_counter(table, at)] or rising
     if len(clocks) > 1 and clocks[0] == 0 and not table.names[0]:
         # Without names, the first column is the time, unless another one also steps evenly.
-        clocks = [at for at in clocks if _steps_evenly(table.columns[at])]
+        clocks = [at for at in clocks if _steps_evenly(table.channels[at].values)]
     stamps = [at for at in texts if table.names[at] == STAMP_NAME]
     return named or clocks or stamps or texts
 
@@ -127,7 +131,9 @@ def _steps_evenly(values: np.ndarray) -> bool:
 
 def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple[int, ...]:
     """Return the columns of the sensors: those with numbered names, or all that can be one."""
-    free = [at for at in range(len(table.names)) if at not in taken and table.holds_numbers(at)]
+    free = [
+        at for at in range(len(table.names)) if at not in taken and table.channels[at].holds_numbers
+    ]
     families = defaultdict(list)
     for index in free:
         if match := _NUMBERED.fullmatch(split_unit(table.names[index])[0].strip()):
@@ -135,12 +141,14 @@ def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple
     whole = [sorted(members) for members in families.values() if len(members) == sensors]
     if len(whole) == 1:
         return tuple(index for _, index in whole[0])
-    plain = [at for at in free if not (_is_counter(table, at) and _rises(table.columns[at]))]
+    plain = [
+        at for at in free if not (_is_counter(table, at) and _rises(table.channels[at].values))
+    ]
     # Beside --time none, there may be a column of the time.
     if len(plain) > sensors:
         plain = [at for at in plain if not is_time_name(table.names[at])]
     if len(plain) > sensors:
-        plain = [at for at in plain if not _rises(table.columns[at])]
+        plain = [at for at in plain if not _rises(table.channels[at].values)]
     return tuple(plain)
 
 

@@ -24,6 +24,7 @@ from capsule.errors import CapsuleError
 from capsule.importing.array_formats import (
     MOST_UNPACKED,
     TOO_LARGE,
+    VARIABLE,
     array_tables,
     read_hdf,
     read_matlab,
@@ -31,11 +32,10 @@ from capsule.importing.array_formats import (
     read_numpy,
     read_nwb,
     refuse_unpacked,
-    table_of,
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.table import Table, side_by_side
+from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.text import read_rows, read_text
 from capsule.store.files import read_limited
 
@@ -128,11 +128,11 @@ def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
         for first, end in pairwise([*firsts, np.inf]):
             channels = [_tdms_channel(each) for each in series if first <= len(each) < end]
             label = group.name if len(firsts) == 1 else f"{group.name}, {first} samples"
-            yield side_by_side(channels, label)
+            yield Table(channels, VARIABLE, label)
 
 
-def _tdms_channel(channel: Any) -> Table:
-    """Return a channel of TDMS as a table, with its own start and sampling rate."""
+def _tdms_channel(channel: Any) -> Channel:
+    """Return a channel of TDMS, with its own start and sampling rate."""
     data, said = channel[:], channel.properties
     unit, step = str(said.get("unit_string", "")), said.get("wf_increment")
     if data.dtype.kind == "M":
@@ -143,8 +143,8 @@ def _tdms_channel(channel: Any) -> Table:
         offset = np.timedelta64(round(1e6 * start_s), "us")
         started, start_s = f"{np.datetime64(start, 'us') + offset}Z", 0.0
     rates_hz = {"1 / wf_increment": 1.0 / step} if step else {}
-    how: dict[str, Any] = {"started": started, "start_s": start_s, "rates_hz": rates_hz}
-    return table_of([(channel.name, data, unit)], channel.name, **how)
+    values = np.asarray(data, dtype=float)
+    return Channel(channel.name, values, unit, started=started, start_s=start_s, rates_hz=rates_hz)
 
 
 def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
@@ -161,20 +161,22 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
                 stream["time_stamps"] = other["time_stamps"]
     started = str(_first(head["info"].get("datetime")))
     for stream in streams:
-        info, data, stamps = stream["info"], stream["time_series"], stream["time_stamps"]
+        info, data, times = stream["info"], stream["time_series"], stream["time_stamps"]
         if not isinstance(data, np.ndarray) or data.dtype.kind not in "iuf" or len(data) < 2:
             continue
         told = _first((_first(info.get("desc")) or {}).get("channels"))
         described = told.get("channel", []) if isinstance(told, dict) else []
-        end = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
-        how: dict[str, Any] = {"started": started, "start_s": float(stamps[0]), "remark": end}
+        remark = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
+        stamps = Channel("time_stamps", times, "s")
+        how: dict[str, Any] = {"started": started, "start_s": float(times[0]), "stamps": stamps}
         channels = []
         for number, values in enumerate(data.T, start=1):
             channel = described[number - 1] if number <= len(described) else {}
             name = str(_first(channel.get("label")) or f"channel {number}")
-            column = name, values, str(_first(channel.get("unit")) or "")
-            channels.append(table_of([("time_stamps", stamps, "s"), column], name, **how))
-        yield side_by_side(channels, str(_first(info["name"])))
+            unit = str(_first(channel.get("unit")) or "")
+            channels.append(Channel(name, values.astype(float), unit, **how))
+        label = str(_first(info["name"]))
+        yield Table(with_stamps(channels), VARIABLE, label, remark=remark)
 
 
 def _first(values: Any) -> Any:
@@ -221,7 +223,7 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
     formulas = load_workbook(io.BytesIO(content))
     for table in tables:
         values: Any = book[table.label]
-        width = len(table.columns)
+        width = len(table.channels)
         written = [
             each
             for row in formulas[table.label].iter_rows()
@@ -235,9 +237,9 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
         counts = Counter(each.column for each in written if each.row in rows)
         for cell in written:
             is_column = counts[cell.column] > len(rows) / 2
-            is_column |= cell.column <= width and table.holds_numbers(cell.column - 1)
+            is_column |= cell.column <= width and table.channels[cell.column - 1].holds_numbers
             in_table = cell.row in rows and is_column
-            if in_table or not any(each.columns for each in tables):
+            if in_table or not any(each.channels for each in tables):
                 raise CapsuleError(
                     f"sheet {table.label!r}, cell {cell.coordinate}: the formula {cell.value!r} "
                     "was never calculated; open the file in Excel or LibreOffice, and save it"
@@ -294,11 +296,13 @@ def _read_bag(path: Path, _: Keys) -> Iterator[Table]:
         first_ns, names = rows[0]
         # A float cannot hold all digits of the nanoseconds since 1970, so times are relative to the
         # first.
-        columns = [("stamp", np.array([(stamp_ns - first_ns) / 1e9 for stamp_ns, _ in rows]), "s")]
-        for name in names:
-            columns.append((name, np.array([row.get(name, np.nan) for _, row in rows]), ""))
         started = datetime.fromtimestamp(first_ns // 10**9, UTC).isoformat()
-        yield table_of(columns, topic, started=started)
+        seconds = np.array([(stamp_ns - first_ns) / 1e9 for stamp_ns, _ in rows])
+        channels = [Channel("stamp", seconds, "s", started=started)]
+        for name in names:
+            values = np.array([row.get(name, np.nan) for _, row in rows])
+            channels.append(Channel(name, values, started=started))
+        yield Table(channels, VARIABLE, topic)
 
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:

@@ -45,24 +45,23 @@ def at_same_instants(
     CapsuleError
         If the sensors have no time in common, or it is not known how they lie in time.
     """
-    begins = _begins(clocks)
-    times = [begin + clock.time_s for begin, clock in zip(begins, clocks, strict=True)]
-    rates = [usual_rate(time_s) for time_s in times]
+    ends = [clock.time_s[: row.size] for clock, row in zip(clocks, rows, strict=True)]
+    times = [begin + time_s for begin, time_s in zip(_begins(clocks), ends, strict=True)]
+    sizes = [each.size for each in times]
+    fewest = min(sizes)
+    # One sensor may end a sample earlier than the others.
+    apart = max(np.abs(each[:fewest] - times[0][:fewest]).max() for each in times)
+    if max(sizes) - fewest > 1 or apart > 0:
+        rates = [usual_rate(time_s) for time_s in times]
+    if max(sizes) - fewest <= 1 and (apart == 0 or apart <= _SAME_INSTANT / rates[0]):
+        clock = replace(clocks[0], time_s=clocks[0].time_s[:fewest])
+        return clock, np.array([row[:fewest] for row in rows]), ""
     start, end = max(time_s[0] for time_s in times), min(time_s[-1] for time_s in times)
     if end <= start:
         raise CapsuleError(
             f"the sensors have no time in common: the last one begins at {start:g} s, the first "
             f"one ends at {end:g} s of their clocks; give files of one run"
         )
-    sizes = [each.size for each in times]
-    fewest = min(sizes)
-    # One sensor may end a sample earlier than the others.
-    if max(sizes) - fewest <= 1 and all(
-        np.abs(each[:fewest] - times[0][:fewest]).max() <= _SAME_INSTANT / rates[0]
-        for each in times
-    ):
-        clock = replace(clocks[0], time_s=clocks[0].time_s[:fewest])
-        return clock, np.array([row[:fewest] for row in rows]), ""
     end += 0.5 / keys.rate_hz
     parts = [
         resample(each[each <= end], row[None, each <= end], keys.rate_hz, float(start))

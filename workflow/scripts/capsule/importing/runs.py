@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,15 @@ from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
-from capsule.importing.table import QuestionError, Table, is_far, is_lone, naming, without_first
+from capsule.importing.table import (
+    Channel,
+    QuestionError,
+    Table,
+    is_far,
+    is_lone,
+    naming,
+    without_first,
+)
 from capsule.importing.times import Clock, later, read_time
 from capsule.importing.units import WRITTEN, reading_unit
 from capsule.recordings.names import displayed
@@ -77,31 +86,23 @@ def read_columns(table: Table, keys: Keys) -> Reading:
     time, sensors, run = choose_columns(table, keys, questions)
     table = without_first(table, sensors)
     _ask(table, time, sensors, questions, keys)
-    columns = tuple(map(table.column_label, sensors))
-    _check_lengths(table, time, sensors, keys)
-    if time is None and table.alone:
-        channels = [table.alone[index] or table for index in sensors]
-        # With a rate, the time stamps of a channel are not used either.
-        at = [0 if len(each.columns) > 1 and not keys.rate else None for each in channels]
-        clocks = [read_time(each, index, keys) for each, index in zip(channels, at, strict=True)]
+    channels = [table.channels[index] for index in sensors]
+    _check_lengths(table, time, channels, keys)
+    if time is None:
+        clocks = [read_time(table, None, channel, keys) for channel in channels]
     else:
-        clocks = [read_time(table, time, keys)] * len(sensors)
+        clocks = [read_time(table, table.channels[time], channels[0], keys)] * len(channels)
     unit, reason = reading_unit(table, sensors, keys)
-    rows = [table.checked_numbers(index) for index in sensors]
+    rows = [table.checked_numbers(channel) for channel in channels]
     if (factor := WRITTEN[unit][1]) != 1.0:
         rows = [np.round(row * factor, _MILLI_DIGITS) for row in rows]
-    resampled = ""
-    if time is None and table.alone:
-        clock, values, resampled = at_same_instants(clocks, rows, keys)
-    else:
-        size = min(clocks[0].time_s.size, *map(len, rows))
-        clock = replace(clocks[0], time_s=clocks[0].time_s[:size])
-        values = np.array([row[:size] for row in rows])
-    if run is not None and table.columns[run].size != values.shape[1]:
+    clock, values, resampled = at_same_instants(clocks, rows, keys)
+    if run is not None and table.channels[run].values.size != values.shape[1]:
         raise CapsuleError(
-            f"run_column: {table.column_label(run)} cannot split channels with times of their own; "
+            f"run_column: {table.listed([run])} cannot split channels with times of their own; "
             "leave it out, or give --run-gap-s"
         )
+    columns = tuple(map(table.column_label, channels))
     return Reading(table, time, run, sensors, columns, clock, unit, reason, values, resampled)
 
 
@@ -110,41 +111,43 @@ def _ask(
 ) -> None:
     """Raise one question that names all that must be known of the columns, if anything is not."""
 
-    def missing(read: Callable[..., object], columns: object) -> str:
+    def missing(read: Callable[[], object]) -> str:
         try:
-            read(table, columns, keys)
+            read()
         except QuestionError as question:
             return str(question)
         except CapsuleError:
             pass  # It is raised if nothing is asked.
         return ""
 
-    if not table.alone and not any("--time" in each for each in questions):
-        questions.append(missing(read_time, time))
+    if sensors and not any("--time" in each for each in questions):
+        stamps = None if time is None else table.channels[time]
+        questions.append(
+            missing(lambda: read_time(table, stamps, table.channels[sensors[0]], keys))
+        )
     # Of columns that can be sensors, each one may have a unit of its own.
     choices = [sensors] if len(sensors) == keys.sensor_count else [(index,) for index in sensors]
-    units = [missing(reading_unit, columns) for columns in choices]
+    units = [missing(partial(reading_unit, table, columns, keys)) for columns in choices]
     questions.append(units[0] if units and all(units) else "")
     if asked := list(filter(None, questions)):
         raise QuestionError("; and ".join(asked))
 
 
-def _check_lengths(table: Table, time: int | None, sensors: Sequence[int], keys: Keys) -> None:
+def _check_lengths(table: Table, time: int | None, channels: Sequence[Channel], keys: Keys) -> None:
     """Raise an error if columns differ by more than a sample, and no rate of each tells why."""
-    channels = [table.alone[index] for index in sensors] if table.alone else []
-    is_told = all(each and (each.rates_hz or len(each.columns) > 1) for each in channels)
-    if channels and is_told and time is None and not keys.rate:
+    is_told = all(each.rates_hz or each.stamps for each in channels)
+    if is_told and time is None and not keys.rate:
         return
-    used = [*sensors] if time is None else [time, *sensors]
-    sizes = [(table.columns[index].size, index) for index in used]
-    (size, shortest), (most, longest) = min(sizes), max(sizes)
-    if most - size > 1:
+    used = [*channels] if time is None else [table.channels[time], *channels]
+    used.sort(key=lambda channel: channel.values.size)
+    shortest, longest = used[0], used[-1]
+    if longest.values.size - shortest.values.size > 1:
         remedy = "export all with one rate"
-        if channels and is_told:
+        if is_told:
             remedy = "the file states a rate of each: use --time none, without --rate"
         raise CapsuleError(
-            f"column {table.column_label(shortest)} has {size} samples, but "
-            f"{table.column_label(longest)} has {most}; {remedy}"
+            f"column {table.column_label(shortest)} has {shortest.values.size} samples, but "
+            f"{table.column_label(longest)} has {longest.values.size}; {remedy}"
         )
 
 
@@ -256,7 +259,7 @@ def _split(reading: Reading, keys: Keys) -> Iterator[tuple[str, slice]]:
     steps = np.diff(reading.clock.time_s)
     names = np.full(steps.size + 1, "", dtype=object)
     if reading.run is not None:
-        names[:] = reading.table.texts(reading.run)
+        names[:] = reading.table.channels[reading.run].texts()
     renamed = names[1:] != names[:-1]
     # A clock or a board that starts again begins another run, too.
     breaks = renamed | (((steps > keys.run_gap_s) | (steps < 0)) if keys.run_gap_s else False)
@@ -280,7 +283,7 @@ def _header(
 ) -> dict[str, str]:
     """Return the header of a run: how it was read; the file's header lines, or else lab.yaml's."""
     table, clock, notes = reading.table, reading.clock, reading.table.notes
-    columns = {"time": "none" if reading.time is None else table.column_label(reading.time)}
+    columns = {"time": "none" if reading.time is None else table.listed([reading.time])}
     columns |= {f"sensor_{number}": name for number, name in enumerate(reading.columns, start=1)}
     said = origin | {
         f"import_{table.kind}": table.label if table.kind else "",

@@ -1,9 +1,9 @@
-"""Represent a table of a laboratory's file, and choose the tables of a file that are runs."""
+"""Represent the tables of a laboratory's file, and choose those that are runs."""
 
 import contextlib
 import difflib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -39,19 +39,75 @@ class QuestionError(CapsuleError):
         return re.sub(r"(?<![A-Za-z_])[+-]?[0-9][0-9.,:/e+-]*", "0", str(self))
 
 
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A column of a file: its samples, and what the file says of it alone.
+
+    Attributes
+    ----------
+    name, unit : str
+        Name and unit in the file; empty if there is none.
+    values : (K,) array of float
+        Samples, NaN where one is missing or a cell is not a number.
+    words : sequence of K str
+        The text of the cells that are not a number, empty for all others; empty if all are numbers.
+    stamps : Channel or None
+        The times of its samples, if it has its own.
+    started : str
+        Date and time of the first sample; empty if unknown.
+    start_s : float or None
+        Time of the first sample by the file's clock; None if unknown.
+    rates_hz : mapping of str to float
+        Sampling rates that the file states, by their names in it.
+    """
+
+    name: str
+    values: np.ndarray
+    unit: str = ""
+    words: Sequence[str] = ()
+    stamps: "Channel | None" = None
+    started: str = ""
+    start_s: float | None = None
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that each sample has its time; in a damaged file, it may have none."""
+        if self.stamps and self.stamps.values.shape != self.values.shape:
+            raise ValueError(f"{self.values.size} samples have {self.stamps.values.size} times")
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The sampling rate that the file states; None for none, several, or another frequency."""
+        rates = {*self.rates_hz.values()}
+        is_sure = any(not UNSURE_RATE.fullmatch(name) for name in self.rates_hz)
+        return rates.pop() if len(rates) == 1 and is_sure else None
+
+    @property
+    def holds_numbers(self) -> bool:
+        """Whether most of the filled cells are numbers."""
+        return bool(np.count_nonzero(~np.isnan(self.values)) > sum(map(bool, self.words)))
+
+    def texts(self, most: int | None = None) -> list[str]:
+        """Return the first cells as text, or all; a missing sample is empty."""
+        numbers = self.values[:most].tolist()
+        return [
+            word or ("" if np.isnan(number) else f"{number:.15g}")
+            for number, word in zip(numbers, self.words or [""] * len(numbers), strict=False)
+        ]
+
+    def without_first(self) -> "Channel":
+        """Return the channel without its first sample."""
+        return replace(self, values=self.values[1:], words=self.words[1:])
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of a file: a sheet, a variable, a group, a stream, or the whole of a text file.
 
     Attributes
     ----------
-    names, units : tuple of C str
-        Name and unit of each column in the file; empty if there is none.
-    columns : tuple of C arrays (K,)
-        Floats, NaN where a sample is missing or a cell is not a number.
-    words : mapping of int to sequence of K str
-        The text of the cells that are not a number, empty for all others, by the index of a column.
-        A column without such cells has no entry.
+    channels : sequence of C Channel
+        The columns.
     kind : str
         Word for a table of this format, and key of lab.yaml that chooses one: ``sheet`` or
         ``variable``; empty if a file holds one table.
@@ -59,15 +115,6 @@ class Table:
         The table's name.
     lines : (K,) array of int, or None
         Number of each row's line or row in the file.
-    started : str
-        Date and time of the first sample, as the file states it; empty if unknown.
-    start_s : float
-        Time of the first sample by the file's clock, if no column gives it.
-    rates_hz : mapping of str to float
-        Sampling rates that the file states, by their names in it.
-    alone : sequence of C tables or None
-        If each channel has a time of its own, a table with its time stamps, if there are any, and
-        its samples; None for a column of time stamps. Otherwise empty.
     notes : mapping of str to str
         ``key: value`` lines of the file.
     reading : mapping of str to str
@@ -80,17 +127,10 @@ class Table:
         Note for the user; empty if there is none.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    columns: tuple[np.ndarray, ...]
-    words: Mapping[int, Sequence[str]] = field(default_factory=dict)
+    channels: Sequence[Channel]
     kind: str = ""
     label: str = ""
     lines: np.ndarray | None = None
-    started: str = ""
-    start_s: float = 0.0
-    rates_hz: Mapping[str, float] = field(default_factory=dict)
-    alone: Sequence["Table | None"] = ()
     notes: Mapping[str, str] = field(default_factory=dict)
     reading: Mapping[str, str] = field(default_factory=dict)
     passed_over: Sequence[int] = ()
@@ -98,16 +138,14 @@ class Table:
     remark: str = ""
 
     @property
+    def names(self) -> list[str]:
+        """The name of each column."""
+        return [channel.name for channel in self.channels]
+
+    @property
     def place(self) -> str:
         """The table's place in its file, for a message; empty if the file holds one table."""
         return f"{self.kind} {self.label!r}" if self.kind else ""
-
-    @property
-    def rate_hz(self) -> float | None:
-        """The sampling rate that the file states; None for none, several, or another frequency."""
-        rates = {*self.rates_hz.values()}
-        is_sure = any(not UNSURE_RATE.fullmatch(name) for name in self.rates_hz)
-        return rates.pop() if len(rates) == 1 and is_sure else None
 
     @property
     def losses(self) -> str:
@@ -119,29 +157,15 @@ class Table:
         word = "row" if self.kind == "sheet" else "line"
         return f"sample {row + 1}" if self.lines is None else f"{word} {self.lines[row]}"
 
-    def column_label(self, index: int) -> str:
+    def column_label(self, channel: Channel) -> str:
         """Return a column's name, or its number if it has no name."""
-        return repr(self.names[index]) if self.names[index] else f"{index + 1}"
+        return repr(channel.name) if channel.name else f"{self.channels.index(channel) + 1}"
 
-    def listed(self, indices: Sequence[int]) -> str:
+    def listed(self, indices: Iterable[int]) -> str:
         """Return a list of columns in words."""
-        return _listed([self.column_label(index) for index in indices])
+        return _listed([self.column_label(self.channels[index]) for index in indices])
 
-    def texts(self, index: int, most: int | None = None) -> list[str]:
-        """Return the first cells of a column as text, or all; a missing sample is empty."""
-        numbers = self.columns[index][:most].tolist()
-        words = self.words.get(index, [""] * len(numbers))
-        return [
-            word or ("" if np.isnan(number) else f"{number:.15g}")
-            for number, word in zip(numbers, words, strict=False)
-        ]
-
-    def holds_numbers(self, index: int) -> bool:
-        """Return whether most of the filled cells of a column are numbers."""
-        filled = np.count_nonzero(~np.isnan(self.columns[index]))
-        return bool(filled > sum(map(bool, self.words.get(index, ()))))
-
-    def checked_numbers(self, index: int) -> np.ndarray:
+    def checked_numbers(self, channel: Channel) -> np.ndarray:
         """Return a column's numbers (K,); NaN where a sample is missing.
 
         Raises
@@ -149,10 +173,9 @@ class Table:
         CapsuleError
             If a cell holds something else; the message names its place.
         """
-        column, numbers = f"column {self.column_label(index)}", self.columns[index]
-        words = self.words.get(index, ())
-        for row in [row for row, word in enumerate(words) if word][:1]:
-            raise CapsuleError(f"{self.line(row)}, {column}: {not_a_number(words[row])}")
+        column, numbers = f"column {self.column_label(channel)}", channel.values
+        for row in [row for row, word in enumerate(channel.words) if word][:1]:
+            raise CapsuleError(f"{self.line(row)}, {column}: {not_a_number(channel.words[row])}")
         for row in np.flatnonzero(np.abs(numbers) > LARGEST_NUMBER)[:1]:
             raise CapsuleError(
                 f"{self.line(row)}, {column}: {numbers[row]:g} is too large for a reading or a "
@@ -194,13 +217,15 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
         near = difflib.get_close_matches(wanted, labels, n=1)
         hint = f"did you mean {near[0]!r}?" if near else held
         raise CapsuleError(f"{kind}: there is no {wanted!r}; {hint}")
-    counts = [sum(map(table.holds_numbers, range(len(table.names)))) for table in tables]
+    counts = [sum(each.holds_numbers for each in table.channels) for table in tables]
     fitting = [table for table, n in zip(tables, counts, strict=True) if n >= keys.sensor_count]
-    if not fitting and all(table.alone for table in tables):
+    if not fitting:
         # Each stream, group or series may hold one sensor, with a time of its own.
-        channels = [each for table in tables for each in table.alone if each]
-        if len(channels) >= keys.sensor_count:
-            return [side_by_side(channels, ", ".join(labels))]
+        timed = [[each for each in table.channels if _is_timed(each)] for table in tables]
+        if all(timed) and sum(map(len, timed)) >= keys.sensor_count:
+            return [
+                replace(tables[0], channels=with_stamps(sum(timed, [])), label=", ".join(labels))
+            ]
     if not fitting:
         raise CapsuleError(f"no {kind} holds {keys.sensor_count} columns of numbers; {held}")
     if len(fitting) > 1 and wanted != "all":
@@ -212,31 +237,19 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
     return fitting
 
 
-def side_by_side(channels: Sequence[Table], label: str) -> Table:
-    """Return a table of channels, each a table with its time stamps, if any, and its samples.
+def _is_timed(channel: Channel) -> bool:
+    return bool(channel.stamps or channel.rates_hz or channel.start_s is not None)
 
-    If all have the same time stamps, they are a column of the table, too.
-    """
-    first = channels[0]
-    stamps = first.columns[:-1]
-    if not all(
-        len(each.columns) == len(first.columns)
-        and each.columns[-1].size == first.columns[-1].size
-        and all(map(np.array_equal, each.columns[:-1], stamps))
-        for each in channels
+
+def with_stamps(channels: Sequence[Channel]) -> list[Channel]:
+    """Return channels, below the column of their time stamps if all have the same ones."""
+    stamps = [each.stamps for each in channels]
+    first = stamps[0]
+    if first is None or not all(
+        each is not None and np.array_equal(each.values, first.values) for each in stamps
     ):
-        stamps = ()
-    known = [dict(each.rates_hz) for each in channels if each.rates_hz]
-    return replace(
-        first,
-        names=(*first.names[: len(stamps)], *(each.names[-1] for each in channels)),
-        units=(*first.units[: len(stamps)], *(each.units[-1] for each in channels)),
-        columns=(*stamps, *(each.columns[-1] for each in channels)),
-        label=label,
-        started=next((each.started for each in channels if each.started), ""),
-        rates_hz=known[0] if all(each == known[0] for each in known[1:]) and known else {},
-        alone=(*[None] * len(stamps), *channels),
-    )
+        return [*channels]
+    return [first, *channels]
 
 
 def _listed(labels: Sequence[str]) -> str:
@@ -279,9 +292,9 @@ def without_first(table: Table, sensors: Sequence[int]) -> Table:
     It counts the columns, as pandas and numpy do; or a reading is far from all others, and less
     than half of the next one: the line, or the file, lacks its beginning.
     """
-    if table.lines is None or table.columns[0].size < _LEAST_LONE:
+    if table.lines is None or table.lines.size < _LEAST_LONE:
         return table
-    values = np.array([table.columns[index] for index in sensors])
+    values = np.array([table.channels[index].values for index in sensors])
     first = values[:, 0]
     counts = np.ptp(first - np.array(sensors)) == 0 and abs(first[0] - sensors[0]) <= 1
     is_cut = is_far(values) & (2 * np.abs(first) < np.abs(values[:, 1]))
@@ -291,9 +304,8 @@ def without_first(table: Table, sensors: Sequence[int]) -> Table:
     shown = ", ".join(f"{value:g}" for value in first)
     return replace(
         table,
-        columns=tuple(column[1:] for column in table.columns),
-        words={index: texts[1:] for index, texts in table.words.items()},
-        lines=None if table.lines is None else table.lines[1:],
+        channels=[channel.without_first() for channel in table.channels],
+        lines=table.lines[1:],
         restarts=[row - 1 for row in table.restarts if row],
         remark=f"{table.line(0)}, with {shown}, is passed over: {why}",
     )

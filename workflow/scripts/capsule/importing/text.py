@@ -19,7 +19,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import QuestionError, Table, not_a_number
+from capsule.importing.table import Channel, QuestionError, Table, not_a_number
 from capsule.importing.units import is_time_name, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, LARGEST_NUMBER, cut_off, lost_digits
 
@@ -157,7 +157,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
         labels = usual if count >= _LEAST_SHARE * len(tried) else ()
     dialect = _guess_dialect(known, _plain(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
-    above, first, told = [list(labels)], 0, dict[str, Any]()
+    above, first, heads, said = [list(labels)], 0, list[list[str]](), dict[str, Any]()
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
@@ -168,12 +168,22 @@ def read_text(content: bytes, keys: Keys) -> Table:
                 comments[number] = f"unit: {match[2]}"
         # LabVIEW names a column of comments that the samples may leave out.
         above = [row[:-1] if row[dialect.cells :] == ["Comment"] else row for row in above]
-        told = _labview(above, dialect) | {"heads": above}
+        heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
-    told |= {"notes": _notes(comments), "reading": reading}
-    table = _table(above, rows, dialect, keys, stamps if is_log else {}, is_log=is_log, **told)
+    table = _table(
+        above,
+        rows,
+        dialect,
+        keys,
+        stamps=stamps if is_log else {},
+        is_log=is_log,
+        heads=heads,
+        said=said,
+        notes=_notes(comments),
+        reading=reading,
+    )
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
     return table if ends else _checked_end(table, known, dialect)
@@ -244,14 +254,14 @@ def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
     rows = [row for row in rows if row[0] > (keys.skip_lines or 0) and any(row[1])]
     way = _found([cells for _, cells in rows], _plain(keys), keys.sensor_count)
     if way is None:
-        return Table((), (), (), kind="sheet", label=title)
+        return Table((), "sheet", title)
     above, below = rows[: way.first], rows[way.first :]
     # Empty cells that have a format make rows wider.
     width = max(at for _, cells in below for at, cell in enumerate(cells, 1) if cell)
     named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
     samples = ((number, cells[:width]) for number, cells in below)
     way = way._replace(cells=width)
-    return _table(named, samples, way, keys, {}, kind="sheet", label=title)
+    return _table(named, samples, way, keys, kind="sheet", label=title)
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -501,10 +511,11 @@ def _table(
     rows: Iterator[tuple[int, list[str]]],
     dialect: _Dialect,
     keys: Keys,
-    stamps: Mapping[int, str],
     *,
+    stamps: Mapping[int, str] | None = None,
     is_log: bool = False,
     heads: Sequence[list[str]] = (),
+    said: Mapping[str, Any] | None = None,
     **told: Any,
 ) -> Table:
     """Return a table of cells of text; in a log, without lines that hold no whole sample.
@@ -517,7 +528,8 @@ def _table(
     names, units = heads_only[-1], heads_only[0]
     if len(heads_only) > 2 and _are_units(*heads_only[-2:]):
         names, units = heads_only[-2:]
-    told = {"names": names, "units": units} | told
+    how = dict(said or {})
+    names, units = how.pop("names", names), how.pop("units", units)
     begun = {row[0] for row in heads if row and dialect.number(row[0]) == np.inf}
     lines, restarts, passed_over = array("q"), list[int](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
@@ -545,22 +557,19 @@ def _table(
             f"each line begins with {heads[-1][0]!r}, as the first one does, so none is a sample; "
             "describe the format with --delimiter, --decimal and --skip-lines"
         )
+    channels = [
+        Channel(name, np.asarray(numbers), unit, texts if any(texts) else (), **how)
+        for name, unit, numbers, texts in zip(names, units, columns, words, strict=True)
+    ]
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
-        seconds = list(map(_plain(keys).number, stamped))
-        is_clock = np.inf in seconds
-        told["names"], told["units"] = [STAMP_NAME, *names], ["clock" if is_clock else "s", *units]
-        columns = [array("d", [np.nan] * len(lines) if is_clock else seconds), *columns]
-        words = [stamped if is_clock else [""] * len(lines), *words]
+        seconds = np.array(list(map(_plain(keys).number, stamped)))
+        if np.inf in seconds:
+            channels.insert(0, Channel(STAMP_NAME, np.full(len(lines), np.nan), "clock", stamped))
+        else:
+            channels.insert(0, Channel(STAMP_NAME, seconds, "s"))
     return Table(
-        tuple(told.pop("names")),
-        tuple(told.pop("units")),
-        tuple(map(np.asarray, columns)),
-        {index: texts for index, texts in enumerate(words) if any(texts)},
-        lines=np.asarray(lines),
-        passed_over=passed_over,
-        restarts=restarts,
-        **told,
+        channels, lines=np.asarray(lines), passed_over=passed_over, restarts=restarts, **told
     )
 
 

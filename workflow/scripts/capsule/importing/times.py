@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import QuestionError, Table, naming
+from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import is_unit, split_unit, unit_of
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
@@ -91,37 +91,24 @@ class Clock:
     remark: str = ""
 
 
-def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
-    """Return the time of each sample, from a column or, without an index, from the sampling rate.
+def read_time(table: Table, time: Channel | None, channel: Channel, keys: Keys) -> Clock:
+    """Return the time of each sample of a channel.
 
-    Of the keys, ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
+    It follows from the column `time`; without one, from the channel's own time stamps, or its
+    sampling rate. Of the keys, ``time_unit``, ``rate``, ``date_order`` and ``rate_hz`` are used.
 
     Raises
     ------
     CapsuleError
         If the time is not known, or several units fit.
     """
-    if index is None:
-        no_rate = "no column gives the time; name one with --time, or give the sampling rate in Hz "
-        rate, told = _rate(table, keys, f"{no_rate}with --rate")
-        if table.restarts and table.lines is not None and not keys.run_gap_s:
-            raise CapsuleError(
-                f"above line {table.lines[table.restarts[0]]} the names of the columns are "
-                "repeated, as by a board that starts again; give --run-gap-s 5 if another run "
-                "begins there, or delete the names"
-            )
-        for number in table.passed_over:
-            if table.lines is not None and table.lines[0] < number < table.lines[-1]:
-                raise CapsuleError(
-                    f"line {number} does not hold a whole sample, and no column gives the time, so "
-                    "a missing sample would shift all later ones; delete the line, or complete it"
-                )
-        time_s = np.arange(table.columns[0].size) / rate
-        reason = f"{rate:g} Hz by {told}"
-        return Clock(time_s, "rate", reason, table.start_s, table.started)
-    if not table.holds_numbers(index) or keys.time_unit in ("date", "clock"):
-        return _from_texts(table, index, keys)
-    numbers, column = table.checked_numbers(index), f"column {table.column_label(index)}"
+    if time is None and (keys.rate or channel.stamps is None):
+        return _by_rate(table, channel, keys)
+    stamps = time or channel.stamps
+    assert stamps is not None
+    if not stamps.holds_numbers or keys.time_unit in ("date", "clock"):
+        return _from_texts(table, stamps, channel, keys)
+    numbers, column = table.checked_numbers(stamps), f"column {table.column_label(stamps)}"
     for row in np.flatnonzero(np.isnan(numbers))[:1]:
         raise CapsuleError(
             f"{table.line(row)}: the time is missing in {column}; complete it, or use --time none "
@@ -131,17 +118,37 @@ def read_time(table: Table, index: int | None, keys: Keys) -> Clock:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
     numbers, remark = unwrapped(numbers, WRAPS)
     with naming(column):
-        unit, reason = _unit(table, index, numbers, keys)
+        unit, reason = _unit(table, stamps, numbers, channel, keys)
     if unit == "sample":
         no_rate = f"{column} counts samples; give the sampling rate in Hz with --rate"
-        seconds = 1 / _rate(table, keys, no_rate)[0]
+        seconds = 1 / _rate(channel, keys, no_rate)[0]
     else:
         seconds = _SECONDS[unit]
-    first_s, started = float(numbers[0] * seconds), table.started
+    first_s, started = float(numbers[0] * seconds), stamps.started or channel.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
         started = _iso(datetime.fromtimestamp(int(first_s), UTC))
     time_s = (numbers - numbers[0]) * seconds
     return Clock(time_s, unit, reason, first_s, started, remark=remark)
+
+
+def _by_rate(table: Table, channel: Channel, keys: Keys) -> Clock:
+    """Return the time of each sample from the sampling rate."""
+    no_rate = "no column gives the time; name one with --time, or give the sampling rate in Hz "
+    rate, told = _rate(channel, keys, f"{no_rate}with --rate")
+    if table.restarts and table.lines is not None and not keys.run_gap_s:
+        raise CapsuleError(
+            f"above line {table.lines[table.restarts[0]]} the names of the columns are repeated, "
+            "as by a board that starts again; give --run-gap-s 5 if another run begins there, or "
+            "delete the names"
+        )
+    for number in table.passed_over:
+        if table.lines is not None and table.lines[0] < number < table.lines[-1]:
+            raise CapsuleError(
+                f"line {number} does not hold a whole sample, and no column gives the time, so a "
+                "missing sample would shift all later ones; delete the line, or complete it"
+            )
+    time_s, first_s = np.arange(channel.values.size) / rate, channel.start_s or 0.0
+    return Clock(time_s, "rate", f"{rate:g} Hz by {told}", first_s, channel.started)
 
 
 def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, str]:
@@ -171,12 +178,12 @@ def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, st
     return times + added, remark
 
 
-def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
+def _rate(channel: Channel, keys: Keys, question: str) -> tuple[float, str]:
     """Return the sampling rate in Hz and where it comes from; ask for it if it is unknown."""
-    rate, told = keys.rate or table.rate_hz, "the option rate" if keys.rate else "the file"
+    rate, told = keys.rate or channel.rate_hz, "the option rate" if keys.rate else "the file"
     low, high = _POSSIBLE_HZ
-    if rate is None and table.rates_hz:
-        said = " and ".join(f"{name} = {value:g}" for name, value in table.rates_hz.items())
+    if rate is None and channel.rates_hz:
+        said = " and ".join(f"{name} = {value:g}" for name, value in channel.rates_hz.items())
         raise QuestionError(f"the file states {said}; give the sampling rate in Hz with --rate")
     if rate is None:
         raise QuestionError(question)
@@ -188,7 +195,9 @@ def _rate(table: Table, keys: Keys, question: str) -> tuple[float, str]:
     return rate, told
 
 
-def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[str, str]:
+def _unit(
+    table: Table, stamps: Channel, numbers: np.ndarray, channel: Channel, keys: Keys
+) -> tuple[str, str]:
     """Return the unit of a column of numbers (K,), and the reason."""
     steps = np.diff(numbers)
     step = float(np.median(steps))
@@ -197,9 +206,9 @@ def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[st
             "the time does not run forward: if its clock is too coarse, use --time none and give "
             "the sampling rate with --rate, or name another column with --time"
         )
-    bare, in_name = split_unit(table.names[index])
+    bare, in_name = split_unit(stamps.name)
     # As in "seconds since 2026-03-04".
-    in_units = table.units[index].partition(" since ")[0].strip("[]()<> ")
+    in_units = stamps.unit.partition(" since ")[0].strip("[]()<> ")
     said = (in_units, table.notes.get("time unit", ""), in_name, bare)
     named = next((unit for unit in map(unit_of, said) if unit in (*_SECONDS, "sample")), None)
     said = (*said[:3], bare if len(bare) > 1 and is_unit(bare) else "")
@@ -219,7 +228,7 @@ def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[st
                 f"of {rates[told]:.4g} Hz; use another --time-unit"
             )
         return told, reason
-    known = keys.rate or table.rate_hz
+    known = keys.rate or channel.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
     fitting = [unit for unit in _TRIED if low <= rates[unit] <= high]
     configured = [unit for unit in fitting if abs(rates[unit] / keys.rate_hz - 1) <= _SAME_RATE]
@@ -241,17 +250,17 @@ def _unit(table: Table, index: int, numbers: np.ndarray, keys: Keys) -> tuple[st
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
 
 
-def text_kind(table: Table, index: int) -> str:
+def text_kind(channel: Channel) -> str:
     """Return whether a column begins with a ``date`` and time, a ``clock``, or neither (empty)."""
-    texts = [text.strip() for text in table.texts(index, _CELLS_TRIED) if text.strip()]
+    texts = [text.strip() for text in channel.texts(_CELLS_TRIED) if text.strip()]
     fitting = (kind for (kind, _), way in _MOMENTS.items() if all(map(way.fullmatch, texts)))
     return next(fitting, "") if texts else ""
 
 
-def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
+def _from_texts(table: Table, stamps: Channel, channel: Channel, keys: Keys) -> Clock:
     """Return the time from dates or times of day; of the orders of a date, one must fit."""
-    texts = [text.strip() for text in table.texts(index)]
-    kind = keys.time_unit or text_kind(table, index) or "date"
+    texts = [text.strip() for text in stamps.texts()]
+    kind = keys.time_unit or text_kind(stamps) or "date"
     read = {
         order: _moments(texts, way)
         for (each, order), way in _MOMENTS.items()
@@ -259,7 +268,7 @@ def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
     }
     whole = {order: moments for order, moments in read.items() if len(moments) == len(texts)}
     row = 0 if whole else max(map(len, read.values()), default=0)
-    shown = f"{table.line(row)}, column {table.column_label(index)}: {texts[row][:60]!r}"
+    shown = f"{table.line(row)}, column {table.column_label(stamps)}: {texts[row][:60]!r}"
     if not whole:
         raise CapsuleError(
             f"{shown} is not a {_SUCH.get(kind, kind)}; correct the line, use another --time-unit "
@@ -281,7 +290,7 @@ def _from_texts(table: Table, index: int, keys: Keys) -> Clock:
     if kind == "clock":
         # After midnight the times continue to rise.
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_SECONDS["day"] / 2)])
-        seconds, reason, started = seconds + _SECONDS["day"] * days, "times of day", table.started
+        seconds, reason, started = seconds + _SECONDS["day"] * days, "times of day", channel.started
     else:
         reason, started = "dates", _iso(moments[0])
     return Clock(seconds, kind, reason, first_s, started, order, remark)

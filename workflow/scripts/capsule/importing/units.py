@@ -114,13 +114,13 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
         texts[at] = texts[at] or ("counts" if is_adc else noted)
     units = [unit_of(text) or "" for text in texts]
     if not any(texts):
-        values = np.concatenate([table.checked_numbers(index) for index in sensors])
-        with naming(f"column {table.column_label(sensors[0])}"):
+        values = np.concatenate([table.checked_numbers(table.channels[index]) for index in sensors])
+        with naming(f"column {table.column_label(table.channels[sensors[0]])}"):
             return _by_values(values[~np.isnan(values)], keys.full_scale)
     if units[0] not in WRITTEN or len({*units}) > 1:
         alike = len({*texts}) == 1
         named = ", ".join(
-            f"{displayed(text)[:60] or 'no unit'} of {table.column_label(index)}"
+            f"{displayed(text)[:60] or 'no unit'} of {table.column_label(table.channels[index])}"
             for index, text in zip(sensors[: 1 if alike else None], texts, strict=False)
         )
         raise QuestionError(
@@ -138,7 +138,7 @@ def _named(table: Table, index: int) -> str:
     is_word = unit_of(unit) not in (None, *WRITTEN) and table.names[index].endswith(unit)
     if is_unit(name := table.names[index]) and table.names.count(name) > 1:
         unit, is_word = name, False
-    return table.units[index].strip() or ("" if is_word else unit)
+    return table.channels[index].unit.strip() or ("" if is_word else unit)
 
 
 def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
