@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from capsule.errors import CapsuleError
-from capsule.importing.formats import table_of
 from capsule.importing.lab_yaml import checked_keys
-from capsule.importing.table import Table
+from capsule.importing.table import Channel, Table
 from capsule.importing.times import read_time
 from support.importing import SETTINGS
 
@@ -18,7 +17,13 @@ TIME_S = np.arange(50) / 10
 def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
     keys = replace(checked_keys(said, SETTINGS), rate_hz=configured_hz)
     rates_hz = {} if rate_hz is None else {"fs": rate_hz}
-    return read_time(table_of([(name, values, unit)], "", rates_hz=rates_hz), 0, keys)
+    time = Channel(name, np.asarray(values, dtype=float), unit, rates_hz=rates_hz)
+    return read_time(Table([time]), time, time, keys)
+
+
+def of_texts(texts):
+    time = Channel("date", np.full(2, np.nan), words=texts)
+    return read_time(Table([time]), time, time, checked_keys({}, SETTINGS))
 
 
 @pytest.mark.parametrize(
@@ -73,9 +78,9 @@ def test_a_known_rate_decides():
 @pytest.mark.parametrize("rate_hz", [5.6e-308, -10.0, 1e39, float("nan"), float("inf")])
 def test_a_rate_that_cannot_be_is_refused_where_it_gives_the_time(rate_hz):
     keys = checked_keys({}, SETTINGS)
-    table = table_of([("", np.arange(50.0), "")], "", rates_hz={"fs": rate_hz})
+    channel = Channel("S1", np.arange(50.0), rates_hz={"fs": rate_hz})
     with pytest.raises(CapsuleError, match=r"by the file is not between 0\.2 and 100000 Hz"):
-        read_time(table, None, keys)
+        read_time(Table([channel]), None, channel, keys)
     with pytest.raises(CapsuleError, match="give the right one with --rate"):
         clock(np.arange(50.0), "sample", rate_hz=rate_hz, time_unit="sample")
 
@@ -109,7 +114,7 @@ def test_seconds_since_1970_tell_when_a_run_began():
 )
 def test_what_cannot_be_the_time_is_refused_with_what_decides(values, said, words):
     with pytest.raises(CapsuleError) as refusal:
-        clock(np.asarray(values, dtype=float), **said)
+        clock(values, **said)
     assert words in str(refusal.value)
 
 
@@ -123,9 +128,7 @@ def test_what_cannot_be_the_time_is_refused_with_what_decides(values, said, word
     ],
 )
 def test_the_order_of_day_and_month_is_the_one_that_fits_all_dates(first, last, order):
-    words = {0: [first, last]}
-    table = Table(("date",), ("",), (np.full(2, np.nan),), words)
-    read = read_time(table, 0, checked_keys({}, SETTINGS))
+    read = of_texts([first, last])
     assert read.date_order == order
     np.testing.assert_allclose(read.time_s, [0, 0.1])
 
@@ -139,7 +142,6 @@ def test_the_order_of_day_and_month_is_the_one_that_fits_all_dates(first, last, 
     ],
 )
 def test_dates_that_no_order_or_two_orders_fit_are_not_guessed(texts, words):
-    table = Table(("date",), ("",), (np.full(2, np.nan),), {0: texts})
     with pytest.raises(CapsuleError) as refusal:
-        read_time(table, 0, checked_keys({}, SETTINGS))
+        of_texts(texts)
     assert words in str(refusal.value)

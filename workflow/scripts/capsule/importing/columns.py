@@ -65,8 +65,8 @@ def choose_columns(
     for twice, count in Counter((time, *picked)).items():
         if twice is not None and count > 1:
             raise CapsuleError(
-                f"column {table.column_label(table.channels[twice])} is named twice; name another column with "
-                "--time or --sensors"
+                f"column {table.listed([twice])} is named twice; name another column with --time "
+                "or --sensors"
             )
     if not picked:
         picked = _sensors(table, {*times, run}, keys.sensor_count)

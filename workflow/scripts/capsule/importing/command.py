@@ -170,7 +170,7 @@ class Importer:
         return [[file] for file in files]
 
     def _import(self, files: list[Path], names: str) -> None:
-        readings, sums = self._read(files)
+        readings, sums = self._read(files, self._keys)
         told = "\n".join(line for each in readings for line in _reading_lines(each, self._keys))
         if self._full:
             _tell(f"{names}\n{told}")
@@ -213,18 +213,40 @@ class Importer:
                 else:
                     self._note(names, told, "")
 
-    def _read(self, files: list[Path]) -> tuple[list[Reading], str]:
+    def _read(self, files: list[Path], keys: Keys) -> tuple[list[Reading], str]:
         """Read files, and find out what their columns are; return their checksums, too."""
-        keys, alone, readings, sums = self._keys, len(files) == 1, [], []
-        for file in files:
-            with naming("" if alone else displayed(file.name)):
-                tables, sha256 = read_source(file, keys)
-                tables = choose_tables(tables, keys)
-                sums.append(sha256)
-                for table in tables if alone else tables[:1]:
-                    with naming(table.place):
-                        readings.append(read_columns(table, keys))
+        alone, readings, sums = len(files) == 1, [], []
+        try:
+            for file in files:
+                with naming("" if alone else displayed(file.name)):
+                    tables, sha256 = read_source(file, keys)
+                    tables = choose_tables(tables, keys)
+                    sums.append(sha256)
+                    for table in tables if alone else tables[:1]:
+                        with naming(table.place):
+                            readings.append(read_columns(table, keys))
+        except QuestionError as question:
+            raise self._whole_question(question, files, keys) from None
         return readings, ", ".join(sums)
+
+    def _whole_question(
+        self, question: QuestionError, files: list[Path], keys: Keys
+    ) -> QuestionError:
+        """Return a question with what is asked behind its answers, so that all is asked at once."""
+        behind: dict[str, list[str]] = {}
+        for answer in question.answers:
+            try:
+                self._read(files, checked_keys({**keys.given, **answer}, self._settings))
+            except QuestionError as other:
+                options = [f"--{key} {value}" for key, value in answer.items()]
+                behind.setdefault(str(other), []).extend(options)
+            except CapsuleError:
+                continue  # This answer is wrong.
+        parts = [str(question)]
+        for text, options in behind.items():
+            is_common = len(options) == len(question.answers)
+            parts.append(f"and {text}" if is_common else f"with {' or '.join(options)}, {text}")
+        return QuestionError("; ".join(parts))
 
     def _path(self, name: str) -> Path:
         return Path(self._raw, f"{name}.csv")

@@ -170,6 +170,12 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
         for each in readings
     ]
     clock, values, resampled = at_same_instants(clocks, [each.values[0] for each in readings], keys)
+    if not any(each.started or each.first_s for each in clocks):
+        begun = (
+            "no file says when it began, so all are taken to begin at the same instant; if not, "
+        )
+        begun += "name it in the first line of each, as # started: 2026-03-04T12:00:02.5Z"
+        clock = replace(clock, remark="; ".join(filter(None, (clock.remark, begun))))
     return replace(readings[0], columns=columns, clock=clock, values=values, resampled=resampled)
 
 

@@ -31,7 +31,20 @@ def naming(place: str) -> Iterator[None]:
 
 
 class QuestionError(CapsuleError):
-    """The error of a file that can be read in several ways; its text names the deciding options."""
+    """The error of a file that can be read in several ways; its text names the deciding options.
+
+    Parameters
+    ----------
+    text : str
+        The question.
+    answers : sequence of mappings
+        Keys of lab.yaml that answer it, each with its value, as far as they are known. Behind an
+        answer, more can be asked.
+    """
+
+    def __init__(self, text: str, answers: Sequence[Mapping[str, str]] = ()) -> None:
+        super().__init__(text)
+        self.answers = answers
 
     @property
     def subject(self) -> str:
@@ -222,17 +235,17 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
     if not fitting:
         # Each stream, group or series may hold one sensor, with a time of its own.
         timed = [[each for each in table.channels if _is_timed(each)] for table in tables]
-        if all(timed) and sum(map(len, timed)) >= keys.sensor_count:
-            return [
-                replace(tables[0], channels=with_stamps(sum(timed, [])), label=", ".join(labels))
-            ]
+        channels = [each for part in timed for each in part]
+        if all(timed) and len(channels) >= keys.sensor_count:
+            return [replace(tables[0], channels=with_stamps(channels), label=", ".join(labels))]
     if not fitting:
         raise CapsuleError(f"no {kind} holds {keys.sensor_count} columns of numbers; {held}")
     if len(fitting) > 1 and wanted != "all":
         raise QuestionError(
             f"{len(fitting)} of its parts can be the recording: "
             f"{_listed([repr(table.label) for table in fitting])}; name one with --{kind}, or use "
-            f"--{kind} all if each one is a run"
+            f"--{kind} all if each one is a run",
+            [{kind: "all"}],
         )
     return fitting
 

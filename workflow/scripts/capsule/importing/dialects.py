@@ -1,0 +1,261 @@
+"""Recognise the dialect of a table of text: the delimiter, and the style of the numbers.
+
+Each possible dialect is tried. If several give different numbers, none is taken: the error names
+them, and the keys of lab.yaml that decide.
+"""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.lab_yaml import Keys
+from capsule.importing.table import QuestionError
+from capsule.importing.units import is_time_name
+from capsule.recordings.recording import LARGEST_NUMBER
+
+_MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
+# Lines that are tried first.
+TRIED = 200
+# Least share of the lines below the first sample that must look like samples.
+_LEAST_ROWS = 0.6
+# A dialect is dropped if its share of cells with numbers is lower than the best by this much.
+_FEWER_NUMBERS = 0.05
+_LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
+# To look for labels in a longer line would take long.
+_LONGEST_LABELLED = 1000
+# If cells without a point are so many times those with one below them, it separates thousands.
+_THOUSANDFOLD = 30.0
+# Number and text of a line.
+Line: TypeAlias = tuple[int, str]
+
+# By decimal sign and separator of thousands. A number with thousands never begins with 0: the comma
+# of 0,123 is a decimal sign.
+_NUMBERS = {
+    style: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?[0-9]+)?")
+    for style, digits in {
+        ("point", "none"): r"[0-9]+\.?[0-9]*|\.[0-9]+",
+        ("comma", "none"): r"[0-9]+(?:,[0-9]+)?|,[0-9]+",
+        ("point", "comma"): r"(?:[1-9][0-9]{0,2}(?:,[0-9]{3})+|[0-9]+)(?:\.[0-9]*)?",
+        ("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
+    }.items()
+}
+
+
+class Dialect(NamedTuple):
+    """A way to read a table.
+
+    After the delimiter, the style of the numbers, the marks of a missing sample and the labels in
+    each line of a serial log come the number of cells in a row, the index of the first sample, the
+    share of the cells from there on that are numbers, and these numbers (K, C).
+    """
+
+    delimiter: str
+    style: tuple[str, str]
+    missing: Collection[str | float]
+    labels: tuple[str, ...] = ()
+    cells: int = 0
+    first: int = 0
+    share: float = 0.0
+    numbers: np.ndarray = np.empty((0, 0))
+
+    def split(self, line: str) -> list[str]:
+        """Return the cells of a line, without the blanks around them; none if its labels differ."""
+        if self.labels:
+            return _LABELLED.split(line)[2::3] if labels_of(line) == self.labels else []
+        # No text holds a null character, so without a delimiter a row is one cell.
+        sign = _DELIMITERS[self.delimiter] or "\0"
+        row = " ".join(line.split()) if sign == " " else line
+        cells = row.split(sign)
+        if '"' in row:
+            (cells,) = csv.reader([row], delimiter=sign, skipinitialspace=True)
+        return self.trimmed([cell.strip() for cell in cells])
+
+    def trimmed(self, cells: list[str]) -> list[str]:
+        """Return the cells of a row without one too many: an empty one, or a remark on a sample.
+
+        LabVIEW names the column of remarks, too.
+        """
+        if len(cells) != self.cells + 1 or self.cells == 0:
+            return cells
+        last = cells[-1]
+        is_word = last[:1].isalpha() or not re.search("[0-9]", last)
+        numbers = [self.number(cell) != np.inf for cell in cells if cell]
+        is_remark = is_word and any(numbers) and not numbers[-1]
+        is_remark |= last[:1] in ("", "#") or last == "Comment"
+        return cells[:-1] if is_remark else cells
+
+    def number(self, cell: str) -> float:
+        """Return a cell's number; NaN for a missing sample, infinite if it is not a number."""
+        text = cell.strip()
+        if text.lower() in self.missing:
+            return float("nan")
+        if not _NUMBERS[self.style].fullmatch(text):
+            return np.inf
+        if self.style[1] != "none":
+            text = text.replace("," if self.style[1] == "comma" else ".", "")
+        value = float(text.replace(",", "."))
+        if value in self.missing:
+            return float("nan")
+        return value if abs(value) <= LARGEST_NUMBER else np.inf
+
+    def count_numbers(self, row: Sequence[str]) -> int:
+        """Return how many cells of a row are numbers, or marks of a missing sample."""
+        return sum(self.number(cell) != np.inf for cell in row if cell)
+
+    def names_columns(self, row: Sequence[str]) -> bool:
+        """Return whether a row names columns: most cells are words, or one is a time's name."""
+        has_words = self.count_numbers(row) <= self.cells / 2 or any(map(is_time_name, row))
+        return len(row) == self.cells and has_words
+
+
+def plain_dialect(keys: Keys) -> Dialect:
+    """Return the dialect without a delimiter, with points in its numbers, and the marks.
+
+    A number among the marks of a missing sample matches all its spellings: -999 is also -999.0.
+    """
+    words = [str(word).strip().lower() for word in keys.missing or ()]
+    way = Dialect("none", ("point", "none"), ())
+    return way._replace(missing={*_MISSING, *words, *filter(np.isfinite, map(way.number, words))})
+
+
+def guess_dialect(lines: Sequence[Line], plain: Dialect, keys: Keys) -> Dialect:
+    """Return the dialect of a text file's table; raise an error for none, and for several."""
+    few = lines if len(lines) <= TRIED else [*lines[: TRIED // 2], *lines[-TRIED // 2 :]]
+    ways = _distinct(few, plain, keys)
+    if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
+        ways = _distinct(lines, plain, keys)
+    if not ways:
+        number, text = lines[len(lines) // 2] if lines else (1, "")
+        raise CapsuleError(
+            f"line {number}: there is no table with {keys.sensor_count} columns of numbers, "
+            "separated by commas, semicolons, tabs, spaces or bars; the line is "
+            f"{text.strip()[:60]!r}; describe the format with --delimiter, --decimal and "
+            "--skip-lines"
+        )
+    if len(ways) > 1:
+        raise _ambiguity(lines, ways)
+    return ways[0]
+
+
+def _distinct(lines: Sequence[Line], plain: Dialect, keys: Keys) -> list[Dialect]:
+    """Try each dialect; return those that read different numbers, one of each."""
+    # A point is a decimal sign, unless commas appear, too.
+    both = any("," in text and "." in text for _, text in lines)
+    quotes = any('"' in text for _, text in lines)
+    ways: list[Dialect] = []
+    told = "none" if plain.labels else keys.delimiter
+    for delimiter in [told] if told else _DELIMITERS:
+        if not any(_DELIMITERS[delimiter] in text for _, text in lines):
+            continue
+        plain = plain._replace(delimiter=delimiter)
+        rows = [plain.split(text) for _, text in lines]
+        same = [
+            way
+            for style in _NUMBERS
+            if keys.decimal in (None, style[0])
+            and keys.thousands in (None, style[1])
+            and (keys.thousands or both or style[1] != "point")
+            # A comma has one role, unless quotes separate the two roles.
+            and (delimiter != "comma" or "comma" not in style or quotes)
+            and (way := table_in(rows, plain._replace(style=style), keys.sensor_count))
+        ]
+        # With the same delimiter, the style that reads more cells as numbers is the right one.
+        ways += [way for way in same if way.share == max(other.share for other in same)]
+    # The line above the first sample may name several columns.
+    if any(way.first and len(way.split(lines[way.first - 1][1])) == way.cells > 1 for way in ways):
+        ways = [way for way in ways if way.cells > 1]
+    distinct: list[Dialect] = []
+    for way in ways:
+        # In a table with tabs, spaces are part of a name or of an empty cell.
+        beside_tab = way.delimiter == "space" and any(each.delimiter == "tab" for each in distinct)
+        fewer = way.share < max(other.share for other in ways) - _FEWER_NUMBERS
+        known = any(np.array_equal(way.numbers, each.numbers, equal_nan=True) for each in distinct)
+        if not beside_tab and not fewer and not known:
+            distinct.append(way)
+    return distinct
+
+
+def table_in(rows: Sequence[list[str]], way: Dialect, sensors: int) -> Dialect | None:
+    """Return a dialect with the table that it finds in the rows, if there is one."""
+    if not rows:
+        return None
+    widths = Counter(map(len, rows[len(rows) // 4 :]))
+    width = len(way.labels) or widths.most_common(1)[0][0]
+    way = way._replace(cells=width)
+    rows = list(map(way.trimmed, rows))
+    is_wide = np.array([len(row) == width for row in rows])
+    numbers = np.full((len(rows), width), np.inf)
+    numbers[is_wide] = [list(map(way.number, row)) for row in rows if len(row) == width]
+    there = np.isfinite(numbers).sum(axis=1)
+    # A line with a missing sample may hold only the time.
+    whole = (there >= sensors) | ((there > 0) & ~np.isinf(numbers).any(axis=1))
+    # A word in a column of numbers is a name or a mark, and its row not the first sample.
+    is_word = np.isinf(numbers) & is_wide[:, None]
+    is_named = (is_word & (np.mean(is_word[is_wide], axis=0) < 0.5)).any(axis=1)
+    first = int(np.argmax((there >= sensors) & ~is_named))
+    while first > 0 and whole[first - 1] and not is_named[first - 1]:
+        first -= 1
+    if there.max() < sensors or whole[first:].sum() < max(2, _LEAST_ROWS * (len(rows) - first)):
+        return None
+    below = numbers[first:][is_wide[first:]]
+    share = float(np.mean(~np.isinf(below)))
+    return way._replace(first=first, share=share, numbers=below)
+
+
+def _ambiguity(lines: Sequence[Line], ways: Sequence[Dialect]) -> QuestionError:
+    """Return the question that names an ambiguous cell or line, and the options that decide."""
+    widest, readings, answers = min(ways, key=lambda way: way.cells), list[str](), []
+    is_same = len({way.cells for way in ways}) == 1
+    cells = (
+        (number, cell)
+        for number, text in lines[widest.first :]
+        for cell in widest.split(text)
+        if "," in cell or (is_same and "." in cell)
+    )
+    number, cell = next(cells, (lines[widest.first][0], ""))
+    text = cell or lines[widest.first][1].strip()[:60]
+    for way in ways:
+        if way.cells > widest.cells or not cell:
+            key, value = "delimiter", way.delimiter
+            told = f"columns, {' and '.join(part for part in way.split(text) if part)}"
+        else:
+            key, value = "thousands", way.style[1]
+            if value == "none":
+                key, value = "decimal", way.style[0]
+            told = "no number" if np.isinf(way.number(cell)) else f"{way.number(cell):.12g}"
+        readings.append(f"{told} (--{key} {value})")
+        answers.append({key: value})
+    can_be = " or ".join(readings)
+    return QuestionError(f"line {number}: {text!r} can be {can_be}; choose one", answers)
+
+
+def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None:
+    """Raise an error if points can separate thousands: numbers with one jump a thousandfold."""
+    if "point" not in dialect.style or keys.thousands or keys.decimal:
+        return
+    rows = [row for _, line in lines if len(row := dialect.split(line)) == dialect.cells]
+    for column in zip(*rows, strict=True):
+        pointed = [cell for cell in column if "." in cell]
+        whole = [float(cell) for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
+        if not (whole and all(map(_NUMBERS["comma", "point"].fullmatch, pointed)) and pointed):
+            continue
+        if np.median(whole) > _THOUSANDFOLD * np.median(list(map(float, pointed))):
+            number = next(number for number, line in lines if pointed[0] in line)
+            raise QuestionError(
+                f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
+                f"or {pointed[0].replace('.', '')} (--thousands point); choose one",
+                [{"decimal": "point"}, {"thousands": "point"}],
+            )
+
+
+def labels_of(line: str) -> tuple[str, ...]:
+    """Return the labels of a line; empty if it holds anything but labelled numbers."""
+    if len(line) > _LONGEST_LABELLED or _LABELLED.sub("", line).strip(" \t,;|"):
+        return ()
+    return tuple(label for label, _ in _LABELLED.findall(line))
