@@ -250,7 +250,7 @@ def test_nothing_follows_from_the_headers_of_the_shipped_archive(held_out):
         row = {"status": "accepted", "source": source_of(header), "rate_hz": rate_of(header)}
         row |= {key: header.get(key, "") for key in ("session", "site", "unit")}
         rows[f"{path.parent.name}/{path.stem}"] = row
-    assert len(rows) == 210
+    assert len(rows) == 280
     assert confounded_keys(rows, held_out) == []
 
 
