@@ -5,6 +5,7 @@ import re
 import sys
 import zipfile
 from datetime import datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -150,11 +151,29 @@ def workbook(times, change=None, number_format="General"):
     return write
 
 
-def arrays_of_numpy(folder):
-    np.savez_compressed(folder / "run.npz", t=TIME_S, **SENSORS)
-    return folder / "run.npz"
+def sheets(**by_title):
+    return lambda folder: write_workbook(folder / "lab.xlsx", by_title) or folder / "lab.xlsx"
 
 
+def saved(save, name, *content):
+    """Return what saves arrays, or a bag, by a function of a library under this name."""
+    return lambda folder: save(folder / name, *content) or folder / name
+
+
+def clocked_xdf(folder):
+    """Write a stream whose clock the recorder has measured, beside one of another kind."""
+    stream = xdf_stream(1, "c", TIME_S + 5000, COUNTS, list(SENSORS), "counts", offset_s=-4000)
+    other = xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["pressure"], "kPa")
+    (folder / "run.xdf").write_bytes(xdf_file(stream, other))
+    return folder / "run.xdf"
+
+
+FIELDS = np.array(
+    list(map(tuple, np.vstack([TIME_S, COUNTS]).T)),
+    dtype=[(name, "f8") for name in ("t", *SENSORS)],
+)
+NOON, NOON64 = datetime(2026, 3, 4, 12), np.datetime64("2026-03-04T12:00:00")
+AT_NOON = {"started": "2026-03-04T12:00:00Z"}
 ALL = (TIME_S, COUNTS)
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
 SECONDS = [2.0 * n for n in range(4)]
@@ -167,7 +186,75 @@ SAID = {
     "a matrix, the time and fs": (matlab(t=GAP_S, V=COUNTS.T, fs=10.0), (GAP_S, COUNTS)),
     "vectors in HDF5": (hdf({"time": TIME_S, **SENSORS}), ALL),
     "rows of a matrix": (hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), (GAP_S, COUNTS)),
-    "an archive of numpy": (arrays_of_numpy, ALL),
+    "an archive of numpy": (
+        saved(partial(np.savez_compressed, t=TIME_S, **SENSORS), "a.npz"),
+        ALL,
+    ),
+    "a tall array of numpy": (saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]).T), ALL),
+    "a wide array of numpy": (saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS])), ALL),
+    "fields of numpy": (saved(np.save, "run.npy", FIELDS), ALL),
+    "fields of HDF5": (hdf({"table": FIELDS}), ALL),
+    "a structure of MATLAB": (
+        matlab(
+            lab={
+                "name": "bench",
+                "run": {"time": TIME_S * 1000, **dict(zip(SENSORS, KILO_OHMS, strict=True))},
+            },
+            other=3.0,
+        ),
+        (TIME_S, KILO_OHMS),
+        {"unit": "kohm", "import_variable": "lab.run"},
+    ),
+    "the columns of one matrix": (
+        matlab(t=TIME_S, V=COUNTS.T, room=20 + TIME_S % 1, pump=COUNTS[0] + 3),
+        ALL,
+    ),
+    "attributes of groups": (
+        hdf(
+            {"run/capsule/readings": KILO_OHMS},
+            {
+                ("run/capsule", "sampling_rate"): 10.0,
+                ("/", "started"): "2026-03-04T12:00:00Z",
+                ("run/capsule/readings", "unit"): "kOhm",
+            },
+        ),
+        (TIME_S, KILO_OHMS),
+        {"unit": "kohm", **AT_NOON},
+    ),
+    "a sheet with a row of units": (
+        sheets(notes=[["four passes"], ["no fault"]], Run=excel_rows(TIME_S.tolist())),
+        (TIME_S, KILO_OHMS),
+        {"unit": "kohm", "import_sheet": "Run"},
+    ),
+    "a sheet with dates": (
+        sheets(Run=excel_rows([NOON + timedelta(seconds=t) for t in TIME_S])),
+        (TIME_S, KILO_OHMS),
+        {"started": "2026-03-04T12:00:00"},
+    ),
+    "NWB with time stamps": (
+        saved(partial(nwb_file, unit="kohm", timestamps=TIME_S + 100), "run.nwb"),
+        (TIME_S, KILO_OHMS),
+        {"unit": "kohm", "started": "2026-03-04T12:01:40Z"},
+    ),
+    "NWB with a rate": (
+        saved(partial(nwb_file, unit="kohm", rate=10.0), "run.nwb"),
+        (TIME_S, KILO_OHMS),
+        AT_NOON,
+    ),
+    "channels of TDMS beside another group": (
+        tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART),
+        ALL,
+        AT_NOON,
+    ),
+    "a stream on the recorder's clock": (clocked_xdf, ALL, AT_NOON),
+    **{
+        name: (saved(write, path), ALL, {**AT_NOON, "import_variable": "/capsule"})
+        for name, write, path in (
+            ("a bag of ROS 1", write_bag_1, "run.bag"),
+            ("SQLite of ROS 2", partial(write_bag_2, plugin=StoragePlugin.SQLITE3), "run"),
+            ("MCAP of ROS 2", partial(write_bag_2, plugin=StoragePlugin.MCAP), "run"),
+        )
+    },
     # The attribute of another data set is not that of this one.
     "two rates in HDF5": (
         hdf(
@@ -253,11 +340,13 @@ SAID = {
 
 @pytest.mark.parametrize("kind", SAID)
 def test_what_a_file_says_counts(tmp_path, kind):
-    write, (time_s, values), *options = SAID[kind]
-    recording = import_files(tmp_path, write(tmp_path), *options).the_recording()
+    write, (time_s, values), *more = SAID[kind]
+    header = more.pop() if more and isinstance(more[-1], dict) else {}
+    recording = import_files(tmp_path, write(tmp_path), *more).the_recording()
     atol = 0.03 if "jitter" in kind else 1e-6
     np.testing.assert_allclose(recording.time_s, time_s, atol=atol)
     np.testing.assert_allclose(recording.values, values, atol=1e-6)
+    assert header.items() <= recording.header.items()
 
 
 # What a file says that is not understood, or contradicts itself, and the remedy.
@@ -341,23 +430,6 @@ def test_what_is_no_table_is_named_with_a_remedy_that_works(tmp_path, monkeypatc
     assert "holds 'run.csv'; unpack it" in import_files(tmp_path, Path("run.zip")).refused
 
 
-def test_a_matlab_structure(tmp_path):
-    fields = {f"S{n}": row for n, row in enumerate(KILO_OHMS, start=1)}
-    content = {"lab": {"name": "bench", "run": {"time": TIME_S * 1000, **fields}}, "other": 3.0}
-    write_matlab(tmp_path / "run.mat", content)
-    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
-    assert_readings(recording, TIME_S, KILO_OHMS)
-    assert recording.header["unit"] == "kohm"
-    assert recording.header["import_variable"] == "lab.run"
-
-
-def test_the_columns_of_one_matrix_are_the_sensors(tmp_path):
-    content = {"t": TIME_S, "V": COUNTS.T, "room": 20 + TIME_S % 1, "pump": COUNTS[0] + 3}
-    write_matlab(tmp_path / "run.mat", content)
-    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-
-
 def test_of_several_variables_one_is_asked_for(tmp_path):
     runs = {f"run{n}": {"t": TIME_S, "V": COUNTS + n} for n in (1, 2)}
     write_matlab(tmp_path / "runs.mat", runs)
@@ -374,67 +446,12 @@ def test_of_several_variables_one_is_asked_for(tmp_path):
     assert list(both.recordings()) == ["3mm/runs-run1", "3mm/runs-run2"]
 
 
-def test_hdf5_with_its_attributes(tmp_path):
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        group = file.create_group("run/capsule")
-        group.attrs["sampling_rate"] = 10.0
-        file.attrs["started"] = "2026-03-04T12:00:00Z"
-        group["readings"] = KILO_OHMS
-        group["readings"].attrs["unit"] = "kOhm"
-    recording = import_files(tmp_path, tmp_path / "run.h5").the_recording()
-    assert_readings(recording, TIME_S, KILO_OHMS)
-    assert recording.header["unit"] == "kohm"
-    assert recording.header["started"] == "2026-03-04T12:00:00Z"
-
-
-def test_hdf5_with_one_table(tmp_path):
-    table = np.zeros(TIME_S.size, dtype=[("ms", "i8"), *((f"s{n}", "f8") for n in range(1, 5))])
-    table["ms"] = np.rint(TIME_S * 1000)
-    for number, row in enumerate(COUNTS, start=1):
-        table[f"s{number}"] = row
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        file["table"] = table
-    assert_readings(import_files(tmp_path, tmp_path / "run.h5").the_recording(), TIME_S, COUNTS)
-
-
-def test_an_excel_sheet_with_a_row_of_units(tmp_path):
-    sheets = {"notes": [["four passes"], ["no fault"]], "Run 1": excel_rows(TIME_S.tolist())}
-    write_workbook(tmp_path / "lab.xlsx", sheets)
-    recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
-    assert_readings(recording, TIME_S, KILO_OHMS)
-    assert recording.header["import_sheet"] == "Run 1"
-
-
-def test_an_excel_sheet_with_dates(tmp_path):
-    stamps = [datetime(2026, 3, 4, 12, 0, int(t), round(t % 1 * 1e6)) for t in TIME_S]
-    write_workbook(tmp_path / "lab.xlsx", {"Run 1": excel_rows(stamps)})
-    recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
-    np.testing.assert_allclose(recording.time_s, TIME_S, atol=1e-3)
-    assert recording.header["started"] == "2026-03-04T12:00:00"
-
-
 def test_a_cell_of_a_sheet_that_is_no_number_is_named_by_its_row(tmp_path):
     rows = excel_rows(TIME_S.tolist())
     rows[9][2] = "overload"
     write_workbook(tmp_path / "lab.xlsx", {"Run 1": rows})
     refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
     assert "lab.xlsx: sheet 'Run 1': row 10, column 'S2': 'overload' is not a number" in refused
-
-
-def test_of_several_sheets_one_is_asked_for(tmp_path):
-    sheets = {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)}
-    write_workbook(tmp_path / "lab.xlsx", sheets)
-    refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
-    assert "'Run 1', 'Run 2'; name one with --sheet, or use --sheet all" in refused
-
-
-@pytest.mark.parametrize("time", [{"rate": 10.0}, {"timestamps": TIME_S + 100}], ids=str)
-def test_nwb(tmp_path, time):
-    nwb_file(tmp_path / "run.nwb", unit="kohm", **time)
-    recording = import_files(tmp_path, tmp_path / "run.nwb").the_recording()
-    assert_readings(recording, TIME_S, KILO_OHMS)
-    assert recording.header["started"] == "2026-03-04T12:00:00Z"
-    assert recording.header["unit"] == "kohm"
 
 
 def test_nwb_series_that_share_their_time_stamps(tmp_path):
@@ -449,49 +466,6 @@ def test_nwb_series_that_share_their_time_stamps(tmp_path):
     assert_readings(imported.the_recording(), TIME_S, KILO_OHMS + 1)
 
 
-def test_tdms(tmp_path):
-    properties = {
-        "wf_increment": 0.1,
-        "unit_string": "V",
-        "wf_start_time": np.datetime64("2026-03-04T12:00:00"),
-        "wf_start_offset": 0.0,
-    }
-    channels = [
-        nptdms.ChannelObject("capsule", f"AI{n}", row / 10, properties=properties)
-        for n, row in enumerate(KILO_OHMS)
-    ]
-    other = nptdms.ChannelObject("room", "temperature", np.arange(5.0))
-    with nptdms.TdmsWriter(str(tmp_path / "run.tdms")) as writer:
-        writer.write_segment([*channels, other])
-    recording = import_files(tmp_path, tmp_path / "run.tdms").the_recording()
-    assert_readings(recording, TIME_S, KILO_OHMS / 10)
-    assert recording.header["unit"] == "V"
-    assert recording.header["started"] == "2026-03-04T12:00:00Z"
-
-
-def test_xdf_on_the_recorders_clock(tmp_path):
-    labels = [f"S{n}" for n in range(1, 5)]
-    sensors = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts", offset_s=-4000)
-    other = xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["pressure"], "kPa")
-    (tmp_path / "run.xdf").write_bytes(xdf_file(sensors, other))
-    recording = import_files(tmp_path, tmp_path / "run.xdf").the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-    assert recording.header["started"] == "2026-03-04T12:00:00Z"
-
-
-@pytest.mark.parametrize("kind", ["ROS 1", "SQLITE3", "MCAP"])
-def test_a_bag_of_ros(tmp_path, kind):
-    path = tmp_path / ("run.bag" if kind == "ROS 1" else "run")
-    if kind == "ROS 1":
-        write_bag_1(path)
-    else:
-        write_bag_2(path, StoragePlugin[kind])
-    recording = import_files(tmp_path, path).the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-    assert recording.header["started"] == "2026-03-04T12:00:00Z"
-    assert recording.header["import_variable"] == "/capsule"
-
-
 def test_floats_come_in_to_the_bit_as_pandas_reads_them(tmp_path):
     values = 12 + np.random.default_rng(3).normal(size=(200, 4))
     frame = pandas.DataFrame(values, columns=["S1", "S2", "S3", "S4"])
@@ -502,18 +476,6 @@ def test_floats_come_in_to_the_bit_as_pandas_reads_them(tmp_path):
         imported = import_files(tmp_path / path[:4], tmp_path / path, "--unit", "kohm")
         oracle = read(tmp_path / path).to_numpy()[:, 1:].T
         np.testing.assert_array_equal(imported.the_recording().values, oracle)
-
-
-@pytest.mark.parametrize("form", ["tall", "wide", "fields"])
-def test_numpy(tmp_path, form):
-    array = np.vstack([TIME_S, COUNTS])
-    if form == "fields":
-        names = ("t", "S1", "S2", "S3", "S4")
-        array = np.array(list(map(tuple, array.T)), dtype=[(name, "f8") for name in names])
-    np.save(tmp_path / "run.npy", array.T if form == "tall" else array)
-    imported = import_files(tmp_path, tmp_path / "run.npy")
-    assert_readings(imported.the_recording(), TIME_S, COUNTS)
-    assert list(imported.recordings()) == ["3mm/run"]
 
 
 def test_numpy_that_holds_no_table_is_refused(tmp_path):
@@ -558,55 +520,17 @@ def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
     assert len(lines) + imported.shown.count("  wrote ") >= len(files)
 
 
-MARKS = [".mat", "73.mat", ".h5", ".xlsx", ".nwb", ".tdms", ".xdf", ".bag"]
+def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path):
+    path = xdf((TIME_S, [*SENSORS]))(tmp_path)
+    assert "may be incomplete" not in import_files(tmp_path, path, "--dry-run").shown
+    path.write_bytes(path.read_bytes()[:-30])
+    told = "note: the stream has no end: the file may be incomplete"
+    assert told in import_files(tmp_path, path, "--dry-run").shown
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """Write one file of each format, and return the folder."""
-    folder = tmp_path_factory.mktemp("formats")
-    write_matlab(folder / "run.mat", {"t": TIME_S, "V": COUNTS.T})
-    write_matlab_73(folder / "run73.mat", {"t": TIME_S[:, None], "V": COUNTS.T})
-    with h5py.File(folder / "run.h5", "w") as file:
-        file["readings"] = KILO_OHMS
-    write_workbook(folder / "run.xlsx", {"Run 1": excel_rows(TIME_S.tolist())})
-    nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
-    with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
-        writer.write_segment([nptdms.ChannelObject("a", f"AI{n}", COUNTS[n]) for n in range(4)])
-    (folder / "run.xdf").write_bytes(
-        xdf_file(xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts"))
-    )
-    write_bag_1(folder / "run.bag")
-    return folder
-
-
-@pytest.mark.parametrize("ending", MARKS)
-@pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
-def test_a_file_that_is_cut_off_is_a_line_and_no_stop(tmp_path, written, ending, kept):
-    content = (written / f"run{ending}").read_bytes()
-    cut = tmp_path / f"cut{ending}"
-    cut.write_bytes(content[: int(kept * len(content))])
-    imported = import_files(tmp_path, cut)
-    came_in = imported.recordings()
-    # What some formats hold in front of the cut is whole.
-    assert bool(imported.refused) != bool(came_in)
-    assert imported.refused.count("\n") == imported.status
-
-
-def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path, written):
-    content = (written / "run.xdf").read_bytes()
-    cut = tmp_path / "cut.xdf"
-    cut.write_bytes(content[:-30])
-    assert "may be incomplete" not in import_files(tmp_path, written / "run.xdf", "--dry-run").shown
-    assert "note: the stream has no end: the file may be incomplete" in (
-        import_files(tmp_path, cut, "--dry-run").shown
-    )
-
-
-def test_without_the_package_the_extra_is_named(tmp_path, written, monkeypatch):
+def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch):
+    path = tdms(SENSORS, **APART)(tmp_path)
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    refused = import_files(tmp_path, written / "run.tdms").refused
-    assert (
-        "the TDMS file is read by the package nptdms, which is not installed; run in "
-        f'{ROOT}: pip install -e ".[formats]"'
-    ) in refused
+    told = "the TDMS file is read by the package nptdms, which is not installed; run in "
+    told += f'{ROOT}: pip install -e ".[formats]"'
+    assert told in import_files(tmp_path, path).refused

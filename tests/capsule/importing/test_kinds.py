@@ -186,6 +186,34 @@ READ = {
         COUNTS,
         "",
     ),
+    "remark on the first sample": (
+        lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t").replace(
+            "\n0.1\t", "\tswallow 1\n0.1\t"
+        ),
+        "",
+        COUNTS,
+        "",
+    ),
+    "numbers of pandas": (
+        pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(),
+        "--time 1 --sensors 2 3 4 5",
+        COUNTS,
+        "line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
+    ),
+    "an empty cell in quotes": (
+        lines(TIME_S, *COUNTS, head="t a b c d", sign=" ")
+        .replace("\n4 ", '\n4 "" ')
+        .replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 "),
+        "",
+        np.where(TIME_S == 4, np.nan, COUNTS),
+        "1 samples lack a sensor and count as missing",
+    ),
+    "a rising sensor": (
+        lines(TIME_S, *COUNTS, head=""),
+        "--sensors 1 2 3 4 --rate 10 --unit counts",
+        np.vstack([TIME_S, COUNTS[:3]]),
+        "note: sensor_1 rises from each sample to the next, as a time does",
+    ),
     "LabVIEW": (lvm(), "--unit V", VOLTS, ""),
     "LabVIEW, unit": (lvm(unit=True), "", VOLTS, ""),
     "LabVIEW, no times": (lvm("No"), "--unit V", VOLTS, ""),
@@ -246,6 +274,13 @@ ASKED = {
         "--unit counts",
         COUNTS,
     ),
+    "unit of some": (
+        lines(TIME_S, *COUNTS, head="time,S1 (V),S2,S3 (V),S4"),
+        "",
+        "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed",
+        "--unit counts",
+        COUNTS,
+    ),
     "unit for a name": (
         lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"),
         "",
@@ -287,6 +322,18 @@ ASKED = {
         "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
         "--unit counts --thousands point",
         2 * COUNTS,
+    ),
+    "commas and the unit at once": (
+        lines(
+            TIME_S * 1000,
+            *([f"{value:,.0f}" for value in 4 * row] for row in COUNTS),
+            head="ms;S1;S2;S3;S4",
+            sign=";",
+        ),
+        "",
+        "choose one; with --decimal comma, column 'S1': readings from 1.",
+        "--thousands comma --unit counts",
+        4 * COUNTS,
     ),
     "time in whole seconds": (
         lines(np.floor(TIME_S), *COUNTS),
@@ -383,6 +430,13 @@ def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
     assert told in shown and shown.count("is far from") == 1
 
 
+def test_a_long_gap_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(lines(TIME_S + 300 * (TIME_S > 20), *COUNTS))
+    told = "note: a gap of 5 min follows sample 201; if another run begins behind it"
+    assert told in import_files(tmp_path, path).shown
+
+
 def test_nothing_is_named_in_the_recordings_of_the_archive(tmp_path):
     files = sorted(ROOT.glob("raw/*mm/*.csv"))[::4]
     imported = import_files(tmp_path, *files)
@@ -412,6 +466,11 @@ def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
     given = [*files, "--per-sensor", "--name", "r"]
     recording = import_files(tmp_path, *given).the_recording()
     np.testing.assert_array_equal(recording.values, COUNTS[:, 60:465])
+    bare = [path.with_suffix(".txt") for path in files]
+    for path, other in zip(files, bare, strict=True):
+        other.write_text(path.read_text().partition("\n")[2])
+    shown = import_files(tmp_path / "bare", *bare, *given[4:]).shown
+    assert "note: no file says when it began, so all are taken to begin at the same" in shown
     files[1].write_text(files[1].read_text().partition("\n")[2])
     refused = import_files(tmp_path, *given).refused
     assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused

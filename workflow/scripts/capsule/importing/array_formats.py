@@ -16,6 +16,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import UNSURE_RATE, Channel, Table, with_stamps
+from capsule.importing.times import later
 
 # The word for a table of these formats.
 VARIABLE = "variable"
@@ -276,12 +277,14 @@ def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
             values = values * each[()].reshape(shape)
         values = values + told.get("offset", 0.0)
         how: dict[str, Any] = {"unit": _decoded(told.get("unit", ""))}
-        how["started"] = _decoded(group.file["session_start_time"][()])
         if times:
             how |= {"stamps": Channel("timestamps", times[()], "s"), "start_s": float(times[0])}
         elif start:
             rates_hz = {"rate": float(start.attrs["rate"])}
             how |= {"start_s": float(start[()]), "rates_hz": rates_hz}
+        # All times count from the start of the session.
+        session = _decoded(group.file["session_start_time"][()])
+        how["started"] = later(session, how.get("start_s", 0.0)) or session
         channels = array_channels(name, values, **how)
         if channels and (times or start):
             yield Table(with_stamps(channels), VARIABLE, name)
