@@ -100,10 +100,9 @@ def test_the_warning_says_what_follows_and_what_to_do():
     assert "A detector may have learned the source instead of the nodule</p>" in said
     assert (
         "Among the recordings that teach, whether there is a nodule follows from the source and "
-        "from the sampling rate. Whoever knows nothing but the source finds 40 of 40 nodules, and "
-        "calls 20 of 20 healthy places healthy. So the rates below do not show that a detector "
-        "finds nodules. Record healthy places and nodules of every size with the same source and "
-        "sampling rate.</p>"
+        "from the sampling rate. So the rates below do not show that a detector finds nodules. "
+        "Record healthy places and nodules of every size with the same source and sampling "
+        "rate.</p>"
     ) in said
     assert values["sizes"] == ["no nodule", "1 mm", "3 mm"]
     assert values["keys"] == [

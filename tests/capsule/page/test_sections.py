@@ -148,7 +148,6 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
     warning = confounded.partition('id="confounded"')[2].partition("</div>\n</div>")[0]
     told = "whether there is a nodule follows from the source."
     assert f"Among the recordings that teach, {told}" in warning
-    assert "finds 60 of 60 nodules, and calls 60 of 60 healthy places healthy." in warning
     cells = re.findall(r"<t[hd]\b[^>]*>(.*?)</t[hd]>", warning)
     escaped = EVIL.replace("<", "&lt;").replace(">", "&gt;")
     assert cells[:4] == ["Header", "Value", "no nodule", "1 mm"]

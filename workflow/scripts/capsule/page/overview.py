@@ -86,18 +86,17 @@ def confounded_values(found: Sequence[Confounded]) -> Cells | None:
     Returns
     -------
     dict or None
-        ``first``, the key that tells most, and ``nodules``, whether it tells nodules or only their
-        sizes; ``names`` of keys; ``follows``, what follows from those found; ``sizes``, the heads
-        of the columns; ``keys``, each with its ``name`` and ``rows`` of a value and its counts.
+        ``first``, the key that tells most; ``names`` of keys; ``follows``, what follows from those
+        found; ``sizes``, the heads of the columns; ``keys``, each with its ``name`` and ``rows`` of
+        a value and its counts.
     """
     if not found:
         return None
     # Of equal ones, the first.
-    first = max(found, key=lambda each: (each.of_any, bool(each.nodules_mm)))
+    first = max(found, key=lambda each: each.nodules)
     sizes_mm = sorted({size for each in found for of in each.counts.values() for size in of})
     return {
         "first": first,
-        "nodules": first.of_any or bool(first.nodules_mm),
         "names": KEYS,
         "follows": in_words(found),
         "sizes": [words.size(size) for size in sizes_mm],
