@@ -147,7 +147,8 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     assert unknown.endswith(f" is not known: {rows[0]['unfamiliar_because']}")
     for line, row in zip(said, rows, strict=True):
         sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
-        verdict = f"nodule of {words.estimated_size(sized)}" if row["estimate_mm"] else "no"
+        verdict = row["verdict"]
+        verdict += f", {words.estimated_size(sized)}" if row["estimate_mm"] else ""
         assert line.startswith(f"verdict of {row['detector']}: {verdict}")
         assert not row["probability"] or words.percent(float(row["probability"])) in line
         assert not row["location_s"] or words.place(float(row["location_s"]), None) in line

@@ -438,8 +438,8 @@ def test_running_verdict(logger_bench):
     said = recorder.expect(0)
     assert "verdict of template: n" in said
     # What the bench counts depends on when the recorder begins: it has a score, or none.
-    assert re.search(r"verdict of diagonal: none \(no (threshold|score)", said)
-    assert "verdict of taught: none (no score" in said
+    assert re.search(r"verdict of diagonal: no verdict \(no (threshold|score)", said)
+    assert "verdict of taught: no verdict (no score" in said
     assert said.index("archived") < said.index("verdict of template:")
 
 

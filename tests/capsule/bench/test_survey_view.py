@@ -36,8 +36,8 @@ def test_the_lines_say_where_the_head_is_what_it_does_and_what_was_found():
     bar = score[len("score 0.075 ") : -len(" threshold 0.150")]
     assert bar.count("█") == pytest.approx(bar.index("│") / 2, abs=0.5)
     assert places == [
-        "● place 2 at 200 mm: confirmed, 3.1 mm (2.4 to 3.8)",
-        "○ place 1 at 100 mm: dismissed",
+        "● place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
+        "○ place 1 at 100 mm: no nodule",
     ]
 
 
@@ -101,7 +101,7 @@ def test_a_terminal_is_drawn_on_seldom_and_in_its_place():
     view.end(800.0, pilot_at(NAN), {1: "2.0 mm"})
     last = screen.getvalue()[len(drawn) :]
     assert last.startswith("\x1b[4A\x1b[Jdemo  13 min 20 s  head last at 199.9 mm")
-    assert "● place 1 at 90 mm: confirmed, 2.0 mm" in last
+    assert "● place 1 at 90 mm: nodule, 2.0 mm" in last
     # What follows does not wipe it away.
     ended = screen.getvalue()
     view.end(800.0, pilot_at(NAN), {})

@@ -90,8 +90,8 @@ def test_crests_run_forward_at_the_speed_of_the_wave(drawing):
 def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
     texts = [text.get_text() for text in drawing[1](PAGE_WIDTH_IN).findobj(Text)]
     assert "demo, simulated" in texts
-    assert "1 confirmed, 3.1 mm (2.4 to 3.9)" in texts
-    assert "2 undecided" in texts
+    assert "1 nodule, 3.1 mm (2.4 to 3.9)" in texts
+    assert "2 uncertain: pass again" in texts
     assert "position not measured" in texts
     assert {"time (min)", "distance along the gut (mm)", "score"} <= set(texts)
 

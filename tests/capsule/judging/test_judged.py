@@ -154,7 +154,7 @@ def test_a_strange_file_says_so_before_the_verdicts_and_shows_no_probability():
     head = strange.index(f"unlike the recordings that teach: {because}")
     assert strange[head + 1].startswith("detector")
     one, two = strange[head + 2 : head + 4]
-    assert one.startswith("one") and "nodule" in one and "3.0 mm" in one
+    assert one.startswith("one") and "unlike the recordings that teach  3.0 mm" in one
     assert "98.7" not in one and "12.3" not in two and "not given" in one and "not given" in two
 
 
@@ -275,7 +275,7 @@ def test_a_place_before_the_start_and_no_verdict_are_said_in_words():
     assert not any(line.startswith("place  ") for line in lines)
     table = [line.split(maxsplit=1) for line in lines[3:6]]
     assert table[1][0] == "early" and table[1][1].endswith("before the start")
-    assert table[2][1].startswith("none: no score: a wave, a sensor or labelled recordings")
+    assert table[2][1].startswith("no verdict: no score: a wave, a sensor or labelled recordings")
 
 
 def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):

@@ -47,12 +47,12 @@ def test_a_simulated_survey_is_called_simulated(about, title):
 def test_the_places_are_those_of_the_file_in_words(session):
     values = survey_values(session, track_of(session), pins_of(session))
     first, second = values["places"]
-    assert first["status"] == "confirmed"
+    assert first["status"] == "nodule"
     assert first["size"] == "3.1 mm (2.4 to 3.9)"
     assert first["where"] == "36.4 mm"
     assert (first["passes"], first["height"]) == (2, "6.00")
-    assert (second["status"], second["size"]) == ("undecided", "n/a")
-    assert "2 suspected places: 1 confirmed and 1 undecided" in values["summary"]
+    assert (second["status"], second["size"]) == ("uncertain: pass again", "n/a")
+    assert "2 suspected places: 1 nodule and 1 uncertain: pass again" in values["summary"]
     assert values["simulated"] is True
     json.dumps(values, allow_nan=False)
 

@@ -36,8 +36,8 @@ def test_the_section_shows_each_survey_with_its_places(browser, page):
         ".map((row) => [...row.cells].map((cell) => cell.textContent))"
     )
     assert rows == [
-        ["1", "confirmed", "3.1 mm (2.4 to 3.9)", "36.4 mm", "2", "6.00"],
-        ["2", "undecided", "n/a", "71.0 mm", "1", "not known"],
+        ["1", "nodule", "3.1 mm (2.4 to 3.9)", "36.4 mm", "2", "6.00"],
+        ["2", "uncertain: pass again", "n/a", "71.0 mm", "1", "not known"],
     ]
     assert browser.run(
         "const image = document.querySelector('#surveys img'); return image.naturalWidth > 400"

@@ -46,7 +46,7 @@ def test_an_interval_of_a_size_without_an_upper_end_is_read_as_it_is_written():
     opened = contents["places.csv"].replace(b"2.4,3.9", b"2.4,inf")
     first, _ = parse_session("demo", contents | {"places.csv": opened}).places
     assert (first.size_low_mm, first.size_high_mm) == (2.4, np.inf)
-    assert verdict_words(first) == "confirmed, 3.1 mm (2.4 mm or more)"
+    assert verdict_words(first) == "nodule, 3.1 mm (2.4 mm or more)"
 
 
 @pytest.mark.parametrize(

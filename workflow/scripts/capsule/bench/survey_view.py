@@ -7,6 +7,7 @@ from typing import TextIO
 
 from capsule import words
 from capsule.bench.terminal import REDRAW_EVERY_S, LivePanel
+from capsule.detectors.verdicts import OF_SURVEY
 from capsule.survey.cycle import FOLDED_STATES, STATES
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import Event
@@ -77,7 +78,7 @@ def state_lines(state: SurveyState, width: int, *, plain: bool = False) -> list[
         _score_bar(state, width),
     ]
     for number, status, place_mm, size in state.places[: -_PLACES - 1 : -1]:
-        verdict = f"{status or 'suspected'}{f', {size}' if size else ''}"
+        verdict = f"{OF_SURVEY.get(status, 'suspected')}{f', {size}' if size else ''}"
         lines.append(f"{_MARKS[status]} place {number} at {place_mm:.0f} mm: {verdict}")
     if len(state.places) > _PLACES:
         lines.append(f"  and {len(state.places) - _PLACES} before")

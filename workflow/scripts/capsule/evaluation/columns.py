@@ -7,7 +7,7 @@ This module imports nothing, because the Snakefile reads the names.
 SITES = [
     *("site", "size_mm", "recordings", "detector", "passes", "score", "threshold", "detected"),
     *("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"),
-    *("familiar", "unfamiliar_because"),
+    *("familiar", "unfamiliar_because", "verdict"),
 ]
 
 _KEY = ("detector", "scheme")

@@ -15,6 +15,7 @@ from typing import TypeAlias, TypeVar
 from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
+from capsule.detectors.verdicts import row_verdict
 from capsule.kinds import Cells, Settings, Spread
 from capsule.recordings.held_out import places_of, teaching
 from capsule.recordings.names import size_label, size_mm
@@ -181,7 +182,7 @@ class Detectors:
         template, and the other results. A detector that does not use distances has None there.
         ``no_verdict`` is the reason for no verdict. ``familiar`` and ``unfamiliar_because`` tell
         whether the recording is of the kind that teaches; they are empty for one that no detector
-        judges.
+        judges. ``verdict`` is one of `capsule.detectors.verdicts.VerdictWord`.
 
     Raises
     ------
@@ -197,7 +198,7 @@ class Detectors:
         self._taught = lru_cache(maxsize=2)(self._teach)
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         predicted, *others = verdict_cells(NO_VERDICT, 1.0)
-        self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells]
+        self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells, "verdict"]
 
     def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
         """Yield each detector's verdict on some recordings; those left out teach nothing."""
@@ -214,7 +215,8 @@ class Detectors:
                 cells = verdict_cells(verdict, rate_hz, reason)
                 distances = verdict.distances or [None] * len(self._distances)
                 cells |= zip(self._distances, distances, strict=True)
-                yield {"recording": name, "detector": detector, **cells, **kind.cells}
+                cells |= {"recording": name, "detector": detector, **kind.cells}
+                yield cells | {"verdict": str(row_verdict(cells))}
 
     def _teach(self, left_out: frozenset[str]) -> tuple[dict[str, Detector], FamiliarKind]:
         """Teach the detectors, and what is familiar, without some recordings."""

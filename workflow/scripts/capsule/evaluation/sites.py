@@ -12,6 +12,7 @@ import pandas as pd
 
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
+from capsule.detectors.verdicts import row_verdict
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.cross_validation import Rows, choosing_scheme
 from capsule.kinds import Cells, Settings
@@ -64,6 +65,7 @@ def site_table(
     known = np.where(table["site"].isin(answers["site"]), "yes", "")
     table["familiar"] = np.where(table["site"].isin(because.index), "no", known)
     table["unfamiliar_because"] = [because.get(site, "") for site in table["site"]]
+    table["verdict"] = [str(row_verdict(row)) for row in table.to_dict("records")]
     return table[SITES]
 
 

@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 
 from capsule import words
 from capsule.arrays import FloatArray, IntArray
+from capsule.detectors.verdicts import OF_SURVEY
 from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
@@ -337,12 +338,13 @@ def spread_out(places: Sequence[float], least: float, end: float) -> list[float]
 
 
 def verdict_words(place: StoredPlace) -> str:
-    """Return the verdict on a place with its size: ``confirmed, 3.1 mm (2.4 to 3.8)``."""
+    """Return the verdict on a place with its size: ``nodule, 3.1 mm (2.4 to 3.8)``."""
+    word = str(OF_SURVEY[place.status])
     if place.status != "confirmed" or not words.is_known(place.size_mm):
-        return place.status
+        return word
     names = ("size_mm", "size_low_mm", "size_high_mm")
     size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
-    return f"{place.status}, {words.estimated_size(size)}"
+    return f"{word}, {words.estimated_size(size)}"
 
 
 def _draw_evidence(axes: Axes, picture: _Picture) -> None:

@@ -12,6 +12,7 @@ from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import is_of, read_learned, read_template_set
 from capsule.detectors.registry import detector_class
+from capsule.detectors.verdicts import VerdictWord, verdict_word
 from capsule.engine.project import WEIGHTS
 from capsule.errors import CapsuleError, RecordingError
 from capsule.kinds import Settings
@@ -165,15 +166,15 @@ class FinalVerdict:
 
     def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
         recording = self._settings["recording"]
+        parts = [str(_word(verdict, familiarity))]
         if np.isnan(verdict.predicted_mm):
-            return f"verdict of {detector}: none ({why_unknown(verdict)})"
-        parts = ["no nodule"]
+            return f"verdict of {detector}: {parts[0]} ({why_unknown(verdict)})"
         if verdict.predicted_mm > 0:
             where = words.place(
                 verdict.location_samples / recording["rate_hz"], verdict.location_mm
             )
-            parts = [
-                f"nodule of {words.estimated_size(vars(verdict))}",
+            parts += [
+                words.estimated_size(vars(verdict)),
                 f"sensor 1 passes the nodule: {where}",
             ]
         probability = familiarity.stated(verdict.probability)
@@ -184,6 +185,18 @@ class FinalVerdict:
                 f"of {prevalence}"
             )
         return f"verdict of {detector}: {', '.join(parts)}"
+
+
+def _word(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
+    """Return which of the five verdicts this is."""
+    unlike = familiarity.because if familiarity.familiar is False else ""
+    return verdict_word(
+        verdict.score,
+        verdict.threshold,
+        verdict.probability,
+        unlike=unlike,
+        reason=why_unknown(verdict),
+    )
 
 
 _GAP = "  "
@@ -218,13 +231,14 @@ def verdict_table(
 
 def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
     probability = words.probability(familiarity.stated(verdict.probability))
+    word = str(_word(verdict, familiarity))
     if not words.is_known(verdict.predicted_mm):
-        return [detector, f"none: {why_unknown(verdict)}"]
+        return [detector, f"{word}: {why_unknown(verdict)}"]
     if verdict.predicted_mm == 0:
-        return [detector, "no nodule", "", probability]
+        return [detector, word, "", probability]
     return [
         detector,
-        "nodule",
+        word,
         words.estimated_size(vars(verdict)),
         probability,
         words.place(verdict.location_samples / rate_hz, verdict.location_mm),

@@ -12,10 +12,11 @@ import pandas as pd
 
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray
+from capsule.detectors.verdicts import OF_SURVEY, VerdictWord
 from capsule.kinds import Cells, Row
 from capsule.page.packing import pack, to_json
 from capsule.page.provenance import is_simulated
-from capsule.survey.cycle import STATES, STATUSES
+from capsule.survey.cycle import STATES
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of, simplified
 
@@ -91,7 +92,7 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
         "places": [
             {
                 "number": place.number,
-                "status": place.status,
+                "status": str(OF_SURVEY[place.status]),
                 "where": _where(place),
                 "passes": place.passes,
                 "size": _size(place),
@@ -111,8 +112,8 @@ def _outcome(session: Session) -> str:
         return f"it was told to go to {told}"
     if not session.places:
         return "no suspected place"
-    counts = Counter(place.status for place in session.places)
-    said = words.enumerate_words([f"{counts[name]} {name}" for name in STATUSES if counts[name]])
+    counts = Counter(OF_SURVEY[place.status] for place in session.places)
+    said = words.enumerate_words([f"{counts[name]} {name}" for name in VerdictWord if counts[name]])
     return f"{words.plural(len(session.places), 'suspected place')}: {said}"
 
 
