@@ -4,6 +4,8 @@ import gzip
 import re
 import sys
 import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -179,22 +181,30 @@ APART = {"wf_increment": 0.1, "unit_string": "counts"}
 SECONDS = [2.0 * n for n in range(4)]
 RATES = {(name, "sampling_rate"): 10.0 for name in LATER}
 LOST = np.where(TIME_S == 5, np.nan, COUNTS)
+
+
+@dataclass
+class Said:
+    """What writes a file, the samples in it, the options that read it, and lines of the header."""
+
+    write: Callable
+    samples: tuple = ALL
+    options: str = ""
+    header: dict = field(default_factory=dict)
+
+
 SAID = {
-    # A limit on columns that meets rows drops them.
-    "vectors in .mat": (matlab(t=TIME_S, **SENSORS), ALL),
-    "vectors in MATLAB 7.3": (matlab_73(t=TIME_S[:, None], **SENSORS), ALL),
-    "a matrix, the time and fs": (matlab(t=GAP_S, V=COUNTS.T, fs=10.0), (GAP_S, COUNTS)),
-    "vectors in HDF5": (hdf({"time": TIME_S, **SENSORS}), ALL),
-    "rows of a matrix": (hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), (GAP_S, COUNTS)),
-    "an archive of numpy": (
-        saved(partial(np.savez_compressed, t=TIME_S, **SENSORS), "a.npz"),
-        ALL,
-    ),
-    "a tall array of numpy": (saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]).T), ALL),
-    "a wide array of numpy": (saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS])), ALL),
-    "fields of numpy": (saved(np.save, "run.npy", FIELDS), ALL),
-    "fields of HDF5": (hdf({"table": FIELDS}), ALL),
-    "a structure of MATLAB": (
+    "vectors in .mat": Said(matlab(t=TIME_S, **SENSORS)),
+    "vectors in MATLAB 7.3": Said(matlab_73(t=TIME_S[:, None], **SENSORS)),
+    "a matrix, the time and fs": Said(matlab(t=GAP_S, V=COUNTS.T, fs=10.0), (GAP_S, COUNTS)),
+    "vectors in HDF5": Said(hdf({"time": TIME_S, **SENSORS})),
+    "rows of a matrix": Said(hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), (GAP_S, COUNTS)),
+    "an archive of numpy": Said(saved(partial(np.savez_compressed, t=TIME_S, **SENSORS), "a.npz")),
+    "a tall array of numpy": Said(saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]).T)),
+    "a wide array of numpy": Said(saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]))),
+    "fields of numpy": Said(saved(np.save, "run.npy", FIELDS)),
+    "fields of HDF5": Said(hdf({"table": FIELDS})),
+    "a structure of MATLAB": Said(
         matlab(
             lab={
                 "name": "bench",
@@ -203,13 +213,12 @@ SAID = {
             other=3.0,
         ),
         (TIME_S, KILO_OHMS),
-        {"unit": "kohm", "import_variable": "lab.run"},
+        header={"unit": "kohm", "import_variable": "lab.run"},
     ),
-    "the columns of one matrix": (
-        matlab(t=TIME_S, V=COUNTS.T, room=20 + TIME_S % 1, pump=COUNTS[0] + 3),
-        ALL,
+    "the columns of one matrix": Said(
+        matlab(t=TIME_S, V=COUNTS.T, room=20 + TIME_S % 1, pump=COUNTS[0] + 3)
     ),
-    "attributes of groups": (
+    "attributes of groups": Said(
         hdf(
             {"run/capsule/readings": KILO_OHMS},
             {
@@ -219,75 +228,65 @@ SAID = {
             },
         ),
         (TIME_S, KILO_OHMS),
-        {"unit": "kohm", **AT_NOON},
+        header={"unit": "kohm", **AT_NOON},
     ),
-    "a sheet with a row of units": (
+    "a sheet with a row of units": Said(
         sheets(notes=[["four passes"], ["no fault"]], Run=excel_rows(TIME_S.tolist())),
         (TIME_S, KILO_OHMS),
-        {"unit": "kohm", "import_sheet": "Run"},
+        header={"unit": "kohm", "import_sheet": "Run"},
     ),
-    "a sheet with dates": (
+    "a sheet with dates": Said(
         sheets(Run=excel_rows([NOON + timedelta(seconds=t) for t in TIME_S])),
         (TIME_S, KILO_OHMS),
-        {"started": "2026-03-04T12:00:00"},
+        header={"started": "2026-03-04T12:00:00"},
     ),
-    "NWB with time stamps": (
+    "NWB with time stamps": Said(
         saved(partial(nwb_file, unit="kohm", timestamps=TIME_S + 100), "run.nwb"),
         (TIME_S, KILO_OHMS),
-        {"unit": "kohm", "started": "2026-03-04T12:01:40Z"},
+        header={"unit": "kohm", "started": "2026-03-04T12:01:40Z"},
     ),
-    "NWB with a rate": (
+    "NWB with a rate": Said(
         saved(partial(nwb_file, unit="kohm", rate=10.0), "run.nwb"),
         (TIME_S, KILO_OHMS),
-        AT_NOON,
+        header=AT_NOON,
     ),
-    "channels of TDMS beside another group": (
-        tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART),
-        ALL,
-        AT_NOON,
+    "channels of TDMS beside another group": Said(
+        tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART), header=AT_NOON
     ),
-    "a stream on the recorder's clock": (clocked_xdf, ALL, AT_NOON),
+    "a stream on the recorder's clock": Said(clocked_xdf, header=AT_NOON),
     **{
-        name: (saved(write, path), ALL, {**AT_NOON, "import_variable": "/capsule"})
+        name: Said(saved(write, path), header={**AT_NOON, "import_variable": "/capsule"})
         for name, write, path in (
             ("a bag of ROS 1", write_bag_1, "run.bag"),
             ("SQLite of ROS 2", partial(write_bag_2, plugin=StoragePlugin.SQLITE3), "run"),
             ("MCAP of ROS 2", partial(write_bag_2, plugin=StoragePlugin.MCAP), "run"),
         )
     },
-    # The attribute of another data set is not that of this one.
-    "two rates in HDF5": (
+    "two rates in HDF5": Said(
         hdf(
             {"tactile": COUNTS.T, "video": np.zeros((3150, 1))},
             {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0},
-        ),
-        ALL,
+        )
     ),
-    "one start for each data set": (
-        hdf(
-            LATER,
-            RATES | {(n, "started"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)},
-        ),
+    "one start for each data set": Said(
+        hdf(LATER, RATES | {(n, "started"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
-    "fs and freq alike": (matlab(V=COUNTS.T, freq=10.0, fs=10.0), ALL),
-    "packed": (netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
-    "packed before NetCDF 4": (netcdf("scipy"), (TIME_S, COUNTS / 100)),
-    "packed without a time": (
-        netcdf("h5netcdf", time=False),
-        (TIME_S, COUNTS / 100),
-        "--rate",
-        "10",
+    "fs and freq alike": Said(matlab(V=COUNTS.T, freq=10.0, fs=10.0)),
+    "packed": Said(netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
+    "packed before NetCDF 4": Said(netcdf("scipy"), (TIME_S, COUNTS / 100)),
+    "packed without a time": Said(
+        netcdf("h5netcdf", time=False), (TIME_S, COUNTS / 100), options="--rate 10"
     ),
-    "a fill value": (
+    "a fill value": Said(
         hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=-9).T}, {("V", "_FillValue"): -9.0}),
         (TIME_S, LOST),
     ),
-    "a scale for each channel": (
+    "a scale for each channel": Said(
         nwb(rate=10.0, conversion=0.001, channel_conversion=[1.0, 2.0, 1.0, 0.5]),
         (TIME_S, COUNTS * [[0.001], [0.002], [0.001], [0.0005]]),
     ),
-    "a series for each sensor": (
+    "a series for each sensor": Said(
         nwb(
             *(
                 {"name": name, "data": row, "rate": 10.0, "starting_time": start}
@@ -296,16 +295,14 @@ SAID = {
         ),
         LATER_READ,
     ),
-    "starts of TDMS": (
-        tdms(LATER, wf_start_time=[NINE + 2 * n for n in range(4)], **APART),
-        LATER_READ,
+    "starts of TDMS": Said(
+        tdms(LATER, wf_start_time=[NINE + 2 * n for n in range(4)], **APART), LATER_READ
     ),
-    "offsets of TDMS": (tdms(LATER, wf_start_offset=SECONDS, **APART), LATER_READ),
-    "a group of TDMS for each sensor": (
-        tdms(LATER, group=None, wf_start_offset=SECONDS, **APART),
-        LATER_READ,
+    "offsets of TDMS": Said(tdms(LATER, wf_start_offset=SECONDS, **APART), LATER_READ),
+    "a group of TDMS for each sensor": Said(
+        tdms(LATER, group=None, wf_start_offset=SECONDS, **APART), LATER_READ
     ),
-    "a sensor at half the rate": (
+    "a sensor at half the rate": Said(
         tdms(
             {**SENSORS, "S4": 500 + TIME_S[::2]},
             wf_increment=[0.1, 0.1, 0.1, 0.2],
@@ -313,40 +310,36 @@ SAID = {
         ),
         (TIME_S, [*COUNTS[:3], 500 + TIME_S]),
     ),
-    "a sample short": (
-        tdms({**SENSORS, "S4": COUNTS[3][:-1]}, **APART),
-        (TIME_S[:-1], COUNTS[:, :-1]),
+    "a sample short": Said(
+        tdms({**SENSORS, "S4": COUNTS[3][:-1]}, **APART), (TIME_S[:-1], COUNTS[:, :-1])
     ),
-    "a sample short of its time": (
+    "a sample short of its time": Said(
         tdms({"Time": TIME_S, **SENSORS, "S4": COUNTS[3][:-1]}, unit_string=["s", *["counts"] * 4]),
         (TIME_S[:-1], COUNTS[:, :-1]),
     ),
-    "a gap in XDF": (xdf((5000 + GAP_S, [*SENSORS])), (GAP_S, COUNTS)),
-    "jitter in XDF": (xdf((5000 + TIME_S + np.tile([0, 0.11, 0], 175), [*SENSORS])), ALL),
-    "two streams": (
+    "a gap in XDF": Said(xdf((5000 + GAP_S, [*SENSORS])), (GAP_S, COUNTS)),
+    "jitter in XDF": Said(xdf((5000 + TIME_S + np.tile([0, 0.11, 0], 175), [*SENSORS]))),
+    "two streams": Said(
         xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"])),
         (TIME_S[:485], [*COUNTS[:2, 40:], *COUNTS[2:, :485]]),
     ),
-    "elapsed times of more than a day": (
-        workbook([timedelta(seconds=86390 + t) for t in TIME_S], number_format="[h]:mm:ss.0"),
-        ALL,
+    "elapsed times of more than a day": Said(
+        workbook([timedelta(seconds=86390 + t) for t in TIME_S], number_format="[h]:mm:ss.0")
     ),
-    "minutes and seconds": (
-        workbook([(86390 + t) / 86400 for t in TIME_S], number_format="mm:ss.0"),
-        ALL,
+    "minutes and seconds": Said(
+        workbook([(86390 + t) / 86400 for t in TIME_S], number_format="mm:ss.0")
     ),
 }
 
 
 @pytest.mark.parametrize("kind", SAID)
 def test_what_a_file_says_counts(tmp_path, kind):
-    write, (time_s, values), *more = SAID[kind]
-    header = more.pop() if more and isinstance(more[-1], dict) else {}
-    recording = import_files(tmp_path, write(tmp_path), *more).the_recording()
+    row = SAID[kind]
+    recording = import_files(tmp_path, row.write(tmp_path), *row.options.split()).the_recording()
     atol = 0.03 if "jitter" in kind else 1e-6
-    np.testing.assert_allclose(recording.time_s, time_s, atol=atol)
-    np.testing.assert_allclose(recording.values, values, atol=1e-6)
-    assert header.items() <= recording.header.items()
+    np.testing.assert_allclose(recording.time_s, row.samples[0], atol=atol)
+    np.testing.assert_allclose(recording.values, row.samples[1], atol=1e-6)
+    assert row.header.items() <= recording.header.items()
 
 
 # What a file says that is not understood, or contradicts itself, and the remedy.

@@ -5,6 +5,7 @@ of the shipped archive, with a function a kind.
 """
 
 import json
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from itertools import pairwise
 
@@ -113,31 +114,43 @@ def commented(text):
     return "\n".join([*rows, ""])
 
 
+@dataclass
+class Read:
+    """A text, its readings, the options that read it, and a note that is shown."""
+
+    text: str
+    values: np.ndarray = field(default_factory=lambda: COUNTS)
+    options: str = ""
+    note: str = ""
+
+
+@dataclass
+class Asked:
+    """A text, words of its refusal, the remedy, and the readings then; None: two runs."""
+
+    text: str
+    words: str
+    remedy: str
+    values: np.ndarray | None = field(default_factory=lambda: COUNTS)
+    options: str = ""
+
+
 PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME = lines(*COUNTS, head="")
 READ = {
-    # file: text, options, true readings, note
-    "words for millivolts": (with_unit("mVolt"), "", COUNTS / 1000, ""),
-    "comment in millivolts": ("# Units: mV\n" + PLAIN, "", COUNTS / 1000, ""),
-    "words in a comment": ("# all readings in millivolts\n" + PLAIN, "", COUNTS / 1000, ""),
-    "row of units": (
-        lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
-        "",
-        COUNTS / 1000,
-        "",
+    "words for millivolts": Read(with_unit("mVolt"), values=COUNTS / 1000),
+    "comment in millivolts": Read("# Units: mV\n" + PLAIN, values=COUNTS / 1000),
+    "words in a comment": Read("# all readings in millivolts\n" + PLAIN, values=COUNTS / 1000),
+    "row of units": Read(
+        lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"), values=COUNTS / 1000
     ),
-    "sides are no units": (
-        lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)"),
-        "",
-        COUNTS,
-        "",
+    "sides are no units": Read(
+        lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
     ),
     **{
-        f"counter of {bits} bits, {unit}": (
+        f"counter of {bits} bits, {unit}": Read(
             lines(wrapped(bits, per_second, low=low), *COUNTS, head=f"t ({unit}),S1,S2,S3,S4"),
-            "",
-            COUNTS,
-            "the clock jumps by ",
+            note="the clock jumps by ",
         )
         for bits, per_second, unit, low in (
             (32, 1_000_000, "us", 0),
@@ -147,85 +160,57 @@ READ = {
             (16, 1000, "ms", -(2**15)),
         )
     },
-    "2^15 ms": (lines(wrapped(15, 1000), *COUNTS, head="ms,S1,S2,S3,S4"), "", COUNTS, "by 32768"),
-    "micros() in seconds": (
+    "2^15 ms": Read(lines(wrapped(15, 1000), *COUNTS, head="ms,S1,S2,S3,S4"), note="by 32768"),
+    "micros() in seconds": Read(
         lines(wrapped(32, 1e6, scale=1e6), *COUNTS, head="t (s),S1,S2,S3,S4"),
-        "",
-        COUNTS,
-        "the clock jumps by 4294.967296",
+        note="the clock jumps by 4294.967296",
     ),
-    "autumn": (autumn(), "", COUNTS, "jumps by an hour, as with summer time"),
-    "spring": (autumn(-3600), "", COUNTS, "jumps by an hour, as with summer time"),
-    "no hours": (
-        lines(clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False), *COUNTS),
-        "",
-        COUNTS,
-        "",
+    "autumn": Read(autumn(), note="jumps by an hour, as with summer time"),
+    "spring": Read(autumn(-3600), note="jumps by an hour, as with summer time"),
+    "no hours": Read(lines(clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False), *COUNTS)),
+    "past 24 h": Read(lines(elapsed(), *COUNTS)),
+    "CoolTerm": Read(stamped(millis, " ")),
+    "CoolTerm, tab": Read(stamped(millis, "\t")),
+    "Tera Term": Read(stamped(lambda moment: f"[{millis(moment)}]", " ")),
+    "grabserial": Read(stamped(lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " ")),
+    "grabserial, seconds": Read(
+        stamped(lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " ")
     ),
-    "past 24 h": (lines(elapsed(), *COUNTS), "", COUNTS, ""),
-    "CoolTerm": (stamped(millis, " "), "", COUNTS, ""),
-    "CoolTerm, tab": (stamped(millis, "\t"), "", COUNTS, ""),
-    "Tera Term": (stamped(lambda moment: f"[{millis(moment)}]", " "), "", COUNTS, ""),
-    "grabserial": (
-        stamped(lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " "),
-        "",
-        COUNTS,
-        "",
-    ),
-    "grabserial, seconds": (
-        stamped(lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " "),
-        "",
-        COUNTS,
-        "",
-    ),
-    "numbers name columns": (lines(TIME_S, *COUNTS, head="Time,1,2,3,4"), "", COUNTS, ""),
-    "numbers from 0": (lines(TIME_S, *COUNTS, head="time_s,0,1,2,3"), "", COUNTS, ""),
-    "ManoView": (
-        lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t"),
-        "",
-        COUNTS,
-        "",
-    ),
-    "remark on the first sample": (
+    "numbers name columns": Read(lines(TIME_S, *COUNTS, head="Time,1,2,3,4")),
+    "numbers from 0": Read(lines(TIME_S, *COUNTS, head="time_s,0,1,2,3")),
+    "ManoView": Read(lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")),
+    "remark on the first sample": Read(
         lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t").replace(
             "\n0.1\t", "\tswallow 1\n0.1\t"
-        ),
-        "",
-        COUNTS,
-        "",
+        )
     ),
-    "numbers of pandas": (
+    "numbers of pandas": Read(
         pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(),
-        "--time 1 --sensors 2 3 4 5",
-        COUNTS,
-        "line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
+        options="--time 1 --sensors 2 3 4 5",
+        note="line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
     ),
-    "an empty cell in quotes": (
+    "an empty cell in quotes": Read(
         lines(TIME_S, *COUNTS, head="t a b c d", sign=" ")
         .replace("\n4 ", '\n4 "" ')
         .replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 "),
-        "",
-        np.where(TIME_S == 4, np.nan, COUNTS),
-        "1 samples lack a sensor and count as missing",
+        values=np.where(TIME_S == 4, np.nan, COUNTS),
+        note="1 samples lack a sensor and count as missing",
     ),
-    "a rising sensor": (
+    "a rising sensor": Read(
         lines(TIME_S, *COUNTS, head=""),
-        "--sensors 1 2 3 4 --rate 10 --unit counts",
-        np.vstack([TIME_S, COUNTS[:3]]),
-        "note: sensor_1 rises from each sample to the next, as a time does",
+        options="--sensors 1 2 3 4 --rate 10 --unit counts",
+        values=np.vstack([TIME_S, COUNTS[:3]]),
+        note="note: sensor_1 rises from each sample to the next, as a time does",
     ),
-    "LabVIEW": (lvm(), "--unit V", VOLTS, ""),
-    "LabVIEW, unit": (lvm(unit=True), "", VOLTS, ""),
-    "LabVIEW, no times": (lvm("No"), "--unit V", VOLTS, ""),
-    "LabChart": (labchart(), "", VOLTS, ""),
-    "LabChart, comment": (labchart(comment=True), "", VOLTS, ""),
-    "decimals without a last line end": (
-        lines(TIME_S, *VOLTS).rstrip("\n"),
-        "--unit V",
-        VOLTS,
-        "",
+    "LabVIEW": Read(lvm(), options="--unit V", values=VOLTS),
+    "LabVIEW, unit": Read(lvm(unit=True), values=VOLTS),
+    "LabVIEW, no times": Read(lvm("No"), options="--unit V", values=VOLTS),
+    "LabChart": Read(labchart(), values=VOLTS),
+    "LabChart, comment": Read(labchart(comment=True), values=VOLTS),
+    "decimals without a last line end": Read(
+        lines(TIME_S, *VOLTS).rstrip("\n"), options="--unit V", values=VOLTS
     ),
-    "whole last number without a line end": (PLAIN.rstrip("\n"), "", COUNTS, ""),
+    "whole last number without a line end": Read(PLAIN.rstrip("\n")),
 }
 
 
@@ -237,11 +222,11 @@ def check(imported, values):
 
 @pytest.mark.parametrize("kind", READ)
 def test_a_kind_of_file_gives_the_right_numbers(tmp_path, kind):
-    text, options, values, note = READ[kind]
-    (tmp_path / "a.txt").write_text(text, encoding="utf-8")
-    imported = import_files(tmp_path, tmp_path / "a.txt", *options.split())
-    check(imported, values)
-    assert note in imported.shown
+    row = READ[kind]
+    (tmp_path / "a.txt").write_text(row.text, encoding="utf-8")
+    imported = import_files(tmp_path, tmp_path / "a.txt", *row.options.split())
+    check(imported, row.values)
+    assert row.note in imported.shown
 
 
 def repeated(*columns, head):
@@ -255,53 +240,34 @@ def repeated(*columns, head):
 
 RESTARTED = np.concatenate([TIME_S[:300], TIME_S[:225]])
 ASKED = {
-    # file: text, options, words of the refusal, remedy, true readings (None: two runs)
     **{
-        f"unit {unit}": (
+        f"unit {unit}": Asked(
             with_unit(unit),
-            "",
             f"the file names {unit} of 'P1 ({unit})' and all others; allowed are counts, V, mV",
             "--unit counts",
-            COUNTS,
         )
         for unit in ("uV", "mmHg", "gf", "cmH2O", "N/mm2")
     },
-    "unit in a comment": ("# unit: kPa\n" + PLAIN, "", "names kPa of ", "--unit counts", COUNTS),
-    "unit above the names": (
-        "Units: kPa\n" + PLAIN,
-        "",
-        "names kPa of ",
-        "--unit counts",
-        COUNTS,
-    ),
-    "unit of some": (
+    "unit in a comment": Asked("# unit: kPa\n" + PLAIN, "names kPa of ", "--unit counts"),
+    "unit above the names": Asked("Units: kPa\n" + PLAIN, "names kPa of ", "--unit counts"),
+    "unit of some": Asked(
         lines(TIME_S, *COUNTS, head="time,S1 (V),S2,S3 (V),S4"),
-        "",
         "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed",
         "--unit counts",
-        COUNTS,
     ),
-    "unit for a name": (
-        lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"),
-        "",
-        "names kPa of ",
-        "--unit counts",
-        COUNTS,
+    "unit for a name": Asked(
+        lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"), "names kPa of ", "--unit counts"
     ),
-    "unit in a row": (
+    "unit in a row": Asked(
         lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
-        "",
         "the file names mmHg of 'P1' and all others",
         "--unit counts",
-        COUNTS,
     ),
     **{
-        name: (
+        name: Asked(
             in_time_unit(name, per_second),
-            "",
             f"column '{name}': the file names the unit {unit!r}, which is none of s, ms, us",
             "--time none --rate 10",
-            COUNTS,
         )
         for name, unit, per_second in (
             ("Time (1/100 s)", "1/100 s", 100),
@@ -311,75 +277,67 @@ ASKED = {
             ("time (0.1 ms)", "0.1 ms", 1e4),
         )
     },
-    "counts with points": (
+    "counts with points": Asked(
         lines(
             TIME_S * 1000,
             *([german(v) for v in 2 * row] for row in COUNTS),
             head="ms;S1;S2;S3;S4",
             sign=";",
         ),
-        "--unit counts",
         "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
         "--unit counts --thousands point",
-        2 * COUNTS,
+        options="--unit counts",
+        values=2 * COUNTS,
     ),
-    "commas and the unit at once": (
+    "commas and the unit at once": Asked(
         lines(
             TIME_S * 1000,
             *([f"{value:,.0f}" for value in 4 * row] for row in COUNTS),
             head="ms;S1;S2;S3;S4",
             sign=";",
         ),
-        "",
         "choose one; with --decimal comma, column 'S1': readings from 1.",
         "--thousands comma --unit counts",
-        4 * COUNTS,
+        values=4 * COUNTS,
     ),
-    "time in whole seconds": (
+    "time in whole seconds": Asked(
         lines(np.floor(TIME_S), *COUNTS),
-        "",
         "does not run forward: if its clock is too coarse, use --time none and give",
         "--time none --rate 10",
-        COUNTS,
     ),
-    "names repeated by a reset": (
+    "names repeated by a reset": Asked(
         repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
-        "",
         "time runs backwards, 0 s follows 29.9 s; if another run begins there, give --run-gap-s 5",
         "--run-gap-s 5",
-        None,
+        values=None,
     ),
-    "names repeated, no time": (
+    "names repeated, no time": Asked(
         repeated(*COUNTS, head="S1,S2,S3,S4"),
-        "--rate 10",
         "above line 303 the names of the columns are repeated, as by a board that starts again",
         "--rate 10 --run-gap-s 5",
-        None,
+        options="--rate 10",
+        values=None,
     ),
-    "blocks of LabChart": (
-        labchart((slice(300), slice(300, None))),
-        "",
-        "give --run-gap-s 5",
-        "--run-gap-s 5",
-        None,
+    "blocks of LabChart": Asked(
+        labchart((slice(300), slice(300, None))), "give --run-gap-s 5", "--run-gap-s 5", values=None
     ),
-    "all that is missing at once": (
+    "all that is missing at once": Asked(
         lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
-        "",
         "can all be the time; name one with --time; and column 'a': readings from 2.065",
         "--time time --unit V",
-        VOLTS,
+        values=VOLTS,
     ),
 }
 
 
 @pytest.mark.parametrize("kind", ASKED)
 def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
-    text, options, words, remedy, values = ASKED[kind]
+    row = ASKED[kind]
+    remedy, values = row.remedy, row.values
     path = tmp_path / "a.txt"
-    path.write_text(text, encoding="utf-8")
-    imported = import_files(tmp_path, path, *options.split())
-    assert words in imported.refused and imported.refused.count("\n") == 1
+    path.write_text(row.text, encoding="utf-8")
+    imported = import_files(tmp_path, path, *row.options.split())
+    assert row.words in imported.refused and imported.refused.count("\n") == 1
     assert remedy.split()[-2] in imported.refused, "the refusal names the option"
     again = import_files(tmp_path, path, *remedy.split())
     if values is not None:
