@@ -19,7 +19,9 @@ from support.project import ROOT
 TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
 COUNTS = np.array(COUNTS)
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
-SAMPLES = TIME_S.size
+# The second one began 2 s later.
+LATER = np.array([VOLTS[0, 20:], VOLTS[1, :505], *VOLTS[2:, 20:]])
+SENSORS = ["S1", "S2", "S3", "S4"]
 NOON = datetime(2024, 5, 6, 12)
 
 
@@ -83,19 +85,28 @@ def german(value):
     return f"{value:,.0f}".replace(",", ".")
 
 
-def lvm(x_columns="One", unit=False):
+def lvm(x_columns="One", unit=False, later_s=0.0):
+    """Return a file of LabVIEW; the second channel can begin later."""
+    between = "\t\t" if x_columns == "Multi" else "\t"
+
     def row(name, *cells):
-        return "\t".join([name, *cells, "\r\n"])
+        return f"{name}\t{between.join(cells)}\t\r\n"
 
     head = ["LabVIEW Measurement\t\r\n", "Decimal_Separator\t,\r\n", "***End_of_Header***\t\r\n"]
     head += ["\t\r\n", "Channels\t4\t\t\t\t\r\n", row("Samples", *["525"] * 4)]
     head += [row("Date", *["2024/05/06"] * 4), row("Time", *["09:00:00,0"] * 4)]
     head += [row("Y_Unit_Label", *["Volts"] * 4)] if unit else []
-    head += [row("X0", *["0,0E+0"] * 4), row("Delta_X", *["0,100000"] * 4)]
-    head += [row("***End_of_Header***"), "X_Value\tS1\tS2\tS3\tS4\tComment\r\n"]
-    times = [f"{second:.6f}" if x_columns == "One" else "" for second in TIME_S]
-    body = lines(times, *([f"{v:.5f}" for v in row] for row in VOLTS), head="", sign="\t")
-    return "".join(head) + body.replace(".", ",")
+    head += [row("X0", "0,0E+0", f"{later_s}", *["0,0E+0"] * 2), row("Delta_X", *["0,100000"] * 4)]
+    names = "\tX_Value\t" if x_columns == "Multi" else "\t"
+    head += [row("***End_of_Header***"), f"X_Value\t{names.join(SENSORS)}\tComment\r\n"]
+    times = [f"{second:.6f}" if x_columns != "No" else "" for second in TIME_S]
+    columns = [[f"{v:.5f}" for v in row] for row in VOLTS]
+    if x_columns == "Multi":
+        own = [times, [f"{second + later_s:.6f}" for second in TIME_S], times, times]
+        columns = [each for pair in zip(own, columns, strict=True) for each in pair]
+    else:
+        columns = [times, *columns]
+    return ("".join(head) + lines(*columns, head="", sign="\t")).replace(".", ",")
 
 
 def labchart(blocks=(slice(None),), comment=False):
@@ -205,6 +216,9 @@ READ = {
     "LabVIEW": Read(lvm(), options="--unit V", values=VOLTS),
     "LabVIEW, unit": Read(lvm(unit=True), values=VOLTS),
     "LabVIEW, no times": Read(lvm("No"), options="--unit V", values=VOLTS),
+    "LabVIEW, a time for each": Read(lvm("Multi", unit=True), values=VOLTS),
+    "LabVIEW, the second channel later": Read(lvm("Multi", unit=True, later_s=2.0), values=LATER),
+    "LabVIEW, no times, later": Read(lvm("No", unit=True, later_s=2.0), values=LATER),
     "LabChart": Read(labchart(), values=VOLTS),
     "LabChart, comment": Read(labchart(comment=True), values=VOLTS),
     "decimals without a last line end": Read(
@@ -216,7 +230,7 @@ READ = {
 
 def check(imported, values):
     recording = imported.the_recording()
-    np.testing.assert_allclose(recording.time_s, TIME_S, atol=1e-6)
+    np.testing.assert_allclose(recording.time_s, TIME_S[: values.shape[1]], atol=1e-6)
     np.testing.assert_allclose(recording.values, values, rtol=1e-9, atol=1e-9)
 
 
@@ -303,6 +317,11 @@ ASKED = {
     "time in whole seconds": Asked(
         lines(np.floor(TIME_S), *COUNTS),
         "does not run forward: if its clock is too coarse, use --time none and give",
+        "--time none --rate 10",
+    ),
+    "a time that jumps": Asked(
+        lines(TIME_S + 200_000 * (TIME_S == 30), *COUNTS),
+        "sample 302: time runs backwards, 30.1 s follows 200030 s; if one time is wrong, correct",
         "--time none --rate 10",
     ),
     "names repeated by a reset": Asked(
@@ -420,7 +439,7 @@ def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
         first = 20 * n
         head = f"# started: {(NOON + timedelta(seconds=2 * n)).isoformat()}Z\ntime_s,reading"
         files.append(tmp_path / f"{n}.csv")
-        files[-1].write_text(lines(TIME_S[: SAMPLES - 60], row[first : first + 465], head=head))
+        files[-1].write_text(lines(TIME_S[:465], row[first : first + 465], head=head))
     given = [*files, "--per-sensor", "--name", "r"]
     recording = import_files(tmp_path, *given).the_recording()
     np.testing.assert_array_equal(recording.values, COUNTS[:, 60:465])

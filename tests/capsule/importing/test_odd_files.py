@@ -136,7 +136,7 @@ REFUSED = {
     "epoch --encoding utf-16": "line 1: there is no table with 4 columns of numbers",
 }
 REMEDY = re.compile(
-    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|\d)|"
+    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|the|\d)|"
     r"is not a column"
 )
 

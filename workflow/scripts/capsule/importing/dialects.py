@@ -8,6 +8,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -130,6 +131,12 @@ def guess_dialect(lines: Sequence[Line], plain: Dialect, keys: Keys) -> Dialect:
     ways = _distinct(few, plain, keys)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
         ways = _distinct(lines, plain, keys)
+    if not ways and (narrow := _distinct(few, plain, replace(keys, sensor_count=1))):
+        raise CapsuleError(
+            f"there is no table with {keys.sensor_count} columns of numbers, but one with "
+            f"{narrow[0].cells}; if each file holds one sensor, give those of a run together, with "
+            "--per-sensor, or else set recording.sensors of the configuration"
+        )
     if not ways:
         number, text = lines[len(lines) // 2] if lines else (1, "")
         raise CapsuleError(

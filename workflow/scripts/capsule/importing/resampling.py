@@ -55,6 +55,8 @@ def usual_rate(time_s: np.ndarray) -> float:
     if wrong.size:
         at = int(wrong[0])
         what, remedy = "runs backwards", "if another run begins there, give --run-gap-s 5"
+        if at and time_s[at + 1] > time_s[at - 1]:
+            remedy = "if one time is wrong, correct it, or give --time none and --rate"
         if steps[at] == 0:
             what, remedy = "repeats", "if its clock is too coarse, give --time none and --rate"
         raise CapsuleError(

@@ -26,8 +26,8 @@ from capsule.importing.dialects import (
     table_in,
 )
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import Channel, Table, not_a_number
-from capsule.importing.units import is_unit, unit_of
+from capsule.importing.table import Channel, Table, not_a_number, with_stamps
+from capsule.importing.units import is_time_name, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
@@ -81,7 +81,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
         labels = usual if count >= _LEAST_SHARE * len(tried) else ()
     dialect = guess_dialect(known, plain_dialect(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
-    above, first, heads, said = [list(labels)], 0, list[list[str]](), dict[str, Any]()
+    above, first, heads, said = [list(labels)], 0, list[list[str]](), list[dict[str, Any]]()
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
@@ -125,20 +125,29 @@ def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table
     return replace(table, remark="; ".join(filter(None, (table.remark, told))))
 
 
-def _labview(above: Sequence[list[str]], dialect: Dialect) -> dict[str, Any]:
-    """Return what the lines above a table of LabVIEW or LabChart say: names, units, rate, start."""
-    said = {row[0].rstrip("=").lower(): row[1:] for row in above if len(row) > 1}
-    told: dict[str, Any] = {}
+def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any]]:
+    """Return what the lines above a table of LabVIEW or LabChart say of each column.
+
+    The dictionaries hold attributes of `Channel`. Behind its key, a line has a cell a column.
+    """
+    said = {row[0].rstrip("=").lower(): row for row in above if len(row) > 1}
+    columns: list[dict[str, Any]] = [{} for _ in range(dialect.cells)]
     if "channeltitle" in said:
-        told["names"] = ["time", *said["channeltitle"]]
-    for key in ("y_unit_label", "unitname", "range"):
-        if units := [cell.rpartition(" ")[2] for cell in said.get(key, ())]:
-            told.setdefault("units", ["", *units])
-    if "delta_x" in said and (step := dialect.number(said["delta_x"][0])) > 0:
-        told["rates_hz"] = {"Delta_X": round(1.0 / step, 9)}
-    if "delta_x" in said and "date" in said and "time" in said:
-        told["started"] = f"{said['date'][0].replace('/', '-')}T{said['time'][0][:8]}"
-    return told
+        columns[0] = {"name": "time", "unit": ""}
+    for at, told in enumerate(columns[1:], start=1):
+        cells = {key: row[at] for key, row in said.items() if at < len(row) and row[at]}
+        if "channeltitle" in said:
+            told["name"] = cells.get("channeltitle", "")
+        for key in ("y_unit_label", "unitname", "range"):
+            if key in cells:
+                told.setdefault("unit", cells[key].rpartition(" ")[2])
+        if (step := dialect.number(cells.get("delta_x", ""))) > 0:
+            told["rates_hz"] = {"Delta_X": round(1.0 / step, 9)}
+            if np.isfinite(start_s := dialect.number(cells.get("x0", ""))):
+                told["start_s"] = start_s
+            if "date" in cells and "time" in cells:
+                told["started"] = f"{cells['date'].replace('/', '-')}T{cells['time'][:8]}"
+    return columns
 
 
 def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
@@ -285,7 +294,7 @@ def _table(
     stamps: Mapping[int, str] | None = None,
     is_log: bool = False,
     heads: Sequence[list[str]] = (),
-    said: Mapping[str, Any] | None = None,
+    said: Sequence[Mapping[str, Any]] = (),
     **told: Any,
 ) -> Table:
     """Return a table of cells of text; in a log, without lines that hold no whole sample.
@@ -298,8 +307,6 @@ def _table(
     names, units = heads_only[-1], heads_only[0]
     if len(heads_only) > 2 and _are_units(*heads_only[-2:]):
         names, units = heads_only[-2:]
-    how = dict(said or {})
-    names, units = how.pop("names", names), how.pop("units", units)
     begun = {row[0] for row in heads if row and dialect.number(row[0]) == np.inf}
     lines, restarts, passed_over = array("q"), list[int](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
@@ -325,9 +332,12 @@ def _table(
             "describe the format with --delimiter, --decimal and --skip-lines"
         )
     channels = [
-        Channel(name, np.asarray(numbers), unit, texts if any(texts) else (), **how)
+        Channel(name, np.asarray(numbers), unit, texts if any(texts) else ())
         for name, unit, numbers, texts in zip(names, units, columns, words, strict=True)
     ]
+    if said:
+        channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
+    channels = _with_own_times(channels)
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
         seconds = np.array(list(map(plain_dialect(keys).number, stamped)))
@@ -338,6 +348,20 @@ def _table(
     return Table(
         channels, lines=np.asarray(lines), passed_over=passed_over, restarts=restarts, **told
     )
+
+
+def _with_own_times(channels: list[Channel]) -> list[Channel]:
+    """Return channels with their time stamps if the column of a time stands before each of them."""
+    times, others = channels[::2], channels[1::2]
+    names = {each.name for each in times}
+    if len(times) != len(others) or len(times) < 2 or len(names) > 1:
+        return channels
+    if not all(is_time_name(name) for name in names) or any(
+        is_time_name(each.name) for each in others
+    ):
+        return channels
+    pairs = zip(others, times, strict=True)
+    return with_stamps([replace(each, stamps=stamps) for each, stamps in pairs])
 
 
 def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:
