@@ -22,6 +22,7 @@ def main() -> None:
     parser.add_argument("--templates", type=Path, required=True, help="the templates")
     parser.add_argument("--predictions", type=Path, required=True, help="held-out predictions")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
+    parser.add_argument("--code", type=json.loads, required=True, help="code of each step, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     parser.add_argument("--sites", type=Path, required=True, help="output: sites.csv")
@@ -34,7 +35,8 @@ def main() -> None:
     detectors = Detectors(read_training_archive(results, rows, fitted, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
-    write_learned(arguments.learned, detectors.stored(), settings, arguments.templates)
+    models = detectors.stored() | {"code": arguments.code}
+    write_learned(arguments.learned, models, settings, arguments.templates)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
     sites = [row["site"] for row in rows.values() if row["site"]]
     made = []

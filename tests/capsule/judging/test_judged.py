@@ -304,9 +304,12 @@ def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
         marks = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2]
         assert [each[0] for each in marks if each[0] == each[1]] == list(places)
     named = [text.get_text() for text in signal.get_legend().get_texts()]
-    assert named == [
-        f"place by {' and '.join(names)}: {place:.1f} s" for place, names in places.items()
-    ]
+    marked = [f"place by {' and '.join(names)}: {place:.1f} s" for place, names in places.items()]
+    assert named == [*marked, "the diagonal"]
+    # One point at each sensor, from the place on; kills a diagonal that begins elsewhere.
+    diagonal = matrix.lines[-1].get_xydata()
+    assert diagonal[:, 1].tolist() == [1, 2, 3, 4]
+    assert diagonal[0, 0] in places and (np.diff(diagonal[:, 0]) > 8).all()
 
 
 @pytest.mark.parametrize(("kind", "begins"), [("svg", b"<?xml"), ("png", b"\x89PNG")])

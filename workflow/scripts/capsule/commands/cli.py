@@ -56,6 +56,9 @@ COMMANDS = {
         "capsule.exporting.command", "write recordings and results for other programs"
     ),
     "judge": Command("capsule.judging.judged", "judge a recording by every detector"),
+    "compare": Command(
+        "capsule.commands.compare", "compare two folders of results: settings, code, verdicts"
+    ),
     "report": Command(
         "capsule.commands.report", "make results/report.html from the recordings in raw/"
     ),

@@ -223,7 +223,10 @@ def _add_height_bar(
 
 
 def draw_judged(
-    run: PreprocessedRun, threshold: float, places_s: Mapping[float, Sequence[str]]
+    run: PreprocessedRun,
+    threshold: float,
+    places_s: Mapping[float, Sequence[str]],
+    passing_s: Sequence[float] = (),
 ) -> Figure:
     """Draw a recording, with lines where the detectors find a nodule.
 
@@ -235,6 +238,8 @@ def draw_judged(
         c, drawn over the envelopes, in standard deviations.
     places_s : mapping of float to sequence of str
         The detectors that find a nodule, by the time in s at which sensor 1 passes it.
+    passing_s : sequence of S floats
+        The times in s at which the sensors pass it, which make the diagonal; empty if unknown.
     """
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
@@ -247,6 +252,11 @@ def draw_judged(
             marks.append(signal.axvline(place, label=label, **line))
             for axes in (envelope, matrix):
                 axes.axvline(place, **line)
+        if passing_s:
+            look = {"color": INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
+            signal.plot(passing_s, signal.get_yticks(), **look)
+            (line,) = matrix.plot(passing_s, matrix.get_yticks(), label="the diagonal", **look)
+            marks.append(line)
         low, high = signal.get_ylim()
         signal.set(title=run.title, ylim=(low, high + _HEADROOM * (high - low)))
         if marks:

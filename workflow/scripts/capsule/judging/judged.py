@@ -14,6 +14,7 @@ import numpy as np
 
 from capsule import arrays, words
 from capsule.detectors.base import Verdict, why_unknown
+from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import Familiarity
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
@@ -249,7 +250,15 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
         window=shape["window"],
         threshold=shape["threshold"],
     )
-    figure = draw_judged(run, shape["threshold"], places_s(judged.verdicts, rate_hz))
+    places = places_s(judged.verdicts, rate_hz)
+    passage = DescribedRecording(judged.values, settings).passage
+    passing_s = tuple(
+        (passage.location_samples + sensor * passage.lag_samples) / rate_hz
+        for sensor in range(len(judged.values))
+    )
+    # The paper's detector has a place of its own, and says nothing of the way to sensor 4.
+    found = passing_s[0] in places
+    figure = draw_judged(run, shape["threshold"], places, passing_s if found else ())
     with files.write_whole(path, "wb") as stream:
         stream.write(render_figure(figure, path.suffix.lstrip("."), name))
 
