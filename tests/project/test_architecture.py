@@ -67,7 +67,7 @@ FLOORS = (
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
 ON_FILES |= {"archive", "described", "listed", "unchanged", "folder", "jobs"}
 # The command, and those of subjects.
-ON_FILES |= {"__main__", "cli", "command", "new", "forget"}
+ON_FILES |= {"__main__", "cli", "command", "new", "forget", "compare"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "report"}
 # These folders are at work on files, boards and other programs as a whole.

@@ -94,9 +94,9 @@ def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, ca
         assert ended.code == 0, capsys.readouterr().err
 
 
-def test_the_page_of_the_command_has_a_section_and_an_example_of_each():
-    assert set(SECTIONS) == set(COMMANDS)
-    assert {word for place, _, word in calls() if place.startswith(PAGE)} == set(COMMANDS)
+def test_the_page_of_the_command_has_an_example_of_each():
+    text = (ROOT / PAGE).read_text(encoding="utf-8")
+    assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
 
 
 def test_the_help_stands_there_as_the_command_prints_it(monkeypatch):
@@ -106,14 +106,14 @@ def test_the_help_stands_there_as_the_command_prints_it(monkeypatch):
     assert f"    $ capsule --help\n{shown}\n" in (ROOT / PAGE).read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("word", COMMANDS)
+@pytest.mark.parametrize("word", SECTIONS)
 def test_every_option_that_its_section_names_exists(word):
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
     assert named <= {*parsers()[word]._option_string_actions}
 
 
 def test_every_option_of_the_commands_that_are_described_there_alone_is_named():
-    for word in ("judge", "demo", "report", "forget", "new"):
+    for word in SECTIONS:
         options = {*parsers()[word]._option_string_actions} - {"-h", "--help"}
         assert options <= set(re.findall(r"--[a-z-]+", SECTIONS[word])), word
 

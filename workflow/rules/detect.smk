@@ -33,14 +33,11 @@ rule detect:
         "../../environment.yml"
     params:
         **told(DETECT),
-        # `capsule compare` tells from it which steps differ between two folders of results.
-        made_by=lambda wildcards: json.dumps(
-            {each.name: each.code for each in (PREPROCESS, FIT, DESCRIBE, TEMPLATES, EVALUATE)}
-        ),
+        code_of=lambda _: " ".join(s.code for s in (PREPROCESS, FIT, DESCRIBE, TEMPLATES, EVALUATE)),
     message:
         "detect nodules in the unlabelled recordings"
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
         " --templates {input.templates:q} --predictions {input.predictions:q}"
-        " --settings {params.settings:q} --code {params.made_by:q} --output {output.detections:q}"
+        " --settings {params.settings:q} --code {params.code_of:q} --output {output.detections:q}"
         " --learned {output.learned:q} --sites {output.sites:q} > {log:q} 2>&1"

@@ -22,7 +22,7 @@ def main() -> None:
     parser.add_argument("--templates", type=Path, required=True, help="the templates")
     parser.add_argument("--predictions", type=Path, required=True, help="held-out predictions")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
-    parser.add_argument("--code", type=json.loads, required=True, help="code of each step, JSON")
+    parser.add_argument("--code", required=True, help="each step before and its code, pairs")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     parser.add_argument("--sites", type=Path, required=True, help="output: sites.csv")
@@ -35,7 +35,9 @@ def main() -> None:
     detectors = Detectors(read_training_archive(results, rows, fitted, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
-    models = detectors.stored() | {"code": arguments.code}
+    # `capsule compare` tells from it which steps differ between two folders of results.
+    steps = arguments.code.split()
+    models = detectors.stored() | {"code": dict(zip(steps[::2], steps[1::2], strict=True))}
     write_learned(arguments.learned, models, settings, arguments.templates)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
     sites = [row["site"] for row in rows.values() if row["site"]]

@@ -77,8 +77,8 @@ def test_settings_and_code_that_differ_are_named():
         "taught.height: none -> 10",
     ]
     assert settings_that_differ(a, a) == ["the same"]
-    assert steps_that_differ({"fit": "1", "list": "2"}, {"fit": "3", "list": "2"}) == [
-        "other code of fit"
+    assert steps_that_differ({"fit.py": "1", "list.py": "2"}, {"fit.py": "3", "list.py": "2"}) == [
+        "other code of fit.py"
     ]
     assert steps_that_differ(None, {}) == ["not known: an earlier version made one of them"]
 

@@ -255,8 +255,8 @@ def draw_judged(
         if passing_s:
             look = {"color": INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
             signal.plot(passing_s, signal.get_yticks(), **look)
-            (line,) = matrix.plot(passing_s, matrix.get_yticks(), label="the diagonal", **look)
-            marks.append(line)
+            (drawn,) = matrix.plot(passing_s, matrix.get_yticks(), label="the diagonal", **look)
+            marks.append(drawn)
         low, high = signal.get_ylim()
         signal.set(title=run.title, ylim=(low, high + _HEADROOM * (high - low)))
         if marks:

@@ -19,7 +19,7 @@ from capsule.detectors.familiar import Familiarity
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
-from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_table
+from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_table, word_of
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.provenance import is_simulated
@@ -240,11 +240,13 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
     simulated = is_simulated(judged.check["header"].get("source", ""))
     name = f"{Path(judged.file).name}{', simulated' if simulated else ''}"
-    unlike = [words.UNLIKE] if judged.familiarity.familiar is False else []
-    said = [f"{detector}: {_in_short(each)}" for detector, each in judged.verdicts.items()]
+    said = [
+        f"{detector}: {_in_short(each, judged.familiarity)}"
+        for detector, each in judged.verdicts.items()
+    ]
     run = preprocess_run(
         judged.file,
-        "\n".join([name, *unlike, "; ".join(said)]),
+        "\n".join([name, *said]),
         judged.values,
         rate_hz=rate_hz,
         window=shape["window"],
@@ -263,10 +265,9 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
         stream.write(render_figure(figure, path.suffix.lstrip("."), name))
 
 
-def _in_short(verdict: Verdict) -> str:
-    if not words.is_known(verdict.predicted_mm):
-        return "no verdict"
-    return words.estimated_size(vars(verdict)) if verdict.predicted_mm else "no nodule"
+def _in_short(verdict: Verdict, familiarity: Familiarity) -> str:
+    size = f" {words.estimated_size(vars(verdict))}" if verdict.predicted_mm > 0 else ""
+    return f"{word_of(verdict, familiarity)}{size}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -166,7 +166,7 @@ class FinalVerdict:
 
     def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
         recording = self._settings["recording"]
-        parts = [str(_word(verdict, familiarity))]
+        parts = [str(word_of(verdict, familiarity))]
         if np.isnan(verdict.predicted_mm):
             return f"verdict of {detector}: {parts[0]} ({why_unknown(verdict)})"
         if verdict.predicted_mm > 0:
@@ -187,7 +187,7 @@ class FinalVerdict:
         return f"verdict of {detector}: {', '.join(parts)}"
 
 
-def _word(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
+def word_of(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
     """Return which of the five verdicts this is."""
     unlike = familiarity.because if familiarity.familiar is False else ""
     return verdict_word(
@@ -231,7 +231,7 @@ def verdict_table(
 
 def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
     probability = words.probability(familiarity.stated(verdict.probability))
-    word = str(_word(verdict, familiarity))
+    word = str(word_of(verdict, familiarity))
     if not words.is_known(verdict.predicted_mm):
         return [detector, f"{word}: {why_unknown(verdict)}"]
     if verdict.predicted_mm == 0:
