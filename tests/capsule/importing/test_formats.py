@@ -369,6 +369,21 @@ ASKED = {
         "the file names kPa of",
         "--unit counts",
     ),
+    "a unit of a group": (
+        hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "unit"): "kPa"}),
+        "the file names kPa of",
+        "--unit counts",
+    ),
+    "a unit beside the arrays of MATLAB": (
+        matlab(run={"t": TIME_S, "V": COUNTS.T, "units": "mmHg"}),
+        "the file names mmHg of",
+        "--unit counts",
+    ),
+    "a unit above the table of a sheet": (
+        sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
+        "the file names kPa of",
+        "--unit counts",
+    ),
     "a unit of time": (
         hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}),
         "the file names the unit 'cs'",

@@ -262,8 +262,24 @@ ASKED = {
         )
         for unit in ("uV", "mmHg", "gf", "cmH2O", "N/mm2")
     },
-    "unit in a comment": Asked("# unit: kPa\n" + PLAIN, "names kPa of ", "--unit counts"),
-    "unit above the names": Asked("Units: kPa\n" + PLAIN, "names kPa of ", "--unit counts"),
+    **{
+        f"unit in {line!r}": Asked(line + "\n" + PLAIN, f"names {unit} of ", "--unit counts")
+        for line, unit in (
+            ("# unit: kPa", "kPa"),
+            ("Units: kPa", "kPa"),
+            ("% unit mmHg", "mmHg"),
+            ("# pressure (kPa)", "kPa"),
+            ("# Force [N]", "N"),
+            ("# readings: kPa", "kPa"),
+            ("# values in grams-force", "grams-force"),
+            ("Pressure in mmHg", "mmHg"),
+        )
+    },
+    "unit between name and number": Asked(
+        lines(TIME_S, *COUNTS, head="time_s," + ",".join(f"pressure kPa {n}" for n in range(4))),
+        "names kPa of 'pressure kPa 0' and all others",
+        "--unit counts",
+    ),
     "unit of some": Asked(
         lines(TIME_S, *COUNTS, head="time,S1 (V),S2,S3 (V),S4"),
         "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed",
@@ -387,6 +403,12 @@ def test_a_last_line_that_lacks_digits_is_refused_as_the_archive_does(tmp_path, 
     path.write_text(lines(TIME_S, *COUNTS, head=names)[: -lost - 1])
     words = "line 526 is cut off: the file ends in mid-line; copy it again"
     assert words in import_files(tmp_path, path).refused
+
+
+def test_a_last_line_that_lacks_a_reading_behind_its_delimiter_is_cut_off(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(PLAIN.rstrip("\n").rpartition(",")[0] + ",")
+    assert "line 526 is cut off: the file ends in mid-line" in import_files(tmp_path, path).refused
 
 
 def test_a_last_number_that_may_lack_digits_is_named(tmp_path):

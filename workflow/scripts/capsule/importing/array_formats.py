@@ -26,6 +26,8 @@ TOO_LARGE = "it is larger than {:g} MB, too large for one session; split it into
 # A matrix with more columns is probably an image.
 _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
+# A longer text is no unit and no date.
+_LONGEST_TEXT = 100
 _RATE = re.compile(
     rf"(fs|s?rate|samp(le|ling)?_?(rate|freq(uency)?)|{UNSURE_RATE.pattern})(_?hz)?", re.IGNORECASE
 )
@@ -61,10 +63,7 @@ def array_tables(
     groups: defaultdict[str, defaultdict[int, dict[str, list[Channel]]]]
     groups = defaultdict(lambda: defaultdict(dict))
     for path, (parent, _, name) in places.items():
-        scopes, above = [about[path]], path
-        while above:
-            above = above.rpartition(separator)[0]
-            scopes.append(about[above])
+        scopes = _scopes(path, separator, about)
         unit, _, date = _attribute(scopes[:1], "units", "unit").partition(" since ")
         started, rates_hz = date or _attribute(scopes, "started"), _rates(scopes)
         how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
@@ -74,9 +73,22 @@ def array_tables(
         parts = list(by_size.values())
         if not any(sum(map(len, part.values())) >= keys.sensor_count for part in parts):
             parts = [{path: each for part in parts for path, each in part.items()}]
+        unit = _attribute(_scopes(parent, separator, about), "units", "unit")
         for part in parts:
             label = parent if len(parts) == 1 and parent else next(iter(part))
-            yield Table([each for channels in part.values() for each in channels], VARIABLE, label)
+            channels = [each for some in part.values() for each in some]
+            yield Table(channels, VARIABLE, label, notes={"unit": unit} if unit else {})
+
+
+def _scopes(
+    path: str, separator: str, about: Mapping[str, dict[str, Any]]
+) -> list[Mapping[str, Any]]:
+    """Return the attributes of a path, and of all above it."""
+    scopes: list[Mapping[str, Any]] = [about.get(path, {})]
+    while path:
+        path = path.rpartition(separator)[0]
+        scopes.append(about.get(path, {}))
+    return scopes
 
 
 def _attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
@@ -132,8 +144,14 @@ def read_matlab(content: bytes, keys: Keys) -> list[Table]:
     refuse_unpacked(_matlab_size(content))
     variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
-    parts = [part for name, value in named.items() for part in _matlab_arrays(name, value)]
-    tables = list(array_tables(dict(parts), ".", keys, {}))
+    parts = [part for name, value in named.items() for part in _matlab_parts(name, value)]
+    arrays = {path: value for path, value in parts if not isinstance(value, str)}
+    told: defaultdict[str, dict[str, str]] = defaultdict(dict)
+    for path, value in parts:
+        if isinstance(value, str):
+            parent, _, name = path.rpartition(".")
+            told[parent][name] = value
+    tables = list(array_tables(arrays, ".", keys, told))
     if not tables:
         raise CapsuleError(
             f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
@@ -156,16 +174,18 @@ def _matlab_size(content: bytes) -> int:
     return size
 
 
-def _matlab_arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the arrays of numbers in a variable, with names such as ``lab.run(2).time``."""
+def _matlab_parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray | str]]:
+    """Yield the numbers and texts in a variable, with names such as ``lab.run(2).time``."""
     for field in getattr(value, "_fieldnames", ()):
-        yield from _matlab_arrays(f"{name}.{field}", getattr(value, field))
+        yield from _matlab_parts(f"{name}.{field}", getattr(value, field))
     array = np.asarray(value)
-    if array.dtype.kind in "iufb":
+    if isinstance(value, str):
+        yield name, value
+    elif array.dtype.kind in "iufb":
         yield name, array
     elif array.ndim and all(hasattr(each, "_fieldnames") for each in array.flat):
         for number, each in enumerate(array.flat, start=1):
-            yield from _matlab_arrays(f"{name}({number})", each)
+            yield from _matlab_parts(f"{name}({number})", each)
 
 
 def _hdf_nodes(content: bytes) -> Iterator[tuple[str, Any]]:
@@ -205,16 +225,22 @@ def read_hdf(content: bytes, keys: Keys) -> Iterator[Table]:
     import h5py
 
     arrays: dict[str, np.ndarray] = {}
-    told: dict[str, Mapping[str, Any]] = {}
+    told: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     for path, node in _hdf_nodes(content):
         # MATLAB stores the contents of cells and objects in these groups.
         if path.split("/")[0] in ("#refs#", "#subsystem#"):
             continue
-        said = told[path.strip("/")] = dict(node.attrs)
-        is_array = isinstance(node, h5py.Dataset) and node.shape is not None
-        is_other = _decoded(said.get("MATLAB_class", "")) in ("char", "cell")
-        is_other |= _decoded(said.get("NAME", "")).startswith(_NO_VARIABLE)
-        if is_array and node.dtype.kind in "iufbV" and not is_other:
+        said, (parent, _, name) = dict(node.attrs), path.rpartition("/")
+        told[path.strip("/")] |= said
+        kind = _decoded(said.get("MATLAB_class", ""))
+        is_axis = _decoded(said.get("NAME", "")).startswith(_NO_VARIABLE)
+        if not isinstance(node, h5py.Dataset) or node.shape is None or kind == "cell":
+            continue
+        if kind == "char" and node.size <= _LONGEST_TEXT:
+            told[parent][name] = "".join(map(chr, np.ravel(node[()])))
+        elif node.shape == () and h5py.check_string_dtype(node.dtype):
+            told[parent][name] = node[()]
+        elif node.dtype.kind in "iufbV" and not (kind == "char" or is_axis):
             arrays[path] = _scaled(path, node[()], said)
     return array_tables(arrays, "/", keys, told)
 

@@ -131,7 +131,8 @@ def guess_dialect(lines: Sequence[Line], plain: Dialect, keys: Keys) -> Dialect:
     ways = _distinct(few, plain, keys)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
         ways = _distinct(lines, plain, keys)
-    if not ways and (narrow := _distinct(few, plain, replace(keys, sensor_count=1))):
+    narrow = ways or _distinct(few, plain, replace(keys, sensor_count=1))
+    if not ways and narrow and narrow[0].cells < keys.sensor_count:
         raise CapsuleError(
             f"there is no table with {keys.sensor_count} columns of numbers, but one with "
             f"{narrow[0].cells}; if each file holds one sensor, give those of a run together, with "

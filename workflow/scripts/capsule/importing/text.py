@@ -49,10 +49,11 @@ _STAMP = re.compile(
 )
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
-# What a comment says of all readings.
+# What a comment, or a line above the samples, says of all readings.
 _IN_UNIT = re.compile(
     r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
-    r"pressures?|forces?|voltages?|resistances?))\b.* in ([^\s,;]+?)\.?",
+    r"pressures?|forces?|voltages?|resistances?))\b(?:.* in |[^,;|\t(\[:=]*[(\[:=] *)"
+    r"([^\s,;()\[\]]+?)[)\]]?\.?",
     re.IGNORECASE,
 )
 _UNIT_LINE = re.compile(r"\W*(units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE)
@@ -88,8 +89,8 @@ def read_text(content: bytes, keys: Keys) -> Table:
         check_thousands(known[dialect.first :], dialect, keys)
         above = [dialect.split(line) for _, line in known[: dialect.first]]
         for number, line in known[: dialect.first]:
-            if match := _UNIT_LINE.fullmatch(line):
-                comments[number] = f"unit: {match[2]}"
+            if any(way.fullmatch(line.strip()) for way in (_UNIT_LINE, _IN_UNIT)):
+                comments[number] = line.strip()
         heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
@@ -115,6 +116,8 @@ def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table
     """Return the table of a file without a last line end, with a note if it may be cut off."""
     rows = [dialect.split(line) for _, line in known[dialect.first :]]
     cells = [row[-1].replace(",", ".") for row in rows if len(row) == dialect.cells]
+    if len(rows[-1]) == dialect.cells and not cells[-1] and sum(map(bool, cells)) > len(cells) / 2:
+        raise cut_off(known[-1][0])
     if len(rows[-1]) != dialect.cells or not np.isfinite(dialect.number(rows[-1][-1])):
         return table
     if "format_version" in table.notes or lost_digits(cells):
@@ -165,7 +168,8 @@ def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
     named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
     samples = ((number, cells[:width]) for number, cells in below)
     way = way._replace(cells=width)
-    return _table(named, samples, way, keys, kind="sheet", label=title)
+    said = {n: ": ".join(filter(None, cells)) for n, cells in above if sum(map(bool, cells)) <= 2}
+    return _table(named, samples, way, keys, kind="sheet", label=title, notes=_notes(said))
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -226,10 +230,11 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
     """Return the comments of the form ``key: value``, by key."""
     notes: dict[str, tuple[str, int]] = {}
     for number, text in comments.items():
-        if match := _IN_UNIT.fullmatch(text):
-            if is_unit(match[2]):
-                key = "time unit" if match[1].lower().startswith("time") else "unit"
-                notes.setdefault(key, (match[2], number))
+        if (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
+            key = "time unit" if match[1].lower().startswith("time") else "unit"
+            notes.setdefault(key, (match[2], number))
+        elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
+            notes.setdefault("unit", (match[2], number))
         elif match := _NOTE.fullmatch(text):
             key, value = match.groups()
             if re.search("unit|einheit", key, re.IGNORECASE):

@@ -30,6 +30,7 @@ _UNITS = {"": ""} | {word: unit for unit, words in _WORDS.items() for word in wo
 # Units of other sensors, and of other clocks, that may stand behind a name.
 _OTHER = re.compile(
     r"[hkm]?pa|m?bar|psi|mmhg|cmh2o|inhg|torr|atm|[mk]?n|[mk]?gf?|lbf?|mm|cm|[mun]?a|°?c|%|[pnuf]?f|"
+    r"(kilo|hecto)?pascals?|newtons?|(kilo)?grams?([ -]force)?|(micro|milli)?teslas?|"
     r"k?hz|db|[unµμk]v|(micro|nano|kilo)-?volts?|[mµμu]?t|megaohms?|mohms?|mω|"
     r"cs|ds|ps|ticks?|jiffies|[0-9./]+ ?([mnuµμ]?s|sec)"
 )
@@ -39,6 +40,8 @@ _NAMES_TIME = re.compile(
     re.IGNORECASE,
 )
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\])>}]*?)\s*[\])>}]\s*")
+# As in "pressure kPa 1".
+_NUMBER = re.compile(r"[\s_.#-]+[0-9]+$")
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
@@ -66,7 +69,7 @@ def split_unit(name: str) -> tuple[str, str]:
     # data[0] and V(1) are numbered columns.
     if match and not match[2].isdecimal():
         return match[1], match[2]
-    match = _BEHIND.fullmatch(name)
+    match = _BEHIND.fullmatch(_NUMBER.sub("", name))
     # Most single letters after a blank are names, not units: sensor A, sensor R.
     if match and (len(match[2]) > 1 or match[2] in "vVsS") and is_unit(match[2]):
         return match[1], match[2]
