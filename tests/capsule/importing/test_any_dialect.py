@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import event, example, given, settings
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
@@ -96,25 +96,8 @@ def written(dialect, rows):
     return content.encode(dialect["encoding"]), time_s, values, sensors, unit
 
 
-PLAIN = {
-    "delimiter": "semicolon",
-    "decimal": "comma",
-    "digits": 3,
-    "time_unit": "ms",
-    "time_at": 0,
-    "names": "plain",
-    "encoding": "utf-8",
-    "end": "\n",
-    "comments": 0,
-    "quoted": False,
-    "last_end": True,
-    "unused": False,
-}
-
-
 @settings(max_examples=300, deadline=None)
 @given(dialect=dialects(), rows=runs())
-@example(dialect=PLAIN, rows=[(500 + n, 400, 300 + n % 2, 200, True) for n in range(8)])
 def test_a_recording_in_any_dialect_is_read_or_refused_with_what_decides(dialect, rows):
     content, time_s, values, sensors, unit = written(dialect, rows)
     told = {
@@ -142,13 +125,3 @@ def test_a_recording_in_any_dialect_is_read_or_refused_with_what_decides(dialect
         np.testing.assert_allclose(read_s, time_s, atol=1e-9)
         np.testing.assert_array_equal(read_values, values)
         assert read_unit == unit
-
-
-def test_most_dialects_are_read_at_once():
-    rows = [(500 + n % 3, 400 + n % 5, 300 + n % 7, 200 + n % 2, True) for n in range(20)]
-    for sign in ("semicolon", "tab", "space", "bar"):
-        for decimal in ("point", "comma"):
-            dialect = PLAIN | {"delimiter": sign, "decimal": decimal, "names": "units"}
-            for digits in (0, 2, 4):
-                content, _, values, *_ = written(dialect | {"digits": digits}, rows)
-                np.testing.assert_array_equal(read(content)[1], values)

@@ -51,11 +51,12 @@ def at_same_instants(
     fewest = min(sizes)
     # One sensor may end a sample earlier than the others.
     apart = max(np.abs(each[:fewest] - times[0][:fewest]).max() for each in times)
-    if max(sizes) - fewest > 1 or apart > 0:
-        rates = [usual_rate(time_s) for time_s in times]
-    if max(sizes) - fewest <= 1 and (apart == 0 or apart <= _SAME_INSTANT / rates[0]):
+    if max(sizes) - fewest <= 1 and (
+        apart == 0 or apart <= _SAME_INSTANT / max(map(usual_rate, times))
+    ):
         clock = replace(clocks[0], time_s=clocks[0].time_s[:fewest])
         return clock, np.array([row[:fewest] for row in rows]), ""
+    rates = [usual_rate(time_s) for time_s in times]
     start, end = max(time_s[0] for time_s in times), min(time_s[-1] for time_s in times)
     if end <= start:
         raise CapsuleError(
@@ -82,6 +83,8 @@ def _begins(clocks: Sequence[Clock]) -> np.ndarray:
     They follow from the dates at which the sensors started, or else from their clocks.
     """
     first_s = np.array([clock.first_s for clock in clocks])
+    for at in np.flatnonzero(~np.isfinite(first_s))[:1]:
+        raise CapsuleError(f"sensor {at + 1} starts at {first_s[at]:g} s; export it with a start")
     dates = np.array([_date_s(clock.started) for clock in clocks])
     unknown = np.isnan(dates)
     if unknown.any() and not unknown.all():
