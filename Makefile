@@ -14,7 +14,7 @@ export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
 $(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
 endif
 
-.PHONY: help report test test-slow coverage lint docs environment formats
+.PHONY: help report test test-slow coverage lint docs numbers environment formats
 
 help:  ## list what make can do
 	@sed -n 's/^\([a-z-]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
@@ -44,6 +44,9 @@ lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake file
 
 docs: $(ENVIRONMENT)/test-ready  ## build the manual: build/site/index.html
 	$(BIN)/python -m sphinx -W --keep-going -q -d build/manual docs build/site
+
+numbers: report  ## write the report's numbers into README and manual, and draw its picture
+	$(BIN)/python workflow/studies/show_numbers.py
 
 environment: $(BIN)/capsule  ## set up the environment in .venv
 

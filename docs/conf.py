@@ -24,7 +24,7 @@ extensions = [
     "math_in_html",  # equations without a script or a network
     "filled_pages",  # what pages take from the code: options, modules, configuration
 ]
-exclude_patterns = ["_site", "benches", "examples"]
+exclude_patterns = ["_site", "examples"]
 
 # A heading of these levels can be linked to, as on the pages' host: page.md#its-words.
 myst_heading_anchors = 4

@@ -5,11 +5,13 @@
 | ``<!-- filled: configuration -->`` | config/README.md, which a test holds to the schema |
 | ``<!-- filled: options -->`` | what each command prints for ``--help`` |
 | ``<!-- filled: public names -->`` | the names that ``import capsule`` offers |
+| ``<!-- filled: keys of lab.yaml -->`` | the keys of its schema |
 | ``<!-- filled: modules of capsule.NAME -->`` | the modules of a package, by their docstrings |
 
 What stands between ``<!-- source -->`` and ``<!-- /source -->`` is for readers of the source alone.
 """
 
+import json
 import os
 import re
 from collections.abc import Callable
@@ -23,6 +25,7 @@ from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 from capsule.commands.cli import COMMANDS, build_parser, subparsers
+from capsule.engine.configuration import allowed_values
 from capsule.interface import attribute, public_names
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +35,7 @@ STUDIES = (study_phantom, teach_scorer)
 BOARDS = ("logger", "peristalsis", "fold")
 _FILLED = re.compile(r"<!-- filled: (.+?) -->")
 _SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
+_STUDY = re.compile(r"\]\((\.\./workflow/[^)]+\.md)\)")
 # Where a page links to a file of the project that has a page of its own in the site.
 _PAGES = {"../README.md": "index.md", "../config/README.md": "configuration.md"}
 
@@ -53,6 +57,17 @@ def options() -> str:
             parser.prog = f"{study.__name__}.py"
             parts += [f"## {parser.prog}", _as_text(parser.format_help())]
     return "\n\n".join(parts)
+
+
+def lab_keys() -> str:
+    """Give the keys of lab.yaml as a table, from their schema."""
+    keys = json.loads((ROOT / "workflow/schemas/lab.schema.json").read_text("utf-8"))["properties"]
+    rows = ["| key, option | allowed | unit | meaning |", "|---|---|---|---|"]
+    for key, part in keys.items():
+        named = f"`{key}`, `--{key.replace('_', '-')}`"
+        cells = [named, allowed_values(part, keys), part.get("unit", ""), part["description"]]
+        rows.append(f"| {' | '.join(cells)} |")
+    return "\n".join(rows)
 
 
 def library() -> str:
@@ -107,6 +122,7 @@ def _as_directives(lines: list[str]) -> str:
 
 _FILLINGS: dict[str, Callable[[], str]] = {
     "configuration": configuration,
+    "keys of lab.yaml": lab_keys,
     "options": options,
     "public names": library,
 }
@@ -122,7 +138,8 @@ def filled(text: str) -> str:
     text = _FILLED.sub(filling, _SOURCE_ALONE.sub("", text))
     for file, page in _PAGES.items():
         text = text.replace(f"]({file}", f"]({page}")
-    return text
+    # The studies are no pages of the site; it offers them as files.
+    return _STUDY.sub(r"](path:\1)", text)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

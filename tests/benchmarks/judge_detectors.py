@@ -1,6 +1,7 @@
 """Judge the detectors on simulated archives that were not used to design them.
 
-    python tests/benchmarks/judge_detectors.py --output docs/detection-results.md
+    python tests/benchmarks/judge_detectors.py
+        --output workflow/studies/results/detection-results.md
 
 Every archive holds 20 recordings a size, of its own seed; every condition changes parameters of
 the simulated bench. Each detector judges each recording by what the others of its archive teach.

@@ -1,7 +1,7 @@
 """Judge what counts as familiar: on benches, on noise and on other sensors.
 
     python tests/benchmarks/judge_familiar.py --real FOLDER --folders FOLDER ...
-        --page docs/detection-familiar.md
+        --page workflow/studies/results/detection-familiar.md
 
 The recordings of one archive teach; those of the other archives of the same bench are judged.
 Simulated archives have seeds that chose nothing. What the shipped archive teaches judges noise,

@@ -1,6 +1,6 @@
 """Measure how near the taught detector comes to a bench's limit as the archive grows.
 
-    python tests/benchmarks/judge_growth.py --output docs/detection-growth.md
+    python tests/benchmarks/judge_growth.py --output workflow/studies/results/detection-growth.md
 
 Archives are simulated on benches that had no part in teaching or designing the detector. Their
 first runs, and then more of them, are judged leave-one-out. No other benchmark uses these seeds.
@@ -78,8 +78,8 @@ def main() -> None:
         print(f"{bench}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
     text = (
         "# What larger archives teach the taught detector\n\nMade by "
-        "`tests/benchmarks/judge_growth.py`; docs/detection.md explains it. Means over archives of "
-        f"simulated recordings, seeds from {FIRST_SEED} on, leave-one-out. Seconds: of one core "
+        "`tests/benchmarks/judge_growth.py`; studies/detection.md tells why. Means over archives "
+        f"of simulated recordings, seeds from {FIRST_SEED} on, leave-one-out. Seconds: of one core "
         f"to judge an archive.\n\n{table(rows)}"
     )
     if arguments.output:

@@ -70,7 +70,7 @@ def _head(measured: Measured) -> str:
     seeds = measured.seeds
     return (
         "# What the detectors reach on simulated recordings\n\n"
-        "Made by `tests/benchmarks/judge_detectors.py`; docs/detection.md explains it. Means over "
+        "Made by `tests/benchmarks/judge_detectors.py`; studies/detection.md tells why. Means over "
         f"{len(seeds)} simulated archives of 120 recordings, seeds {seeds[0]} to {seeds[-1]}, "
         "leave-one-out.\n"
     )

@@ -1,6 +1,7 @@
 """Judge surveys on simulated guts that had no part in designing them.
 
-    python tests/benchmarks/judge_survey.py --rows survey.jsonl --output docs/survey-results.md
+    python tests/benchmarks/judge_survey.py --rows survey.jsonl
+        --output workflow/studies/results/survey-results.md
 
 Every survey is one line of --rows; those that are there already are not made again.
 """

@@ -1,7 +1,7 @@
 """Tell what the detector `taught` loses by its ranking and by its threshold.
 
     python tests/benchmarks/judge_thresholds.py --cache FOLDER --folders FOLDER/b FOLDER/b-clear
-        --pages docs/detection.md
+        --pages workflow/studies/detection.md
 
 A threshold from few healthy recordings is luck. Compared with it are the true quantile of many, and
 what thousands of recordings teach. threshold_rates.py says how all is measured.
@@ -28,7 +28,7 @@ from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG, WEIGHTS
 
 HEALTHY = (20, 40, 80, 160)
-LIMITS = Path(__file__).parents[2] / "docs" / "detection-limits.md"
+LIMITS = Path(__file__).parents[2] / "workflow/studies/results/detection-limits.md"
 # MiniRocket, taught by 2,400 recordings, as those tell who made them. They tell nothing of 4 and
 # 5 mm on `b`, where at most all are found.
 TOLD = {"b": [0.08, (0.60 + 0.96 + 1 + 1) / 4], "b-clear": [0.97, 1.0]}

@@ -1,8 +1,8 @@
 """Judge the detectors on simulated benches, of which some had no part in making them.
 
     python tests/benchmarks/judge_unseen.py --folders FOLDER ... --archives 40 --cache FOLDER
-        --output docs/detection-benches.md --ranges workflow/report/benches.csv
-        --pages README.md docs/detection.md
+        --output workflow/studies/results/detection-benches.md --ranges workflow/report/benches.csv
+        --pages docs/detection.md
 
 Judged are the benches of judged_only.py, the usual bench, every bench of config/benches/, and
 folders of recordings of other benches: each file of a folder is an archive, an .npz of arrays

@@ -2,7 +2,8 @@
 
 No trouble of this module is in the shipped phantom, in config/benches/, in the random benches of
 scorer_teaching, or in a stored bench. Each strength comes from the physics in its docstring. It was
-written down before any detector had judged a recording of the bench. docs/benches.md lists them.
+written down before any detector had judged a recording of the bench. They stand in
+workflow/studies/benches.md.
 """
 
 from collections.abc import Callable

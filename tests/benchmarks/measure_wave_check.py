@@ -1,6 +1,6 @@
 """Measure how often noise passes as a wave, and how often a wave is missed.
 
-The table stands in docs/detection-familiar.md.
+The table stands in workflow/studies/results/detection-familiar.md.
 
     python tests/benchmarks/measure_wave_check.py --folders FOLDER ...
 

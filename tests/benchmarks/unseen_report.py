@@ -89,27 +89,6 @@ def parts_rows() -> list[dict]:
     return [*rows, {"bench": only, "taught": "", "chose": "", "judged only": "yes"}]
 
 
-def readme_rows(ranges: Sequence[Mapping]) -> list[dict]:
-    """Return the best detector's range in each part, from rows of `range_rows` or of their file.
-
-    The one row says of each part what is found from 2 mm on, from the worst to the best bench, and
-    the lowest specificity.
-    """
-    best = [row for row in ranges if row["detector"] == ranges[-1]["detector"]]
-    cells = {}
-    for part in PARTS:
-        of_part = {row["of the benches the"]: row for row in best if row["part"] == part}
-        if only := of_part.get("only"):
-            cells[part] = f"{_whole(only, FOUND)}, at a specificity of {_whole(only, SHOWN[0])}"
-        elif of_part:
-            worst = of_part["worst"]
-            cells[part] = (
-                f"{_whole(worst, FOUND)} (`{worst['bench']}`) to {_whole(of_part['best'], FOUND)}, "
-                f"at a specificity of {_whole(of_part[LEAST], SHOWN[0])} or more"
-            )
-    return [cells]
-
-
 def _whole(row: Mapping, name: str) -> str:
     return f"{100 * float(row[name]):.0f} %"
 
@@ -182,7 +161,7 @@ def whole_report(judged: Judged, effort: int) -> str:
     """Return the whole document; the paper's margin had fits of `effort` particles."""
     return (
         "# What the detectors reach on other benches\n\nMade by "
-        "`tests/benchmarks/judge_unseen.py`; docs/detection.md explains it. Means over archives "
+        "`tests/benchmarks/judge_unseen.py`; studies/detection.md tells why. Means over archives "
         f"of simulated recordings, seeds from {FIRST_SEED} on, place by place. *Specificity*: on "
         f"{FRESH} fresh healthy recordings for each archive, seeds from {FIRST_FRESH_SEED} on (of "
         "a stored bench: the healthy ones of its next archives). *Left out*: on the archive's own "
@@ -201,7 +180,6 @@ def page_blocks(judged: Judged) -> dict[str, str]:
     return {
         "parts": table(parts_rows()),
         "ranges": table(ranges),
-        "best detector": table(readme_rows(ranges)),
         "judged only": table([_shown(row) for row in bench_rows(judged) if _only(row)]),
         "sentences": sentences(judged),
     }

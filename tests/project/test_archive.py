@@ -46,7 +46,7 @@ def test_the_held_out_session_is_what_the_documented_command_makes(tmp_path):
         assert recording.header["setup"] == f"{archive}/{planned.setup}"
     phantom = read_phantom(DEFAULT_TABLE, [])
     seed = int(archive.rpartition("-")[2])
-    for site, size_mm, setup in (("0mm/h60", 0, "0mm/10"), ("3mm/h03", 3, "3mm/2")):
+    for site, size_mm, setup in (("0mm/h60", 0, "0mm/60"), ("3mm/h03", 3, "3mm/3")):
         run = simulate_run(phantom, size_mm, seed, site, setup=setup)
         made = format_recording(recording_of(run, phantom, seed, site, setup=setup))
         assert made == (RAW / f"{site}.csv").read_bytes()
@@ -62,7 +62,7 @@ def test_twenty_recordings_of_each_size_teach_and_a_session_of_its_own_judges():
         assert {header["source"] for header in headers} == {"simulated phantom"}
         teaching = [header for header in headers if header["session"] not in held_out]
         judging = [header for header in headers if header["session"] in held_out]
-        assert (len(teaching), len(judging)) == (20, 6 if size else 60)
+        assert (len(teaching), len(judging)) == (20, 20 if size else 60)
         setups = [{header["setup"] for header in each} for each in (teaching, judging)]
         assert len(setups[1]) >= 3 and not setups[0] & setups[1]
         assert len({header["site"] for header in headers}) == len(headers)

@@ -1,10 +1,13 @@
-"""The commands in the documents exist, docs/command.md has all, and those of the tutorial run."""
+"""The commands in the documents exist, and run; docs/command.md has all."""
 
+import os
 import re
 import shlex
-import shutil
 import subprocess
+import sys
+from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from capsule.commands.cli import COMMANDS, build_parser
@@ -27,6 +30,8 @@ def calls():
                 yield str(block), AFTER.split(call[1])[0], call[2]
 
 
+_BIN = Path(sys.executable).parent
+ENVIRONMENT = os.environ | {"PATH": f"{_BIN}{os.pathsep}{os.environ['PATH']}"}
 PAGE = "docs/command.md"
 SECTIONS = dict(
     re.findall(
@@ -35,49 +40,155 @@ SECTIONS = dict(
         re.MULTILINE | re.DOTALL,
     )
 )
-# Each line of a block of README and tutorial begins with one of these; the named file runs such a
-# line, or nobody does, for the reason given.
+# A line that begins with a program begins with one of these: the named file runs such a line, or
+# nobody does, for the reason given. All others run in the folder of the tutorial.
 SHOWN_BY = {
     "make report": ".ci/run",
     "make test": ".ci/run",
-    "pip install --require-hashes -r requirements-test.lock": ".github/workflows/check.yml",
-    "pip install --no-deps --no-build-isolation -e .": ".github/workflows/check.yml",
+    "make lint": ".ci/run",
+    "make docs": "tests/project/test_manual.py",
+    "make formats": "tests/project/test_packaging.py",
+    "make numbers": "tests/studies/test_show_numbers.py",
+    "make -C workflow/firmware": "tests/capsule/bench/test_firmware.py",
+    "pip install": ".github/workflows/check.yml",
     "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
-    "pytest": ".github/workflows/check.yml",
+    "snakemake -c2 results/surveys": "tests/workflow/test_surveys.py",
+    "snakemake -c2 --snakefile": "tests/workflow/test_as_module.py",
+    "snakemake --profile profiles/slurm": "tests/workflow/test_slurm.py",
+    "sbatch": "tests/workflow/test_slurm.py",
+    "mkdir ../again": "tests/workflow/test_content.py",
+    "(cd ../again": "tests/workflow/test_content.py",
+    "diff -rq": "tests/workflow/test_content.py",
     "capsule demo": "tests/capsule/bench/test_demo.py",
-    "capsule judge": "tests/capsule/judging/test_judged.py",
-    "capsule simulate": "tests/project/test_commands_of_documents.py",
-    "capsule report": "tests/project/test_make.py",
-    "capsule --help": "tests/project/test_command.py",
+    "capsule record": "tests/capsule/bench/test_acquire.py",
+    "capsule survey": "tests/capsule/bench/test_survey.py",
+    "capsule simulate --help": "tests/project/test_command.py",
+    "capsule simulate --out raw --seed 1": "tests/project/test_archive.py",
+    "capsule parts --step": "tests/capsule/parts/test_step_files.py",
 }
 NOT_RUN = {
-    "capsule record": "it needs the logger board, and the document says so",
     "conda": "it needs conda",
     "py -m venv": "it needs Windows",
     "source .venv/bin/activate": "a shell's own",
-    "cd ": "a shell's own",
-    "mkdir ": "a shell's own",
-    "cp ": "a shell's own",
 }
+PROGRAMS = {"make", "pip", "snakemake", "sbatch", "capsule", "conda", "py", "source", "python"}
+PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
+# Their blocks run by tests of their own.
+ELSEWHERE = {"docs/import.md", "README.md"}
+# In the folder of the tutorial, in this order.
+IN_THE_FOLDER = ["docs/tutorial.md", "docs/command.md", "docs/robustness.md", "docs/export.md"]
+IN_THE_FOLDER += ["docs/making.md", "docs/report.md"]
 
 
 def lines_to_type(document):
-    """Yield the lines of a document that a reader types."""
+    """Yield each line that a reader types, with the lines that the document shows below it."""
     for block in all_blocks():
-        if block.document == document and not block.is_python:
-            lines = [line for line in block.text.splitlines() if line]
-            yield from [line[2:] for line in lines if line.startswith("$ ")] or lines
+        if block.document != document or block.is_python or block.language:
+            continue
+        lines = block.text.replace("\\\n", " ").splitlines()
+        prompted = False  # Below a line with a prompt stands what it prints.
+        for number, line in enumerate(lines):
+            prompted |= line.startswith("$ ")
+            typed = line.removeprefix("$ ")
+            if typed.lstrip("(").partition(" ")[0] not in PROGRAMS or (typed == line and prompted):
+                continue
+            shown = []
+            for below in lines[number + 1 :]:
+                if not line.startswith("$ ") or below.startswith("$ ") or not below:
+                    break
+                shown.append(below)
+            yield typed, shown
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/tutorial.md"])
-def test_every_line_that_a_newcomer_types_is_run_or_has_a_reason(document):
-    lines = list(lines_to_type(document))
-    assert len(lines) > 8
-    for line in lines:
-        assert line.startswith((*SHOWN_BY, *NOT_RUN)), line
-        if line.startswith("capsule record"):
-            assert "needs the logger board" in line
+def runs_elsewhere(line):
+    return line.startswith((*SHOWN_BY, *NOT_RUN))
+
+
+def test_every_line_of_every_document_is_run_or_has_a_reason():
+    names = sorted({block.document for block in all_blocks()})
+    left = [
+        f"{name}: {line}"
+        for name in names
+        if name not in {*IN_THE_FOLDER, *ELSEWHERE}
+        for line, _ in lines_to_type(name)
+        if not runs_elsewhere(line)
+    ]
+    assert not left
     assert all((ROOT / path).exists() for path in SHOWN_BY.values())
+    assert len(list(lines_to_type("docs/tutorial.md"))) > 10
+
+
+def run_lines(folder, lines):
+    """Run lines in one shell; fail at the first that fails, or prints other than is shown."""
+    for number, (line, shown) in enumerate(lines):
+        if runs_elsewhere(line):
+            continue
+        script = f"cd {shlex.quote(str(folder))}\n{line}\npwd > {folder.parent}/here"
+        done = subprocess.run(
+            ["bash", "-e", "-c", script],
+            capture_output=True,
+            text=True,
+            check=False,
+            env=ENVIRONMENT,
+        )
+        assert done.returncode == 0, f"{number}: {line}\n{done.stdout}{done.stderr}"
+        printed = iter((done.stdout + done.stderr).splitlines())
+        for expected in shown:
+            if expected != "...":
+                assert any(expected == each.rstrip() for each in printed), f"{line}: {expected}"
+        folder = Path((folder.parent / "here").read_text().strip()) if "cd " in line else folder
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.takes(200)
+def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
+    start = tmp_path / "start"
+    start.mkdir()
+    folder = start
+    for document in IN_THE_FOLDER:
+        lines = list(lines_to_type(document))
+        folder = run_lines(folder, lines)
+    # The numbers that the tutorial tells.
+    assert (folder / "monday.png").stat().st_size > 50_000
+    assert (folder / "before/report.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.takes(60)
+def test_the_lines_of_the_readme_on_your_data_run(tmp_path):
+    """On files like the one that it shows: five sensors, kilo-ohms and milliseconds."""
+    data = tmp_path / "data"
+    data.mkdir()
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (block,) = [each.text for each in all_blocks() if "time_ms,S1_kOhm" in each.text]
+    head = block.splitlines()[0]
+    assert head.count(",") == 4
+    for name, sizes in (("healthy", 0), ("nodule", 3)):
+        words = ["--out", str(data / name), "--sizes", str(sizes), "--runs", "4"]
+        subprocess.run([*CAPSULE, "simulate", *words], check=True, capture_output=True)
+    commands = [line for line, _ in lines_to_type("README.md") if line.startswith("capsule ")]
+    assert commands[1].startswith("capsule new lab && cd lab")
+    for number, path in enumerate(sorted(data.rglob("*.csv"))):
+        table = pd.read_csv(path, comment="#")
+        kohm = (12 * table.iloc[:, 1:] / (1024 - table.iloc[:, 1:])).round(3)
+        kohm.insert(0, "time_ms", (table["time_s"] * 1000).round().astype(int))
+        kohm.columns = head.split(",")
+        folder = data / ("0" if "0mm" in path.parts else "3")
+        folder.mkdir(exist_ok=True)
+        kohm.to_csv(folder / f"r{number}.csv", index=False)
+    lines = [(commands[1], [])]
+    for command in commands[2:]:
+        sizes = ("0", "3") if "--size" in command else ("3",)
+        for size in sizes if "import" in command else ("",):
+            line = command.replace("--size 3", f"--size {size}").replace(
+                "*.csv", f"{data}/{size}/*.csv"
+            )
+            lines.append((line, []))
+    assert "--unlabelled" in text
+    lines = [each for each in lines if "--unlabelled" not in each[0]]
+    folder = run_lines(tmp_path / "data", lines)
+    assert (folder / "results/report.html").exists()
 
 
 def words_of(line):
@@ -125,32 +236,4 @@ def test_make_has_what_the_documents_make():
         for block in all_blocks()
         for name in re.findall(r"^make (\w+)", block.text, re.MULTILINE)
     }
-    assert {"report", "test"} <= made <= targets
-
-
-@pytest.mark.takes
-def test_the_simulations_of_the_tutorial_run_in_their_order(tmp_path):
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    lines = [
-        line
-        for document, line, word in calls()
-        if document.startswith("docs/tutorial.md") and word == "simulate"
-    ]
-    assert len(lines) == 3
-    printed = ""
-    for line in lines:
-        done = subprocess.run(
-            [*CAPSULE, "simulate", *words_of(line)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        printed += done.stdout + done.stderr
-    assert len(list((tmp_path / "uneven/raw").rglob("*.csv"))) == 48
-    assert "simulated 1 of 1 recordings in mine/" in printed
-    # The recording whose verdicts the tutorial shows.
-    head = (tmp_path / "mine/3mm/r01.csv").read_text(encoding="utf-8").splitlines()
-    samples = sum(not line.startswith("#") for line in head) - 1
-    text = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
-    assert f"mine/3mm/r01.csv: {samples} samples, " in text
+    assert {"report", "test", "docs"} <= made <= targets

@@ -1,4 +1,4 @@
-"""docs/import.md shows the real output of the command, and each key as in the schema."""
+"""docs/import.md shows the real output of the command."""
 
 import contextlib
 import io
@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from capsule.commands.cli import build_parser
-from capsule.engine.configuration import allowed_values
 from capsule.importing.command import Importer
 from capsule.importing.resampling import STOP_DB
 from support.command import parsers
@@ -28,12 +27,6 @@ class Utf8(io.StringIO):
     """A terminal that shows all characters."""
 
     encoding = "utf-8"
-
-
-def key_row(key, part):
-    option, unit = f"`--{key.replace('_', '-')}`", part.get("unit", "")
-    cells = [f"`{key}`", option, allowed_values(part, KEYS), unit, part["description"]]
-    return "| " + " | ".join(cells) + " |"
 
 
 def shown_blocks():
@@ -82,17 +75,6 @@ def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
 @pytest.mark.parametrize("ending", ["csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"])
 def test_the_page_has_an_example_of_each_format(ending):
     assert any(f".{ending} " in command for command, _ in shown_blocks())
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_the_page_explains_each_key_as_the_schema_has_it(key):
-    assert key_row(key, KEYS[key]) in TEXT
-
-
-def test_the_page_explains_no_key_that_does_not_exist():
-    table = TEXT.partition("## The keys of lab.yaml\n")[2].partition("\n## ")[0]
-    named = [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
-    assert named == list(KEYS)
 
 
 def test_each_key_is_an_option():

@@ -118,7 +118,9 @@ def test_a_pool_is_simulated_with_seeds_of_its_own_and_kept(pools, monkeypatch, 
 
 def test_the_limit_of_every_bench_is_known(module):
     judging = module("judge_thresholds")
-    limits = judging.limits((ROOT / "docs/detection-limits.md").read_text(encoding="utf-8"))
+    limits = judging.limits(
+        (ROOT / "workflow/studies/results/detection-limits.md").read_text(encoding="utf-8")
+    )
     assert set(limits) == {*judging.bench_names(), "b", "b-clear"}
     assert limits["uneven-wall"] == [0.77, 0.997]
 
@@ -136,7 +138,7 @@ def test_the_answer_says_what_ranking_and_threshold_cost(module):
 
 def test_the_manual_shows_every_bench_that_was_judged(module):
     judging = module("judge_thresholds")
-    page = (ROOT / "docs/detection.md").read_text(encoding="utf-8")
+    page = (ROOT / "workflow/studies/detection.md").read_text(encoding="utf-8")
     block = page.partition("<!-- judge_thresholds: losses -->")[2].partition("<!-- end")[0]
     benches = {line.split(" | ")[0].strip("| ") for line in block.splitlines()[3:] if line}
     assert benches == {*judging.bench_names(), "b", "b-clear"}

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from capsule.detectors.base import NO_VERDICT, Verdict
-from capsule.store.files import read_csv
 from support.project import ROOT
 
 
@@ -153,13 +152,6 @@ def test_the_range_keeps_the_parts_apart_and_begins_with_the_worst_bench_that_ju
         ("chose", "least specific", "b"),
         ("taught", "only", "usual"),
     ]
-    assert report.readme_rows(ranges) == [
-        {
-            "judged only": "70 % (`food-residue`) to 80 %, at a specificity of 90 % or more",
-            "chose": "50 % (`b`) to 90 %, at a specificity of 95 % or more",
-            "taught": "100 %, at a specificity of 95 %",
-        }
-    ]
     text = report.sentences(judged)
     assert "finds 70.0 to 80.0 % of the nodules from 2 mm on, the least on `food-residue`" in text
 
@@ -179,16 +171,9 @@ def test_only_what_stands_between_the_marks_of_a_page_changes(module):
     assert filled == page.replace("old\n", "| \\1 |\n")
 
 
-def test_the_readme_gives_the_best_detectors_range(module):
-    table = module("judge_report").table
-    rows = module("unseen_report").readme_rows(read_csv(ROOT / "workflow/report/benches.csv"))
-    assert table(rows) in (ROOT / "README.md").read_text(encoding="utf-8")
-    assert table(rows).count("judged only") == 1
-
-
 def test_the_manual_says_which_bench_had_which_part(module):
     table = module("judge_report").table(module("unseen_report").parts_rows())
-    for page in ("docs/detection.md", "docs/detection-benches.md"):
+    for page in ("docs/detection.md", "workflow/studies/results/detection-benches.md"):
         assert table in (ROOT / page).read_text(encoding="utf-8")
 
 

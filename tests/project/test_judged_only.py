@@ -1,4 +1,4 @@
-"""The benches that judge only are what docs/benches.md says, and each trouble does what it says."""
+"""The benches that judge only are what studies/benches.md says, and do so."""
 
 from functools import cache
 
@@ -131,6 +131,6 @@ def test_lost_rows_are_cut_out_of_all_sensors():
 
 
 def test_the_manual_names_every_bench_that_judges_only():
-    text = (ROOT / "docs/benches.md").read_text(encoding="utf-8")
+    text = (ROOT / "workflow/studies/benches.md").read_text(encoding="utf-8")
     for name, bench in judged_only.BENCHES.items():
         assert f"| `{name}` | {bench.explains} | {bench.nearest} |" in text

@@ -1,4 +1,4 @@
-"""Apply the changes in the tables of docs/extending.md to a copy of the project."""
+"""Apply the changes in the tables of docs/workflow.md to a copy of the project."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from support.project import ROOT
 
-PAGE = ROOT / "docs" / "extending.md"
+PAGE = ROOT / "docs" / "workflow.md"
 _ROW = re.compile(r"\| `(?P<file>[^`]+)` \| (?P<change>.+) \|")
 _NEW = re.compile(r"new: as \[(?P<example>[^]]+)\]\((?P=example)\)")
 _CODE = r"(?:`` ?(?P<{0}_long>.+?) ?``|`(?P<{0}>[^`]+)`)"
@@ -45,7 +45,7 @@ class Change:
 def changes(title: str) -> list[Change]:
     """Return the changes in the table of a section; fail if a row cannot be understood."""
     _, _, rest = PAGE.read_text(encoding="utf-8").partition(f"## {title}\n")
-    section = rest.partition("\n## ")[0]
+    section = rest.partition("\n##")[0]
     rows = [line for line in section.splitlines() if line.startswith("| `")]
     return [_change(_ROW.fullmatch(row)) for row in rows]
 

@@ -1,4 +1,4 @@
-"""Every extension of docs/extending.md works in a copy of the project."""
+"""Every extension of docs/workflow.md works in a copy of the project."""
 
 import subprocess
 import sys

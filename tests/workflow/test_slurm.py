@@ -159,7 +159,7 @@ def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits
     assert f"SLURM-job '{late}' failed, SLURM status is: 'TIMEOUT'" in output
     assert sum((before_fits.folder / name).exists() for name in FITS) == 1
 
-    page = (ROOT / "docs/cluster.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/workflow.md").read_text(encoding="utf-8")
     option, *values = re.search(r"--default-resources [\w= ]*runtime=120", page)[0].split()
     again = before_fits.snakemake(*ONE_BY_ONE, option, *values, "--", *FITS)
     assert again.status == 0, again.output

@@ -1,7 +1,8 @@
 """Find each bench's limit: the rates of a classifier taught by thousands of its recordings.
 
     python -m venv peers && peers/bin/pip install -r tests/benchmarks/peers/requirements.txt
-    peers/bin/python tests/benchmarks/peers/find_limit.py --output docs/detection-limits.md
+    peers/bin/python tests/benchmarks/peers/find_limit.py
+        --output workflow/studies/results/detection-limits.md
 
 MiniRocket with ridge regression learns from thousands of simulated recordings of a bench, half of
 them over a nodule of each size in turn, and judges others. It may use where along the run the
@@ -227,7 +228,7 @@ def main() -> None:
     rows += [judged(folder.name, stored(folder)) for folder in arguments.folders]
     arguments.output.write_text(
         "# What can be found on each bench\n\nMade by `tests/benchmarks/peers/find_limit.py`; "
-        "docs/detection.md explains it. MiniRocket with ridge regression, and the features of the "
+        "studies/detection.md tells why. MiniRocket with ridge regression, and the features of the "
         "detector `taught` with its own adaptation, at a specificity of 95 %. "
         f"Taught by an archive: leave-one-out, means over {arguments.archives} archives of 120 "
         f"(of a folder: all its archives), seeds from {ARCHIVE_SEED} on. Taught by thousands: half "

@@ -16,8 +16,8 @@ from capsule.store.files import read_csv
 
 pytestmark = pytest.mark.slow
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-PAGE = (DOCS / "benches.md").read_text(encoding="utf-8")
+STUDIES = Path(__file__).resolve().parents[3] / "workflow" / "studies"
+PAGE = (STUDIES / "benches.md").read_text(encoding="utf-8")
 NAMES = sorted(path.stem for path in BENCHES.glob("*.yaml"))
 
 
@@ -36,7 +36,11 @@ def test_the_values_that_ship_are_what_the_search_found(name, tmp_path, monkeypa
 
     monkeypatch.setattr(calibrate, "try_out", nothing_is_missing)
     log, output = tmp_path / "log.csv", tmp_path / "found.yaml"
-    shipped = DOCS / (f"benches/{name}-calibration.csv" if name else "phantom-calibration.csv")
+    shipped = (
+        STUDIES
+        / "results"
+        / (f"benches/{name}-calibration.csv" if name else "phantom-calibration.csv")
+    )
     log.write_bytes(shipped.read_bytes())
     arguments = ["calibrate", "--log", str(log), "--output", str(output)]
     if name:
@@ -49,7 +53,7 @@ def test_the_values_that_ship_are_what_the_search_found(name, tmp_path, monkeypa
 
 
 def judged(name):
-    return {row["cell"]: row for row in read_csv(DOCS / f"benches/{name}.csv")}
+    return {row["cell"]: row for row in read_csv(STUDIES / f"results/benches/{name}.csv")}
 
 
 def differences(cells):

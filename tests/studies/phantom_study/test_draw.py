@@ -66,7 +66,7 @@ def test_an_example_is_the_run_with_the_middling_matrix(described):
 
 def test_the_documentation_shows_the_signals_that_were_described(described):
     _, _, rows = described
-    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
-    for row in read_csv(ROOT / "docs/phantom-signals.csv"):
+    text = (ROOT / "workflow/studies/phantom.md").read_text(encoding="utf-8")
+    for row in read_csv(ROOT / "workflow/studies/results/phantom-signals.csv"):
         assert list(row) == list(rows[0])
         assert "| " + " | ".join(row.values()) + " |" in text

@@ -116,8 +116,8 @@ def test_summary_says_whether_the_paper_lies_in_the_central_range():
 
 
 def test_the_documentation_shows_the_table_that_was_measured():
-    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
-    rows = read_csv(ROOT / "docs/phantom-table.csv")
+    text = (ROOT / "workflow/studies/phantom.md").read_text(encoding="utf-8")
+    rows = read_csv(ROOT / "workflow/studies/results/phantom-table.csv")
     assert [row["cell"] for row in rows] == list(PAPER.cells)
     for row in rows:
         paper, mean, low, high = (float(row[key]) for key in ("paper", "mean", "low", "high"))

@@ -16,7 +16,7 @@ from support.like_the_paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.takes(0.5)
 
-LOG = Path(__file__).resolve().parents[3] / "docs/phantom-calibration.csv"
+LOG = Path(__file__).resolve().parents[3] / "workflow/studies/results/phantom-calibration.csv"
 PAPER = read_paper_table()
 
 

@@ -1,4 +1,4 @@
-"""Run the test vectors of docs/protocol.md."""
+"""Run the test vectors of workflow/firmware/test_vectors.md."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from support.bench.cable import Board
 from support.bench.emulated import FOLD, LOGGER, PIN_2, EmulatedBoard
 
-PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "workflow/firmware/test_vectors.md").read_text(encoding="utf-8")
 VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, from the page
 
 

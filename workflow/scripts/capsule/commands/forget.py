@@ -32,7 +32,7 @@ the report) are among them; this makes them again without the removed: snakemake
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
-    parser.epilog = "docs/privacy.md tells what stays where, and what this cannot remove."
+    parser.epilog = "docs/robustness.md tells what stays where, and what this cannot remove."
     name = "a recording, such as 3mm/r07, or a survey, such as sessions/gut-7"
     parser.add_argument("names", nargs="+", metavar="NAME", help=name)
     parser.add_argument("--yes", action="store_true", help="do not ask")

@@ -67,7 +67,7 @@ def add_phantom_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bench",
         metavar="NAME",
-        help="simulate the bench of config/benches/NAME.yaml (docs/benches.md)",
+        help="simulate the bench of config/benches/NAME.yaml (workflow/studies/benches.md)",
     )
     parser.add_argument(
         "--set",
