@@ -158,14 +158,11 @@ def test_each_part_is_exported_alone(made, what):
     assert len(part.tables["recordings"]) == len(RECORDINGS) + 1
 
 
-@pytest.mark.parametrize("as_record", [True, False])
-def test_matlab_reads_named_structures(files, exported, made, as_record):
-    read = scipy.io.loadmat(
-        files / "mat/all.mat", struct_as_record=as_record, squeeze_me=True, chars_as_strings=True
-    )
+def test_matlab_reads_named_structures(files, exported, made):
+    read = scipy.io.loadmat(files / "mat/all.mat", squeeze_me=True, chars_as_strings=True)
 
     def field(struct, name):
-        return struct[name].item() if as_record else getattr(struct, name)
+        return struct[name].item()
 
     for legal, name in (("x3mm_r07", "3mm/r07"), ("x2_5mm_a_1_1", "2.5mm/a_1")):
         recording = field(read["recordings"], legal)
@@ -186,17 +183,9 @@ def test_matlab_reads_named_structures(files, exported, made, as_record):
 
 
 def test_matlabs_names_are_legal_and_none_occurs_twice():
-    legal = legal_names(["3mm/r07", "a-b", "a_b", "a+b", "_x", "wave speed", "end", "\u03b1"])
-    assert list(legal.values()) == [
-        "x3mm_r07",
-        "a_b",
-        "a_b_1",
-        "a_b_2",
-        "x_x",
-        "waveSpeed",
-        "xEnd",
-        "x_",
-    ]
+    names = ["3mm/r07", "a-b", "a_b", "a+b", "_x", "wave speed", "end", "\u03b1"]
+    legal = ["x3mm_r07", "a_b", "a_b_1", "a_b_2", "x_x", "waveSpeed", "xEnd", "x_"]
+    assert list(legal_names(names).values()) == legal
     assert list(legal_names(["r" * 80, "r" * 81]).values()) == ["r" * 63, "r" * 61 + "_1"]
 
 
@@ -220,13 +209,9 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     assert book["predictions"][f"{get_column_letter(7)}2"].value == "inf"
     rows = {tuple(row[:3]): row[3:] for row in book["readings"].iter_rows(values_only=True)}
     for name, matrix in made[1].items():
+        unit = "counts" if "mm/r" in name or name[-2:] == "_1" else "V"
         for sensor, expected in enumerate(matrix, start=1):
-            same(
-                rows[name, "counts" if "mm/r" in name or name[-2:] == "_1" else "V", sensor][
-                    : matrix.shape[1]
-                ],
-                expected,
-            )
+            same(rows[name, unit, sensor][: matrix.shape[1]], expected)
     assert dict(book["provenance"].iter_rows(min_row=2, values_only=True)) == exported.provenance
 
 
@@ -238,12 +223,8 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
     stream = io.BytesIO()
     book.save(stream)
     sheets = {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(stream)}
-    assert sheets == {
-        "few": [("a",), (1,), (2,)],
-        "few_2": [("a",), (3,), (4,)],
-        "few_3": [("a",), (5,)],
-        "none": [("a",)],
-    }
+    few = {"few": [("a",), (1,), (2,)], "few_2": [("a",), (3,), (4,)], "few_3": [("a",), (5,)]}
+    assert sheets == few | {"none": [("a",)]}
 
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
@@ -397,23 +378,17 @@ def checksum(folder, name):
 
 def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
     settings = read_config_file(CONFIG)
+    # The date of a recording does not count.
+    os.utime(project / "raw/3mm/r07.csv", (1, 1))
     assert changed_recordings(project / "results", settings) == []
     with (project / "raw/3mm/r07.csv").open("a") as stream:
         stream.write("# a comment")
     (project / "raw/3mm/r08.csv").unlink()
     write_archive(project / "raw", ["2mm/new"], samples=50)
     (project / "raw/notes.txt").touch()
-    assert changed_recordings(project / "results", settings) == [
-        "raw/2mm/new.csv",
-        "raw/3mm/r07.csv",
-        "raw/3mm/r08.csv",
-    ]
-
-
-def test_the_date_of_a_recording_does_not_count_and_without_recordings_nothing_is_known(project):
-    settings = read_config_file(CONFIG)
-    os.utime(project / "raw/3mm/r07.csv", (1, 1))
-    assert changed_recordings(project / "results", settings) == []
+    changed = [f"raw/{name}.csv" for name in ("2mm/new", "3mm/r07", "3mm/r08")]
+    assert changed_recordings(project / "results", settings) == changed
+    # Without recordings, nothing is known.
     shutil.rmtree(project / "raw")
     assert changed_recordings(project / "results", settings) == []
 
