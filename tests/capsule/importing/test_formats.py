@@ -379,6 +379,11 @@ ASKED = {
         "the file names mmHg of",
         "--unit counts",
     ),
+    "a unit beside the arrays of numpy": (
+        saved(partial(np.savez, t=TIME_S, V=COUNTS.T, unit="kPa"), "a.npz"),
+        "the file names kPa of",
+        "--unit counts",
+    ),
     "a unit above the table of a sheet": (
         sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
         "the file names kPa of",

@@ -21,6 +21,7 @@ COUNTS = np.array(COUNTS)
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
 # The second one began 2 s later.
 LATER = np.array([VOLTS[0, 20:], VOLTS[1, :505], *VOLTS[2:, 20:]])
+EACH_TIMED = [each for n, row in enumerate(VOLTS) for each in (TIME_S + 2.0 * (n == 1), row)]
 SENSORS = ["S1", "S2", "S3", "S4"]
 NOON = datetime(2024, 5, 6, 12)
 
@@ -219,6 +220,15 @@ READ = {
     "LabVIEW, a time for each": Read(lvm("Multi", unit=True), values=VOLTS),
     "LabVIEW, the second channel later": Read(lvm("Multi", unit=True, later_s=2.0), values=LATER),
     "LabVIEW, no times, later": Read(lvm("No", unit=True, later_s=2.0), values=LATER),
+    **{
+        f"times named {names}": Read(lines(*EACH_TIMED, head=names), LATER, options="--unit V")
+        for names in (
+            "time,S1,time,S2,time,S3,time,S4",
+            "time,S1,time.1,S2,time.2,S3,time.3,S4",
+            "t1,S1,t2,S2,t3,S3,t4,S4",
+            "S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4",
+        )
+    },
     "LabChart": Read(labchart(), values=VOLTS),
     "LabChart, comment": Read(labchart(comment=True), values=VOLTS),
     "decimals without a last line end": Read(

@@ -195,7 +195,8 @@ def _read_zip(content: bytes, keys: Keys) -> Iterator[Table]:
         yield from _read_excel(content, keys, has_formulas=formulas)
     elif names and all(name.endswith(".npy") for name in names):
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            yield from array_tables(dict(arrays), "/", keys, {})
+            told = {name: str(each) for name, each in arrays.items() if each.dtype.kind == "U"}
+            yield from array_tables(dict(arrays), "/", keys, {"": told})
     elif {"xl/workbook.bin", "content.xml"} & {*names}:
         raise CapsuleError("it is a workbook of another kind than .xlsx; save it as .xlsx")
     else:

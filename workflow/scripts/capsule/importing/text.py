@@ -342,7 +342,7 @@ def _table(
     ]
     if said:
         channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
-    channels = _with_own_times(channels)
+    channels = _with_own_times(channels, keys)
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
         seconds = np.array(list(map(plain_dialect(keys).number, stamped)))
@@ -355,18 +355,23 @@ def _table(
     )
 
 
-def _with_own_times(channels: list[Channel]) -> list[Channel]:
-    """Return channels with their time stamps if the column of a time stands before each of them."""
-    times, others = channels[::2], channels[1::2]
-    names = {each.name for each in times}
-    if len(times) != len(others) or len(times) < 2 or len(names) > 1:
+def _with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
+    """Return channels with their time stamps if the column of a time stands before each of them.
+
+    Such columns are named, for example, ``time, S1, time.1, S2`` or ``t1, S1, t2, S2``. If columns
+    are chosen by their numbers, all of them count.
+    """
+    pairs = list(zip(channels[::2], channels[1::2], strict=False))
+    are_paired = len(pairs) > 1 and 2 * len(pairs) == len(channels)
+    are_numbered = any(str(wanted).isdecimal() for wanted in keys.sensors or ())
+    if not are_paired or are_numbered or keys.time not in (None, "none"):
         return channels
-    if not all(is_time_name(name) for name in names) or any(
-        is_time_name(each.name) for each in others
-    ):
-        return channels
-    pairs = zip(others, times, strict=True)
-    return with_stamps([replace(each, stamps=stamps) for each, stamps in pairs])
+    for stamps, channel in pairs:
+        bare = stamps.name.replace(channel.name, "") if channel.name else stamps.name
+        bare = re.sub("[0-9]*$", "", bare).strip(" ._-")
+        if not is_time_name(bare) or is_time_name(channel.name):
+            return channels
+    return with_stamps([replace(channel, stamps=stamps) for stamps, channel in pairs])
 
 
 def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:
