@@ -8,8 +8,9 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-_PARTS = ("Snakefile", "environment.yml", "config", "profiles", "workflow")
-_PACKAGE = Path("workflow", "scripts", "capsule")
+_PARTS = ("Snakefile", "config", "profiles", "workflow")
+# The package stands in the wheel once; no command reads the others.
+_LEFT_OUT = {Path("workflow", name) for name in ("scripts/capsule", "studies", "firmware")}
 
 
 class ProjectInWheel(BuildHookInterface):
@@ -24,9 +25,7 @@ class ProjectInWheel(BuildHookInterface):
             path = root / part
             for file in [path] if path.is_file() else sorted(path.rglob("*")):
                 name = file.relative_to(root)
-                if (
-                    file.is_file()
-                    and _PACKAGE not in name.parents
-                    and "__pycache__" not in name.parts
-                ):
+                if not file.is_file() or _LEFT_OUT & {*name.parents}:
+                    continue
+                if "__pycache__" not in name.parts:
                     build_data["force_include"][str(file)] = f"capsule_project/{name.as_posix()}"

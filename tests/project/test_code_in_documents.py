@@ -97,7 +97,8 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
 
 def commands():
     """Yield each call of a study in a block: its place, the script and its arguments."""
-    for block in BLOCKS:
+    studies = (block for path in (ROOT / "workflow/studies").glob("*.md") for block in blocks(path))
+    for block in [*BLOCKS, *studies]:
         for line in block.text.replace("\\\n", " ").splitlines():
             if called := COMMAND.search(line):
                 words = shlex.split(called[2], comments=True)

@@ -16,6 +16,7 @@ import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
+import capsule
 from capsule.detectors.registry import DETECTORS
 from capsule.engine import project
 from capsule.engine.keys import imported_files
@@ -191,16 +192,23 @@ def test_the_lock_holds_hashes_and_no_addresses(lock):
 def test_environment_yml_names_the_same_packages_and_ranges():
     environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
     conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
-    pip = {(r.name.lower(), str(r.specifier)) for r in wanted(*RUNNING, "test")}
+    pip = {(r.name.lower(), str(r.specifier)) for r in wanted(*RUNNING)}
     python = ("python", str(SpecifierSet(PROJECT["requires-python"])))
     assert conda == pip | {python, ("pip", "")}
+    # The steps alone, for `--sdm conda`: no boards, no installation.
+    steps = yaml.safe_load((ROOT / "workflow/environment.yml").read_text(encoding="utf-8"))
+    asked = {(r.name, str(r.specifier)) for r in map(Requirement, steps["dependencies"])}
+    others = {"pyserial", "hatchling", "editables"}
+    assert asked == {python} | {
+        (r.name, str(r.specifier)) for r in wanted("workflow") if r.name not in others
+    }
     assert {Requirement(text).name for text in EXTRAS["parts"] + EXTRAS["lsl"]} == NOT_ON_CONDA
 
 
 def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert citation["version"] == PROJECT["version"]
+    assert citation["version"] == PROJECT["version"] == capsule.__version__
     assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
 
 
@@ -225,7 +233,7 @@ def test_every_error_that_names_an_extra_names_one_that_there_is():
 def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypatch, tmp_path):
     assert how_to_install("learn") == f'in {ROOT}: pip install -e ".[learn]"'
     monkeypatch.setattr(project, "PROJECT", tmp_path)
-    assert how_to_install("learn") == 'in the folder of the project: pip install -e ".[learn]"'
+    assert how_to_install("learn") == 'pip install "scikit-learn>=1.6"'
 
 
 @pytest.mark.packages

@@ -17,7 +17,7 @@ from support.preloaded import ForkedCall, PreloadedSnakemake
 from support.synthetic import write_archive
 
 ROOT = Path(__file__).parents[2]
-PARTS = ["Snakefile", "workflow", "config", "profiles", "environment.yml"]
+PARTS = ["Snakefile", "workflow", "config", "profiles"]
 # What Snakemake's log says of a job, and the job's rule.
 RULES = {
     r"preprocess \S+/\S+": "preprocess",

@@ -21,7 +21,7 @@ rule describe:
     log:
         "results/logs/describe/{batch}.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(DESCRIBE),
         recordings=lambda wildcards: DESCRIBED[wildcards.batch],

@@ -30,7 +30,7 @@ rule detect:
     log:
         "results/logs/detect.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(DETECT),
         code_of=lambda _: " ".join(s.code for s in (PREPROCESS, FIT, DESCRIBE, TEMPLATES, EVALUATE)),

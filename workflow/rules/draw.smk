@@ -30,7 +30,7 @@ rule draw:
     log:
         "results/logs/draw.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     threads: 2
     params:
         **told(DRAW),

@@ -33,7 +33,7 @@ rule evaluate:
     log:
         "results/logs/evaluate.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     # With fewer recordings, a second process gains less than what runs beside.
     threads: 2 if len(ARCHIVE.labelled()) >= 500 else 1
     params:

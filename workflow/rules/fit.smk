@@ -15,7 +15,7 @@ rule fit:
     log:
         "results/logs/fit/{batch}.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(FIT),
         recordings=lambda wildcards: NODULES[wildcards.batch],

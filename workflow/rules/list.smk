@@ -21,7 +21,7 @@ rule list:
         "results/logs/list.log",
     priority: 1 if config["on_rejected"] == "fail" else 0
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(LIST),
     message:

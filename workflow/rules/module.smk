@@ -14,7 +14,7 @@ from pathlib import Path
 from snakemake.sourcecache import HostingProviderFile
 
 # The steps need these files. The report reads its version and commit from the last two.
-NEEDED = ["workflow", "config", "environment.yml", "pyproject.toml", ".git_archival.txt"]
+NEEDED = ["workflow", "config", "pyproject.toml", ".git_archival.txt"]
 
 
 def project_folder(rules):

@@ -20,7 +20,7 @@ rule plot:
     log:
         "results/logs/plot/{batch}.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(PLOT),
         recordings=lambda wildcards: DESCRIBED[wildcards.batch],

@@ -20,7 +20,7 @@ rule preprocess:
     # With on_rejected: fail, all recordings are checked before the fits begin.
     priority: 2 if config["on_rejected"] == "fail" else 0
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(PREPROCESS),
         # The recordings are no inputs: their content decides, not their time stamps. The job

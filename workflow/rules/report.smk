@@ -38,7 +38,7 @@ rule report:
     log:
         "results/logs/report.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     # As for evaluate; here a second process gains something later.
     threads: 2 if len(ARCHIVE.recordings) >= 5000 else 1
     params:

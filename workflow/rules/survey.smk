@@ -23,7 +23,7 @@ rule survey:
     log:
         "results/logs/survey/{survey}.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(SURVEY),
         # The survey's files are no inputs: their content decides, not their time stamps. The job

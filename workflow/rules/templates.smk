@@ -25,7 +25,7 @@ rule templates:
     log:
         "results/logs/templates.log",
     conda:
-        "../../environment.yml"
+        "../environment.yml"
     params:
         **told(TEMPLATES),
     message:

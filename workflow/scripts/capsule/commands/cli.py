@@ -13,10 +13,9 @@ import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import partial
-from importlib import metadata
 from typing import NamedTuple, Protocol, cast
 
-from capsule.engine.project import PACKAGE, PROJECT, version_in
+from capsule.engine.project import PACKAGE, project_version
 
 
 class Command(NamedTuple):
@@ -115,8 +114,7 @@ class _Version(argparse.Action):
         super().__init__(option_strings, dest, nargs=0, help=help)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        version = version_in(PROJECT) or metadata.version("origami-capsule")
-        print(f"capsule {version}, from {PACKAGE}")
+        print(f"capsule {project_version()}, from {PACKAGE}")
         parser.exit()
 
 

@@ -15,6 +15,8 @@ SCHEMAS = PROJECT / "workflow" / "schemas"
 WEIGHTS = PROJECT / "workflow" / "weights" / "scorer.npz"
 # The configuration of a folder of recordings; a folder without one has that of the project.
 OWN_CONFIG = Path("config", "config.yaml")
+# The name of the package where it is installed.
+DISTRIBUTION = "origami-capsule"
 # Where `capsule record` keeps a log of each recording.
 RECORD_LOGS = Path("logs", "acquisition")
 
@@ -50,12 +52,23 @@ def version_in(folder: Path) -> str | None:
     return version
 
 
+def project_version() -> str:
+    """Return the version of this code: that of its folder, or of the installed package."""
+    from importlib import metadata  # only if it is used: each job imports this module
+
+    return version_in(PROJECT) or metadata.version(DISTRIBUTION)
+
+
 def how_to_install(extra: str) -> str:
-    """Return the line that installs the packages of an extra, and the folder to type it in."""
-    # An installed copy of the project cannot be installed from.
-    checkout = (PROJECT / "pyproject.toml").is_file()
-    folder = PROJECT if checkout else "the folder of the project"
-    return f'in {folder}: pip install -e ".[{extra}]"'
+    """Return the line that installs the packages of an extra, with any folder to type it in."""
+    if (PROJECT / "pyproject.toml").is_file():
+        return f'in {PROJECT}: pip install -e ".[{extra}]"'
+    # An installed copy of the project cannot be installed from, and no index has the project.
+    from importlib import metadata
+
+    needed = [text.partition(";") for text in metadata.requires(DISTRIBUTION) or ()]
+    named = [f'"{text.strip()}"' for text, _, marker in needed if f"'{extra}'" in marker]
+    return f"pip install {' '.join(named)}"
 
 
 def not_installed(needs: str, extra: str) -> CapsuleError:

@@ -7,6 +7,8 @@ from functools import cache
 from importlib import import_module
 from inspect import isclass
 
+from capsule.engine.project import project_version
+
 _MODULES = {
     "capsule.errors": ("CapsuleError", "RecordingError"),
     "capsule.recordings.recording": ("Recording", "format_recording"),
@@ -39,6 +41,8 @@ def attribute(name: str) -> object:
     """Import the object behind a public name; raise AttributeError if there is no such name."""
     if name == "__all__":
         return public_names()
+    if name == "__version__":
+        return project_version()
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'capsule' has no attribute {name!r}")
     found = getattr(import_module(_MODULE_OF[name]), name)
