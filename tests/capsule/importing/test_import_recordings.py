@@ -320,6 +320,29 @@ def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_p
     assert run.returncode == 0, run.stderr
 
 
+def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
+    files = [tmp_path / f"{name}.csv" for name in "abcd"]
+    for file in files:
+        file.write_text("".join(f"1,{number}\n" for number in range(234, 334)))
+    given = [*files, "--per-sensor", "--unit", "V", "--rate", "10"]
+    told = (
+        "a.csv: line 1: '1,234' can be columns, 1 and 234 (--delimiter comma) or 1.234 (--decimal "
+    )
+    told += "comma) or 1234 (--thousands comma); choose one"
+    assert told in import_files(tmp_path, *given).refused
+    for option, first in {"--decimal": 1.234, "--thousands": 1234, "--delimiter": 234}.items():
+        time = ["--time", "none", "--sensors", "2"] if option == "--delimiter" else []
+        recording = import_files(tmp_path / option, *given, option, "comma", *time).the_recording()
+        np.testing.assert_array_equal(recording.values[:, 0], first)
+
+
+def test_a_log_of_time_stamps_alone_is_refused_in_a_line(tmp_path):
+    log = tmp_path / "log.txt"
+    log.write_text("".join(f"12:34:{second} -> \n" for second in range(10, 60)))
+    told = "log.txt: line 1: there is no table with 4 columns of"
+    assert told in import_files(tmp_path, log).refused
+
+
 def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     lines = [f"S1:{a:g} S2:{b:g} S3:{c:g} S4:{d:g}\n" for a, b, c, d in COUNTS.T]
     log = tmp_path / "log.txt"

@@ -320,3 +320,19 @@ def test_no_character_of_a_file_moves_the_cursor(tmp_path):
         imported = import_files(tmp_path, path, *options)
         assert shown in imported.shown + imported.refused
         assert clear not in imported.shown + imported.refused
+
+
+def test_refused_files_are_not_kept_until_the_last_one(tmp_path):
+    rows = [f"{row / 10:.1f},{500 + row % 7},501,502,503" for row in range(3000)]
+    text = "\n".join(["time,S1,S2,S3,S4", *rows[:2000], "200.0,5", *rows[2000:]])
+    files = [tmp_path / f"{number}.csv" for number in range(6)]
+    for file in files:
+        file.write_text(text)
+    most = []
+    for some in (files[:1], files[:1], files):
+        tracemalloc.start()
+        import_files(tmp_path, *some, "--unit", "counts")
+        most.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    # The first import loads modules, too.
+    assert most[2] < 2 * most[1]

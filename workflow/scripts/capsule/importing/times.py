@@ -183,8 +183,8 @@ def _rate(channel: Channel, keys: Keys, question: str) -> tuple[float, str]:
     rate, told = keys.rate or channel.rate_hz, "the option rate" if keys.rate else "the file"
     low, high = _POSSIBLE_HZ
     if rate is None and channel.rates_hz:
-        said = " and ".join(f"{name} = {value:g}" for name, value in channel.rates_hz.items())
-        raise QuestionError(f"the file states {said}; give the sampling rate in Hz with --rate")
+        question = f"the file states {_stated(channel)}; give the sampling rate in Hz with --rate"
+        raise QuestionError(question)
     if rate is None:
         raise QuestionError(question)
     if not low <= rate <= high:
@@ -193,6 +193,10 @@ def _rate(channel: Channel, keys: Keys, question: str) -> tuple[float, str]:
             "give the right one with --rate"
         )
     return rate, told
+
+
+def _stated(channel: Channel) -> str:
+    return " and ".join(f"{name} = {value:g}" for name, value in channel.rates_hz.items())
 
 
 def _unit(
@@ -227,6 +231,13 @@ def _unit(
                 f"with the unit {told} ({reason}), its usual step of {step:.6g} is a sampling rate "
                 f"of {rates[told]:.4g} Hz; use another --time-unit"
             )
+        off = rates.get(told, 0.0) / channel.rate_hz - 1 if channel.rate_hz else 0.0
+        if abs(off) > _SAME_RATE and not (keys.time_unit or keys.rate or told == "sample"):
+            raise QuestionError(
+                f"its usual step of {step:.6g} {told} is {rates[told]:.4g} Hz, but the file states "
+                f"{_stated(channel)}; give --time-unit {told} if the times are right, or --time "
+                "none if the rate is"
+            )
         return told, reason
     known = keys.rate or channel.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
@@ -236,6 +247,12 @@ def _unit(
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
         options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
+    if not options and channel.rate_hz and not keys.rate:
+        raise QuestionError(
+            f"its usual step of {step:.6g} is in no unit the rate that the file states, "
+            f"{_stated(channel)}; give --time-unit if the times are right, or --time none if the "
+            "rate is"
+        )
     if not options:
         raise QuestionError(
             f"its usual step of {step:.6g} is a rate between {low:g} and {high:g} Hz in no unit; "
