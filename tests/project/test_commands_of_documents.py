@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from capsule.commands.cli import COMMANDS, build_parser
+from capsule.commands.cli import COMMANDS
 from support.command import CAPSULE, parsers
 from support.documents import all_blocks
 from support.project import ROOT
@@ -208,13 +208,6 @@ def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, ca
 def test_the_page_of_the_command_has_an_example_of_each():
     text = (ROOT / PAGE).read_text(encoding="utf-8")
     assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
-
-
-def test_the_help_stands_there_as_the_command_prints_it(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "100")
-    lines = build_parser(()).format_help().splitlines()
-    shown = "\n".join(f"    {line}".rstrip() for line in lines)
-    assert f"    $ capsule --help\n{shown}\n" in (ROOT / PAGE).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("word", SECTIONS)
