@@ -159,6 +159,9 @@ READ = {
     "sides are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
     ),
+    "words are no units": Read(
+        lines(TIME_S, *COUNTS, head="time_s,left index 1,left index 2,S_min 3,S_min 4")
+    ),
     **{
         f"counter of {bits} bits, {unit}": Read(
             lines(wrapped(bits, per_second, low=low), *COUNTS, head=f"t ({unit}),S1,S2,S3,S4"),

@@ -138,7 +138,8 @@ def _named(table: Table, index: int) -> str:
     """Return the unit that the file names for a column, known or not; empty if it names none."""
     _, unit = split_unit(table.names[index])
     # Behind a name, as in S1_min, a unit of time is a word.
-    is_word = unit_of(unit) not in (None, *WRITTEN) and table.names[index].endswith(unit)
+    bare = _NUMBER.sub("", table.names[index])
+    is_word = unit_of(unit) not in (None, *WRITTEN) and bare.endswith(unit)
     if is_unit(name := table.names[index]) and table.names.count(name) > 1:
         unit, is_word = name, False
     return table.channels[index].unit.strip() or ("" if is_word else unit)
