@@ -76,8 +76,9 @@ PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
 # Their blocks run by tests of their own.
 ELSEWHERE = {"docs/import.md", "README.md"}
 # In the folder of the tutorial, in this order.
-IN_THE_FOLDER = ["docs/tutorial.md", "docs/command.md", "docs/robustness.md", "docs/export.md"]
-IN_THE_FOLDER += ["docs/making.md", "docs/report.md"]
+# The last one removes a recording, and all that rests on it.
+IN_THE_FOLDER = ["docs/tutorial.md", "docs/command.md", "docs/export.md", "docs/making.md"]
+IN_THE_FOLDER += ["docs/report.md", "docs/robustness.md"]
 
 
 def lines_to_type(document):
@@ -152,6 +153,7 @@ def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
     # The numbers that the tutorial tells.
     assert (folder / "monday.png").stat().st_size > 50_000
     assert (folder / "before/report.html").exists()
+    assert not (folder / "raw/3mm/r05.csv").exists()
 
 
 @pytest.mark.slow
