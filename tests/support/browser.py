@@ -60,6 +60,18 @@ class Browser:
         self.driver.get(page.as_uri() + fragment)
         self.wait_for_drawing()
 
+    def visit(self, address: str) -> None:
+        """Open a page that a server on this computer sends."""
+        online = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
+        self._command("Network.emulateNetworkConditions", **online)
+        self._resize(DESKTOP)
+        self.driver.get(address)
+
+    def wait_until(self, condition: str) -> None:
+        """Wait until JavaScript that returns a value returns a true one."""
+        wait = pytest.importorskip("selenium.webdriver.support.wait")
+        wait.WebDriverWait(self.driver, 20, 0.05).until(lambda _: self.run(condition))
+
     def wait_for_drawing(self) -> None:
         """Wait until the page has unpacked and drawn the chosen recording."""
         self.run(

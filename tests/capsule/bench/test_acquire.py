@@ -31,7 +31,8 @@ from capsule.bench.bench_errors import (
 from capsule.bench.line import UsbPort
 from capsule.bench.protocol import Identity
 from capsule.bench.record_command import options_of
-from capsule.bench.terminal import Progress, Terminal
+from capsule.bench.state import State
+from capsule.bench.terminal import Terminal
 from capsule.commands import cli
 from capsule.errors import CapsuleError, WrongOptionError
 from capsule.recordings.names import Entry, classify, size_mm
@@ -347,24 +348,23 @@ class Screen(io.StringIO):
 
 
 @pytest.fixture
-def progress():
-    shown = Progress(0.1, samples=754, missing=12, gaps=2, damaged=3, rate_hz=9.98)
+def state():
+    shown = State(0.1, samples=754, missing=12, gaps=2, damaged=3)
     shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
     return shown
 
 
-def test_summary(progress):
-    progress.wave = "wave 80 mm"
-    assert progress.summary() == (
-        "01:15.4 | 754 samples | 10.0 Hz | 2 gaps (12 samples missing) | 3 damaged frames | "
-        "wave 80 mm"
+def test_summary(state):
+    state.wave = "wave 80 mm"
+    assert state.summary() == (
+        "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
     )
 
 
-def test_the_terminal_shows_the_four_sensors(progress):
+def test_the_terminal_shows_the_four_sensors(state):
     screen = Screen()
     terminal = Terminal(screen, 1023)
-    terminal.show(progress)
+    terminal.show(state)
     lines = screen.getvalue().splitlines()
     assert lines[0].startswith("01:15.4 | 754 samples")
     assert [text.split()[1:3] for text in lines[1:]] == [
@@ -374,30 +374,30 @@ def test_the_terminal_shows_the_four_sensors(progress):
         ["4", "20"],
     ]
     assert lines[4].endswith("█ ▁")
-    terminal.show(progress)  # too soon for an eye
+    terminal.show(state)  # too soon for an eye
     assert len(screen.getvalue().splitlines()) == 5
     terminal.note("the board was unplugged")
     assert screen.getvalue().endswith("\x1b[5A\x1b[Jthe board was unplugged\n")
 
 
-def test_the_terminal_shows_the_verdicts_below_the_sensors(progress):
-    progress.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+def test_the_terminal_shows_the_verdicts_below_the_sensors(state):
+    state.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
     screen = Screen()
     terminal = Terminal(screen, 1023)
-    terminal.show(progress)
+    terminal.show(state)
     *above, title, verdict = screen.getvalue().splitlines()
     assert (len(above), title) == (5, "if the run ended now:")
     # A longer line would break, and the terminal could not be drawn in its place again.
     assert verdict.startswith("template  nodule") and len(verdict) < 1000
 
 
-def test_a_log_file_gets_plain_lines_now_and_then(progress):
-    progress.verdicts = ["if the run ended now:", "template  nodule"]
+def test_a_log_file_gets_plain_lines_now_and_then(state):
+    state.verdicts = ["if the run ended now:", "template  nodule"]
     stream = io.StringIO()
     terminal = Terminal(stream, 1023)
     for _ in range(10):
-        terminal.show(progress)
-    assert stream.getvalue().splitlines() == [progress.summary(), *progress.verdicts]
+        terminal.show(state)
+    assert stream.getvalue().splitlines() == [state.summary(), *state.verdicts]
 
 
 def test_a_quiet_sensor_looks_quiet():
@@ -407,18 +407,11 @@ def test_a_quiet_sensor_looks_quiet():
     assert terminal.sparkline([]) == ""
 
 
-def test_readings_in_volts_are_shown_too(progress):
-    progress.recent.append((0.0, 2.4951, 2.5, 5.0))
+def test_readings_in_volts_are_shown_too(state):
+    state.recent.append((0.0, 2.4951, 2.5, 5.0))
     screen = Screen()
     terminal = Terminal(screen, 5.0)
     assert terminal.sparkline([2.5, 2.51, 2.5, None]) == "▁▂▁ "
     assert terminal.sparkline([0.0, 2.5, 5.0]) == "▁▄█"
-    terminal.show(progress)
+    terminal.show(state)
     assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]
-
-
-def test_the_option_for_a_window_is_answered_with_a_line(monkeypatch, capsys):
-    monkeypatch.setattr(recorder, "record", lambda arguments: None)
-    monkeypatch.setattr(record_command.terminal, "install", lambda: None)
-    cli.main(["record", "--size", "3", "--plot"])
-    assert capsys.readouterr().out == f"{record_command.NO_WINDOW}\n"

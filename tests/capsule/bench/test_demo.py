@@ -27,6 +27,7 @@ from support.learned import taught_by, write_learned, write_templates
 
 pytestmark = pytest.mark.boards
 
+NOTHING = [sys.executable, "-c", "pass"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
@@ -46,14 +47,19 @@ def workflow(tmp_path, monkeypatch):
             (folder / demo_command.REPORT).write_text("report")
         return 0
 
+    def learn(folder, arguments):
+        call(folder, arguments)
+        return NOTHING
+
     monkeypatch.setattr(demo_command, "call_workflow", call)
+    monkeypatch.setattr(demo_command, "snakemake_command", learn)
     monkeypatch.setattr(demo_command.webbrowser, "open", lambda address: calls.append(address))
     return calls
 
 
 def chosen(folder, **changes):
     values = {"out": folder, "speed": 50.0, "size": 3.0, "seed": None}
-    return argparse.Namespace(**(values | {"cores": "2", "open": False} | changes))
+    return argparse.Namespace(**(values | {"cores": "2", "open": False, "live": False} | changes))
 
 
 def read(path):
@@ -94,7 +100,7 @@ def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
     first, second = sorted((folder / "raw/unlabelled").iterdir())
     assert (first.name, second.name) == ("simulated-2.csv", "simulated-3.csv")
     assert first.read_bytes() != second.read_bytes()
-    (folder / "raw/unlabelled/simulated-4.csv.part").touch()
+    (folder / "played/unlabelled/simulated-4.csv.part").touch()
     assert demo_command.next_seed(folder) == 5
 
 
@@ -115,7 +121,7 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, content):
 
 def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
     folder = tmp_path / "demo"
-    part = folder / "raw/unlabelled/simulated-2.csv.part"
+    part = folder / "played/unlabelled/simulated-2.csv.part"
 
     def press():
         deadline = time.monotonic() + 20
@@ -137,6 +143,8 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
 def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
     monkeypatch.setattr(demo_command, "call_workflow", lambda folder, arguments: status)
+    failing = [sys.executable, "-c", "raise SystemExit(1)"]
+    monkeypatch.setattr(demo_command, "snakemake_command", lambda folder, arguments: failing)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
         demo_command.demo(chosen(tmp_path / "demo"))

@@ -25,7 +25,7 @@ def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
     unread = b"".join(sample_frame(number) for number in range(30, 110))
     bench.run([*samples(0, 30), (11.0, unread), *samples(110, 130)])
     assert bench.numbers() == list(range(130))
-    assert bench.recorder.progress.missing == 0
+    assert bench.recorder.state.missing == 0
 
 
 # Kills: a header with the time at which the command was typed.
@@ -200,10 +200,10 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     def fail(*_):
         raise ZeroDivisionError("by a bug")
 
-    bench.recorder.beside |= {"verdicts": fail, "its display": fail}
+    bench.recorder.beside.acts |= {"verdicts": fail, "its display": fail}
     bench.run(samples(0, 60))
     assert bench.numbers() == list(range(60))
-    bench.recorder.attempt("the check at its end", fail)
+    bench.recorder.beside.attempt("the check at its end", fail)
     warnings = capsys.readouterr().err.splitlines()
     named = ["verdicts", "its display", "the check at its end"]
     assert warnings == [
@@ -219,5 +219,5 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
     bench.run(sorted([*samples(0, 60), *noise]))
     assert bench.numbers() == list(range(60))
     assert bench.log.path.stat().st_size < 5300
-    assert bench.recorder.progress.damaged == 60
+    assert bench.recorder.state.damaged == 60
     assert sum("continues without its log" in text for text in bench.told) == 1

@@ -161,7 +161,6 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
         (["--out", "x"], "give either --simulate, or the ports of the boards"),
         (["--drive", "p", "--out", "x"], "needs --fold PORT"),
         (["--simulate"], "--out FOLDER"),
-        (["--simulate", "--out", "x", "--map", "y"], "leave --map out"),
         (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),
         (["--simulate", "--out", "x", "--metres", "50"], "'50' is not a number from 0.2 to 10 m"),
         (["--simulate", "--out", "x", "--nodules", "9"], "'9' is not a number from 0.1 to 5 mm"),

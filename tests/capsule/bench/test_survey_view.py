@@ -1,22 +1,22 @@
 """The display of a survey: a few lines redrawn in place, or a line for each event."""
 
 import io
-from types import SimpleNamespace
+from dataclasses import replace
 
 import pytest
 
-from capsule.bench.survey_view import SurveyState, SurveyView, state_lines
-from capsule.survey.cycle import Cycle
+from capsule.bench.state import State
+from capsule.bench.survey_view import SurveyView, state_lines
 from capsule.survey.survey_log import Event
-from capsule.survey.suspects import Place
 
 NAN = float("nan")
-STATE = SurveyState(
+STATE = State(
+    0.1,
     title="demo, simulated",
-    time_s=1290.4,
+    samples=12904,
     head_mm=250.0,
-    known=True,
-    state="exploring",
+    head_known=True,
+    doing="exploring",
     score=0.075,
     threshold=0.15,
     length_mm=1000.0,
@@ -46,21 +46,25 @@ def test_the_lines_say_where_the_head_is_what_it_does_and_what_was_found():
     "changes",
     [
         {},
-        {"head_mm": NAN, "known": False, "score": NAN, "places": [], "state": "starting"},
+        {"head_mm": NAN, "head_known": False, "score": NAN, "places": [], "doing": "starting"},
         {"length_mm": float("inf"), "head_mm": 1720.0, "score": 9.0},
-        {"places": [(n, "", 10.0 * n, "") for n in range(1, 12)], "known": False, "score": -0.1},
+        {
+            "places": [(n, "", 10.0 * n, "") for n in range(1, 12)],
+            "head_known": False,
+            "score": -0.1,
+        },
     ],
 )
 def test_no_line_is_wider_than_the_terminal(width, changes):
-    lines = state_lines(SurveyState(**{**vars(STATE), **changes}), width)
+    lines = state_lines(replace(STATE, **changes), width)
     assert all(len(line) <= width for line in lines)
     assert len(lines) <= 10
-    plain = state_lines(SurveyState(**{**vars(STATE), **changes}), width, plain=True)
+    plain = state_lines(replace(STATE, **changes), width, plain=True)
     assert all(line.isascii() for line in plain)
 
 
 def test_folded_the_head_points_back_and_its_position_is_the_last_known_one():
-    state = SurveyState(**{**vars(STATE), "state": "returning", "known": False})
+    state = replace(STATE, doing="returning", head_known=False)
     first, gut, *_ = state_lines(state, 100)
     assert "head last at 250.0 mm: is folded; the waves push it back" in first
     assert "◀" in gut and "▶" not in gut
@@ -76,42 +80,34 @@ class Screen(io.StringIO):
         return True
 
 
-def pilot_at(head_mm):
-    place = Place(1, 90.0, 0.12, status="confirmed")
-    return SimpleNamespace(
-        cycle=Cycle(state="exploring"),
-        sensing=SimpleNamespace(head_mm=head_mm),
-        suspects=SimpleNamespace(
-            newest_score=0.1, threshold=SimpleNamespace(threshold=0.12), places=[place]
-        ),
-    )
-
-
 def test_a_terminal_is_drawn_on_seldom_and_in_its_place():
     screen = Screen()
-    view = SurveyView(screen, "demo", 500.0)
+    view = SurveyView(screen)
     event = Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0)
     view.tell(event)
     assert screen.getvalue() == ""
+    state = replace(STATE, title="demo", samples=0, places=[(1, "confirmed", 90.0, "2.0 mm")])
     # Far faster than an eye can follow.
     for step in range(1000):
-        view.show(0.8 * step, pilot_at(100.0 + step / 10), {1: "2.0 mm"})
+        state.samples, state.head_mm = 8 * step, 100.0 + step / 10
+        view.show(state)
     drawn = screen.getvalue()
     assert drawn.count("head at") < 10
-    view.end(800.0, pilot_at(NAN), {1: "2.0 mm"})
+    state.samples, state.head_known = 8000, False
+    view.end(state)
     last = screen.getvalue()[len(drawn) :]
     assert last.startswith("\x1b[4A\x1b[Jdemo  13 min 20 s  head last at 199.9 mm")
     assert "● place 1 at 90 mm: nodule, 2.0 mm" in last
     # What follows does not wipe it away.
     ended = screen.getvalue()
-    view.end(800.0, pilot_at(NAN), {})
+    view.end(state)
     assert "\x1b" not in screen.getvalue()[len(ended) :]
 
 
 def test_a_log_file_gets_a_line_for_each_event_and_no_drawing():
     stream = io.StringIO()
-    view = SurveyView(stream, "demo", 500.0)
+    view = SurveyView(stream)
     view.tell(Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0))
-    view.show(8.0, pilot_at(4.0), {})
-    view.end(8.0, pilot_at(4.0), {})
+    view.show(STATE)
+    view.end(STATE)
     assert stream.getvalue() == "     8.0 s     4.0 mm  exploring   the wave is felt\n"

@@ -58,25 +58,27 @@ def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
     _, samples = simulated_run(4.0)
     final = final_verdict(tmp_path, configuration, taught_by())
     for count in (200, len(samples)):
-        title, *table = running.judge_so_far(samples[:count], HEADER)
+        so_far = running.judge_so_far(samples[:count], HEADER)
+        title, *table = so_far.lines
         assert title == "if the run ended now:"
         values = np.array(samples[:count], float).T
         verdicts = final.verdicts(values)
         assert table == verdict_table(verdicts, configuration, final.familiarity(values))
         assert [line.split()[0] for line in table[2:]] == configuration["detectors"]
+        assert [each["detector"] for each in so_far.scores] == configuration["detectors"]
 
 
 def test_the_verdict_of_the_papers_detector_follows_the_run(running):
-    line = running.judge_so_far(run_of_waves(bumps=True), HEADER)[3]
+    line = running.judge_so_far(run_of_waves(bumps=True), HEADER).lines[3]
     assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
-    line = running.judge_so_far(run_of_waves(bumps=False), HEADER)[3]
+    line = running.judge_so_far(run_of_waves(bumps=False), HEADER).lines[3]
     assert re.fullmatch(r"template +no nodule +not given", line)
 
 
 def test_verdict_passes_over_missing_samples(running):
     samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
-    assert running.judge_so_far(samples, HEADER)[3].split()[:4] == [
+    assert running.judge_so_far(samples, HEADER).lines[3].split()[:4] == [
         "template",
         "nodule",
         "3.0",
@@ -86,19 +88,19 @@ def test_verdict_passes_over_missing_samples(running):
 
 def test_noise_has_no_verdict(running):
     noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
-    (said,) = running.judge_so_far([tuple(sample) for sample in noise.T.tolist()], HEADER)
-    assert said.startswith("if the run ended now, no verdict: no wave on sensor_1 and ")
+    so_far = running.judge_so_far([tuple(sample) for sample in noise.T.tolist()], HEADER)
+    assert so_far.advice.startswith("no verdict yet: no wave on sensor_1 and ")
 
 
 def test_no_verdict_without_reason(running, tmp_path, configuration):
     run = run_of_waves(bumps=True)
 
     def reason(samples):
-        (said,) = running.judge_so_far(samples, HEADER)
-        return said.removeprefix("if the run ended now, no verdict: ")
+        (said,) = running.judge_so_far(samples, HEADER).lines
+        return said.removeprefix("no verdict yet: ")
 
-    assert reason([]) == "a recording needs at least 2 samples; this one has 0"
-    assert reason(run[:83]).startswith("83 samples are fewer than the window of 84")
+    # Kills: a run that has just begun is said to have 0 samples, as if something had failed.
+    assert reason([]) == reason(run[:83]) == "the detectors judge from 8 s on"
     assert "preprocessing.length" in reason(run * 2)
     assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")
     assert "missing for 10 s" in reason([*run[:200], *[None] * 100, *run[200:]])

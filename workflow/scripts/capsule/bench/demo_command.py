@@ -3,11 +3,13 @@
 import argparse
 import contextlib
 import signal
+import subprocess
 import time
 import webbrowser
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
+from typing import Self
 
 from capsule import words
 from capsule.arguments import natural, number_within
@@ -15,13 +17,20 @@ from capsule.arrays import IntArray
 from capsule.bench import recorder, terminal
 from capsule.bench.clock import elapsed_s
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
+from capsule.bench.live import opened_page
 from capsule.bench.protocol import Acknowledgement, Damaged, Identity, Sample
 from capsule.bench.record_command import options_of
 from capsule.commands.new import is_taken, own_configuration
-from capsule.commands.report import INTERRUPTED, call_workflow
+from capsule.commands.report import (
+    INTERRUPTED,
+    call_workflow,
+    check_workflow,
+    snakemake_command,
+)
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import OWN_CONFIG
 from capsule.errors import CapsuleError
+from capsule.judging.verdict import FinalVerdict
 from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
@@ -43,6 +52,8 @@ SOURCE = "simulated phantom, played by the demo"
 LABELLED_SEED = 1
 # Number of runs of each size in mm: enough to learn from, few enough for a report in seconds.
 LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
+# Where a run is recorded: raw/ must not change while the detectors learn from it.
+PLAYED = "played"
 _MARK = "SIMULATED.txt"
 _TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
 works, and nothing about a real gut. Delete the folder whenever you like.
@@ -54,15 +65,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     out = "the demo's own folder, never your raw/ (default: demo)"
     add("--out", type=Path, default=Path("demo"), metavar="FOLDER", help=out)
-    faster = "speed relative to a real run (default: 5)"
-    add("--speed", type=number_within(0.5, 100), default=5.0, metavar="X", help=faster)
+    faster = "speed relative to a real run (default: 1)"
+    add("--speed", type=number_within(0.5, 100), default=1.0, metavar="X", help=faster)
     nodule = "nodule size; 0: no nodule (default: 3)"
     add("--size", type=number_within(0, 5, "mm"), default=3.0, metavar="MM", help=nodule)
     run = "random seed; each seed is another run (default: the first not played yet)"
     add("--seed", type=natural, metavar="N", help=run)
     cores = "number of jobs that run at the same time for the report (default: all)"
     add("--cores", default="all", metavar="N", help=cores)
-    add("--no-open", dest="open", action="store_false", help="do not open a browser at the end")
+    live = "show the run in a page on this computer"
+    add("--live", action=argparse.BooleanOptionalAction, default=True, help=live)
+    add("--no-open", dest="open", action="store_false", help="open no browser")
 
 
 def main(arguments: argparse.Namespace) -> None:
@@ -85,26 +98,32 @@ def demo(chosen: argparse.Namespace) -> None:
         The folder was not made by a demo, or the workflow or the recorder failed.
     """
     begun_s = time.monotonic()
-    settings = read_settings()
-    phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
-    prepare(chosen.out, phantom, sensors)
-    seed = chosen.seed or next_seed(chosen.out)
-    name = run_name(seed)
-    tell(
-        f"Everything here is simulated and goes to {chosen.out}/. First the detectors learn from "
-        f"{sum(LABELLED.values())} labelled recordings, unless an earlier demo did it."
-    )
-    _make(chosen, *LEARNED)
-    played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
-    header = simulated_header(SOURCE, phantom, seed)
-    origin = {key: header[key] for key in ("source", "simulator_version", "simulator_seed")}
-    tell(
-        f"Now a simulated board plays a run over an unknown place, {chosen.speed:g} times as "
-        "fast as a real run. Ctrl-C ends the run early and keeps it."
-    )
-    board = PlayedLogger(played.counts, phantom.electronics, chosen.speed)
-    with _former_signals():
-        path = recorder.record(_recorder_options(chosen, name), (board, board.identity), origin)
+    with contextlib.ExitStack() as at_end:
+        page = None
+        if chosen.live:
+            page = at_end.enter_context(opened_page(browser=chosen.open))
+        settings = read_settings()
+        phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
+        prepare(chosen.out, phantom, sensors)
+        seed = chosen.seed or next_seed(chosen.out)
+        name = run_name(seed)
+        played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
+        header = simulated_header(SOURCE, phantom, seed)
+        origin = {key: header[key] for key in ("source", "simulator_version", "simulator_seed")}
+        tell(
+            f"Everything here is simulated and goes to {chosen.out}/. A simulated board plays a "
+            f"run over an unknown place, {_how_fast(chosen.speed)}. Ctrl-C ends the run early and "
+            f"keeps it. Meanwhile the detectors learn from {sum(LABELLED.values())} labelled "
+            "recordings, unless an earlier demo did it."
+        )
+        learning = at_end.enter_context(Learning(chosen))
+        board = PlayedLogger(played.counts, phantom.electronics, chosen.speed)
+        run = recorder.Played(board, board.identity, origin, learning.final, page)
+        with _former_signals():
+            recorded = recorder.record(_recorder_options(chosen, name), run)
+    path = chosen.out / "raw" / UNLABELLED / recorded.name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    recorded.rename(path)
     _tell_truth(played)
     tell(f"The verdicts came {_since(begun_s)} after the start. Now the workflow makes the report.")
     _make(chosen, REPORT)
@@ -113,6 +132,63 @@ def demo(chosen: argparse.Namespace) -> None:
     tell(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
     if chosen.open and not webbrowser.open(report.resolve().as_uri()):
         tell("The demo cannot open a browser; open the report yourself.")
+
+
+class Learning:
+    """The detectors, which learn from the labelled recordings while the run is played.
+
+    Parameters
+    ----------
+    chosen : argparse.Namespace
+        The options of the command.
+    """
+
+    def __init__(self, chosen: argparse.Namespace) -> None:
+        self._chosen = chosen
+        self._final: FinalVerdict | None = None
+        check_workflow(chosen.out)
+        arguments = [f"--cores={chosen.cores}", *LEARNED]
+        log = chosen.out / "logs" / "learning.log"
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("wb") as output:
+            self._snakemake = subprocess.Popen(
+                snakemake_command(chosen.out, arguments),
+                cwd=chosen.out,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *fault: object) -> None:
+        """End the learning, if it still goes on."""
+        if self._snakemake.poll() is None:
+            self._snakemake.send_signal(signal.SIGINT)
+            self._snakemake.wait()
+
+    def final(self, wait: bool) -> FinalVerdict | None:
+        """Return the detectors; None while they learn, unless it is to wait for them.
+
+        Raises
+        ------
+        CapsuleError
+            They cannot learn.
+        """
+        if self._final is None and (wait or self._snakemake.poll() is not None):
+            if self._snakemake.poll() is None:
+                tell("The detectors still learn; the verdicts come in a moment.")
+            if self._snakemake.wait() and wait:
+                _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
+            if wait or self._snakemake.returncode == 0:
+                templates, learned = (self._chosen.out / name for name in LEARNED)
+                settings = read_settings(self._chosen.out / OWN_CONFIG)
+                self._final = FinalVerdict(templates, learned, settings)
+        return self._final
+
+
+def _how_fast(speed: float) -> str:
+    return "in real time" if speed == 1 else f"{speed:g} times as fast as a real run"
 
 
 def tell(text: str) -> None:
@@ -148,7 +224,7 @@ def _former_signals() -> Iterator[None]:
 def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespace:
     """Return the options with which `capsule record` would record this run."""
     places = {
-        "--raw": chosen.out / "raw",
+        "--raw": chosen.out / PLAYED,
         "--logs": chosen.out / "logs",
         "--templates": chosen.out / LEARNED[0],
         "--config": chosen.out / OWN_CONFIG,
@@ -262,7 +338,8 @@ def next_seed(folder: Path) -> int:
     """Return the lowest seed whose run is not in the demo's folder."""
     taken = {
         path.name.removesuffix(PART).removesuffix(".csv")
-        for path in (folder / "raw" / UNLABELLED).glob("*")
+        for archive in ("raw", PLAYED)
+        for path in (folder / archive / UNLABELLED).glob("*")
     }
     return next(seed for seed in count(LABELLED_SEED + 1) if run_name(seed) not in taken)
 

@@ -71,6 +71,14 @@ class FoldBoard:
         waits = self._rests and self._board.pending == (cycles.FOLD,)
         return RESTING if waits and self.last.state == UNFOLDED else self.last.state
 
+    def summary(self) -> str:
+        """Return the state of the origami, its thread and its motor in words."""
+        if self.last is None:
+            return ""
+        rests = f"; {self._told}" if self._rests else ""
+        thread = f"its thread wound by {self.last.half_steps} half-steps"
+        return f"the origami is {self.state}, {thread}{rests}"
+
     def command(self, command: str) -> None:
         """Pass on a command of the pilot, and return at once."""
         if command == cycles.HOLD:

@@ -14,7 +14,7 @@ from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
 from capsule.bench.protocol import Damaged, Event, Identity, Sample
-from capsule.bench.terminal import Progress
+from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
 
 START_AGAIN_S = 0.5
@@ -59,7 +59,7 @@ class Logger:
 
     Attributes
     ----------
-    progress : Progress
+    state : State
         State of the recording.
     samples : list of tuple of int, or None
         The first samples; None is a missing one.
@@ -91,7 +91,7 @@ class Logger:
         self._kept, self._to_end_stop = kept, to_end_stop
         self._timeline = Timeline(rate_hz)
         self._sieve = Sieve(self._timeline, self._accept, self._refuse)
-        self.progress = Progress(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
+        self.state = State(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
         self.samples: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
         self._connections, self._connected = board.connections, True
@@ -104,7 +104,7 @@ class Logger:
     @property
     def received(self) -> int:
         """Number of accepted samples."""
-        return self.progress.samples - self.progress.missing
+        return self.state.samples - self.state.missing
 
     @property
     def silent_s(self) -> float:
@@ -155,7 +155,7 @@ class Logger:
 
     def note_damaged(self, piece: Damaged) -> None:
         """Count bytes that are not a whole frame, and write them to the log."""
-        self.progress.damaged += 1
+        self.state.damaged += 1
         self._log.damaged(piece)
 
     def _command(self, now_s: float) -> str:
@@ -238,19 +238,19 @@ class Logger:
 
     def _keep(self, index: int, counts: tuple[float, ...] | None) -> None:
         # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
-        self._rows.add(round(index * self.progress.period_s, 6), counts)
+        self._rows.add(round(index * self.state.period_s, 6), counts)
         if len(self.samples) < self._kept:
             self.samples.append(counts)
-        self.progress.recent.append(counts)
-        self.progress.samples = index + 1
+        self.state.recent.append(counts)
+        self.state.samples = index + 1
         if index % FLUSH_EVERY == 0:
             self._rows.flush()
 
     def _note_gap(self, slot: Slot) -> None:
-        self.progress.gaps += 1
-        self.progress.missing += slot.missing
+        self.state.gaps += 1
+        self.state.missing += slot.missing
         clock = "this computer's clock" if slot.by_computer_clock else "the board's clock"
-        start_s = (slot.index - slot.missing) * self.progress.period_s
+        start_s = (slot.index - slot.missing) * self.state.period_s
         self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
 
 
@@ -265,7 +265,7 @@ class SampleFeed(Logger):
 
     def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
         super().__init__(board, self, log, tell, to_end_stop=False)
-        self._period_s = self.progress.period_s
+        self._period_s = self.state.period_s
         # Samples that were not taken yet, and the number of the first one.
         self._columns: list[Sequence[float] | None] = []
         self._first = 0
@@ -334,7 +334,7 @@ class SampleFeed(Logger):
 
     def _moment_s(self, number: Number) -> Number:
         """Return the times of samples, past or future, by the computer's clock."""
-        newest = self.progress.samples - 1
+        newest = self.state.samples - 1
         return self.taken_s + (number - newest) * self._period_s
 
 

@@ -12,7 +12,7 @@ from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.line import Arrival
 from capsule.bench.logger import moment_text
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
-from capsule.bench.terminal import Progress
+from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install
 from capsule.kinds import Settings
@@ -465,12 +465,12 @@ class SampleOutlet:
         self._outlet = lsl.StreamOutlet(info)
         self._sent = 0
 
-    def send(self, progress: Progress) -> None:
+    def send(self, state: State) -> None:
         """Send the new samples; skip missing ones, so that the time stamps show the gap."""
-        new = min(progress.samples - self._sent, len(progress.recent))
-        self._sent = progress.samples
+        new = min(state.samples - self._sent, len(state.recent))
+        self._sent = state.samples
         now_s = self._lsl.local_clock()
         for behind in range(new - 1, -1, -1):
-            sample = progress.recent[-1 - behind]
+            sample = state.recent[-1 - behind]
             if sample is not None:
-                self._outlet.push_sample(list(sample), now_s - behind * progress.period_s)
+                self._outlet.push_sample(list(sample), now_s - behind * state.period_s)

@@ -16,7 +16,6 @@ from capsule.store.results import OfArchive
 
 LONGEST = 100  # characters of an entry of the header, or of a stream's name
 STREAM_NAME = "capsule"
-NO_WINDOW = "note: --plot opens no window any more; the terminal shows the sensors"
 
 EXAMPLES = """
 examples:
@@ -57,8 +56,6 @@ def main(arguments: argparse.Namespace) -> None:
     """
     check(arguments)
     terminal.install()
-    if arguments.plot:
-        print(NO_WINDOW)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         if arguments.recover is not None:
@@ -113,7 +110,8 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     add("--session", type=_entry, help=session)
     setup = "name of the set-up, written to the header: one nodule, gut and capsule, set up once"
     add("--setup", type=_entry, help=setup)
-    add("--plot", action="store_true", help=argparse.SUPPRESS)
+    live = "show the sensors in a page on this computer, and open it in the browser"
+    add("--live", action="store_true", help=live)
     detect = "show every detector's verdict, during the run and at its end"
     add("--detect", action="store_true", help=detect)
 

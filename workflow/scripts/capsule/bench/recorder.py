@@ -6,20 +6,22 @@ import json
 import math
 import sys
 import time
-import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
+from capsule.bench.beside import Beside
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, PartFile
 from capsule.bench.identification import connect, find
 from capsule.bench.line import BAUD, AnyLine
+from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, moment_text
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.protocol import Acknowledgement, Identity
@@ -37,7 +39,6 @@ if TYPE_CHECKING:
 
 JUDGE_EVERY_S = 0.5
 LAST_FRAMES_S = 0.5
-RATE_OVER_S = 5.0
 LOOK_EVERY_S = 0.05
 # An end stop that is pressed in so many samples was never open.
 AT_ONCE = 3
@@ -69,11 +70,10 @@ class Recorder:
     ----------
     ended : str
         Why the recording has ended; empty while it goes on.
-    longest : int or float
-        Number of samples beyond which the workflow will reject the recording.
-    beside : dict of str to callable
-        What is done after each look at the line, and what the recording can do without, such as
-        the display: no fault of it ends the recording.
+    state : State
+        What terminal and live page show.
+    beside : Beside
+        What is done after each look at the line.
     """
 
     def __init__(
@@ -91,11 +91,10 @@ class Recorder:
         self._log, self._tell = log, tell
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self._wave_until = TO_THE_END
-        self.progress = logger.progress
+        self.state = logger.state
         self.ended = ""
-        self.longest = math.inf
-        self.beside: dict[str, Callable[[], None]] = {}
-        self._rate_mark = (time.monotonic(), 0)
+        self._told_of_length = False
+        self.beside = Beside("the recording", log.note)
         self._begun_s = elapsed_s()
         self._dated = False
 
@@ -124,8 +123,9 @@ class Recorder:
             part.close()
             raise
         self._note_wave()
+        self.state.ended = self.ended
         self._log.note(f"ended: {self.ended}")
-        if not self.progress.samples:
+        if not self.state.samples:
             part.discard()
             none = AcquisitionError("the run ended before the first sample; nothing is archived")
             raise lost or none
@@ -150,33 +150,21 @@ class Recorder:
             self._date()
             self._part.flush()
             self._part.sync()
-            self._measure_rate()
             self._serve_wave()
             self._tell_of_length()
-            for what, act in list(self.beside.items()):
-                self.attempt(what, act)
+            self.state.faults = self._faults()
+            self.beside.attempt_all()
             self.ended = self._completed() or self._stop.reason
         self._pause()
 
     def _date(self) -> None:
         """Write the time of the first sample into the header, once it is known."""
-        if self._dated or not self.progress.samples:
+        if self._dated or not self.state.samples:
             return
         self._dated = True
-        first_s = self._logger.taken_s - (self.progress.samples - 1) * self.progress.period_s
+        first_s = self._logger.taken_s - (self.state.samples - 1) * self.state.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
         self._part.amend("started", moment_text(started))
-
-    def attempt(self, what: str, act: Callable[[], None]) -> None:
-        """Do what the recording can do without; after a fault, warn, and do it no more."""
-        try:
-            act()
-        # Whatever it is: a run of the capsule cannot be repeated, a verdict can.
-        except Exception as fault:  # noqa: BLE001
-            self.beside.pop(what, None)
-            text = f"the recording goes on without {what}: {type(fault).__name__}: {fault}"
-            print(f"warning: {text}", file=sys.stderr, flush=True)
-            self._log.note(f"{text}\n{traceback.format_exc()}")
 
     def _start_wave(self) -> None:
         """Start the wave; leave no file if the board refuses."""
@@ -190,19 +178,31 @@ class Recorder:
     def _serve_wave(self) -> None:
         """Renew the lease of the wave, and tell if it has stopped."""
         if self._drive:
-            if warning := self._drive.watch(self.progress.samples * self.progress.period_s):
+            if warning := self._drive.watch(self.state.samples * self.state.period_s):
                 self._tell(warning)
-            self.progress.wave = self._drive.summary()
+            self.state.wave = self._drive.summary()
             self._note_wave()
 
     def _tell_of_length(self) -> None:
-        if self.progress.samples > self.longest:
+        longest = self.state.longest
+        if self.state.samples > longest and not self._told_of_length:
+            self._told_of_length = True
             self._tell(
-                f"warning: the run is longer than {self.longest:g} samples "
-                f"({self.longest * self.progress.period_s:g} s), so the workflow will reject it "
+                f"warning: the run is longer than {longest:g} samples "
+                f"({longest * self.state.period_s:g} s), so the workflow will reject it "
                 "(preprocessing.length); recording continues"
             )
-            self.longest = math.inf
+
+    def _faults(self) -> list[str]:
+        """Return what is wrong now and what to do, the worst first."""
+        faults = [self._drive.fault] if self._drive else []
+        if not self._board.connected:
+            faults.append("the logger was unplugged: plug it back in, or end the recording")
+        elif self._logger.silent_s > SILENT_AFTER_S:
+            faults.append(f"the logger has sent no sample for {self._logger.silent_s:.0f} s")
+        if self.state.samples > self.state.longest:
+            faults.append("too long for the workflow (preprocessing.length): end it, record anew")
+        return [fault.removeprefix("warning: ") for fault in faults if fault]
 
     def _note_wave(self) -> None:
         """Write into header and log until when the wave ran."""
@@ -215,7 +215,7 @@ class Recorder:
     def _completed(self) -> str:
         if not self._logger.complete:
             return ""
-        if self._logger.at_end and self.progress.samples <= AT_ONCE:
+        if self._logger.at_end and self.state.samples <= AT_ONCE:
             return (
                 "the end stop was pressed from the start: its wire is broken, or there is none, "
                 "and D2 is not connected to GND (docs/bench.md)"
@@ -227,7 +227,7 @@ class Recorder:
     def _check_patience(self) -> None:
         """Raise `BoardLostError` if no sample came for too long, even if other frames come."""
         silent_s = self._logger.silent_s
-        duration_s = self.progress.end_s or math.inf
+        duration_s = self.state.end_s or math.inf
         if self._logger.complete or self._stop.reason:
             return
         if silent_s > self._patience_s:
@@ -238,14 +238,6 @@ class Recorder:
             return
         what = "sent no sample for" if self._board.connected else "did not come back within"
         raise BoardLostError(f"the board at {self._board.port} {what} {silent_s:.0f} s ({option})")
-
-    def _measure_rate(self) -> None:
-        now_s = time.monotonic()
-        since_s, count = self._rate_mark
-        if now_s - since_s >= RATE_OVER_S or (self.progress.rate_hz == 0 and now_s - since_s >= 1):
-            received = self._logger.received
-            self.progress.rate_hz = (received - count) / (now_s - since_s)
-            self._rate_mark = (now_s, received)
 
     def _pause(self) -> None:
         """Pause the board, and keep the samples that it sends until it confirms."""
@@ -260,21 +252,46 @@ class Recorder:
         self._part.flush()
 
 
-def record(
-    options: argparse.Namespace,
-    played: tuple[AnyLine, Identity] | None = None,
-    origin: Mapping[str, str] | None = None,
-) -> Path:
+#: Returns the detectors, None while they still learn; if True is given, it waits for them.
+Learned: TypeAlias = "Callable[[bool], FinalVerdict | None]"
+
+
+@dataclass(frozen=True)
+class Played:
+    """A simulated run in place of a board.
+
+    Attributes
+    ----------
+    line, identity
+        The simulated board.
+    origin : mapping of str to str
+        Entries of the header that describe it.
+    learned : callable
+        Returns the detectors, as soon as they have learned.
+    page : LivePage or None
+        The live page.
+    """
+
+    line: AnyLine
+    identity: Identity
+    origin: Mapping[str, str]
+    learned: Learned
+    page: LivePage | None
+
+
+def _always(final: "FinalVerdict") -> Learned:
+    return lambda wait: final
+
+
+def record(options: argparse.Namespace, played: Played | None = None) -> Path:
     """Record one run.
 
     Parameters
     ----------
     options : argparse.Namespace
         The command line of capsule record.
-    played : tuple of AnyLine and Identity, optional
-        A simulated board in place of the one that the options name.
-    origin : mapping of str to str, optional
-        Entries of the header that describe a simulated board.
+    played : Played, optional
+        A simulated run in place of the board that the options name.
 
     Returns
     -------
@@ -293,23 +310,30 @@ def record(
     growing_file.check_free(final)
     settings = read_settings(options.config)
     _tell_of_unfinished(options.raw)
-    detectors = _detectors(options, settings) if options.detect else None
+    learned: Learned | None = None
+    if options.detect:
+        learned = played.learned if played else _always(_detectors(options, settings))
     wave = Wave(options.speed, options.ramp, options.direction)
     with contextlib.ExitStack() as at_end:
         drive = connected_drive(options.drive, wave) if options.drive else None
         at_end.callback(_stop, drive)
-        line, identity = played or _source(options, settings)
+        page = played.page if played else None
+        if options.live and page is None:
+            page = at_end.enter_context(opened_page())
+        line, identity = (played.line, played.identity) if played else _source(options, settings)
         check_fits(identity, settings["recording"])
         sensors, rate_hz = (float(identity.entries[key]) for key in ("channels", "rate_hz"))
         if isinstance(line, StreamLine):
-            terminal = Terminal(sys.stdout, line.full_scale)
+            full_scale = line.full_scale
+            terminal = Terminal(sys.stdout, full_scale)
             header, line.tell = line.header(started), terminal.note
         else:
-            terminal = Terminal(sys.stdout, 2 ** int(identity.entries["adc_bits"]) - 1)
+            full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
+            terminal = Terminal(sys.stdout, full_scale)
             header = header_of(identity, started)
         at_end.callback(terminal.clear)
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
-        header |= dict(origin or {})
+        header |= dict(played.origin) if played else {}
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
         outlet = None
@@ -328,25 +352,32 @@ def record(
 
         board = Board(line, identity, tell)
         limit = round(options.duration * rate_hz) if options.duration else None
-        length = settings["preprocessing"]["length"]
-        logger = Logger(board, part, log, tell, limit=limit, kept=length + 1)
+        kept = settings["preprocessing"]["length"] + 1
+        logger = Logger(board, part, log, tell, limit=limit, kept=kept)
         recorder = Recorder(board, logger, part, log, tell, options.patience, stop, drive)
-        recorder.longest = length
-        progress = recorder.progress
+        state = recorder.state
+        state.title, state.full_scale = f"{folder}/{name}", full_scale
+        state.longest = settings["preprocessing"]["length"]
+        if played:
+            state.title = f"{state.title}, simulated"
         if outlet:
-            recorder.beside["its stream"] = partial(outlet.send, progress)
-        if detectors:
-            recorder.beside["verdicts"] = _running_verdict(detectors, logger, part.header)
-        recorder.beside["its display"] = partial(terminal.show, progress)
+            recorder.beside.acts["its stream"] = partial(outlet.send, state)
+        if learned:
+            recorder.beside.acts["verdicts"] = _running_verdict(learned, logger, part.header)
+        recorder.beside.acts["its display"] = partial(terminal.show, state)
+        if page:
+            recorder.beside.acts["its live page"] = partial(page.show, state)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
         recorder.archive()
-        progress.wave = drive.summary() if drive else ""
+        state.wave = drive.summary() if drive else ""
+        if page:
+            recorder.beside.attempt("its live page", partial(page.show, state, at_once=True))
         terminal.note(f"ended: {recorder.ended}")
-        if progress.damaged:
-            terminal.note(f"{progress.damaged} damaged frames are kept in {log.path}")
-        terminal.note(f"archived {part.final}: {progress.summary()}")
-        final_check = partial(_check, part.final, settings, detectors, terminal.note)
-        recorder.attempt("the check at its end", final_check)
+        if state.damaged:
+            terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
+        terminal.note(f"archived {part.final}: {state.summary()}")
+        final_check = partial(_check, part.final, settings, learned, terminal.note)
+        recorder.beside.attempt("the check at its end", final_check)
     return part.final
 
 
@@ -414,7 +445,7 @@ def connected_drive(port: str, wave: Wave) -> WatchedDrive:
 
 
 def _running_verdict(
-    detectors: "FinalVerdict", logger: Logger, header: Mapping[str, str]
+    learned: "Learned", logger: Logger, header: Mapping[str, str]
 ) -> Callable[[], None]:
     """Return a function that judges the recording so far, from time to time."""
     judged_s = 0.0
@@ -422,8 +453,13 @@ def _running_verdict(
     def judge() -> None:
         nonlocal judged_s
         if time.monotonic() - judged_s >= JUDGE_EVERY_S:
-            logger.progress.verdicts = detectors.judge_so_far(logger.samples, header)
             judged_s = time.monotonic()
+            logger.state.advice = "the detectors still learn"
+            if final := learned(False):
+                so_far = final.judge_so_far(logger.samples, header)
+                state = logger.state
+                state.verdicts, state.scores = so_far.lines, so_far.scores
+                state.advice = so_far.advice
 
     return judge
 
@@ -436,7 +472,7 @@ def _stop(drive: WatchedDrive | None) -> None:
 def _check(
     recording: Path,
     settings: dict[str, Any],
-    detectors: "FinalVerdict | None",
+    learned: "Learned | None",
     tell: Callable[[str], None],
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
@@ -452,6 +488,6 @@ def _check(
         tell(f"warning: {reason_in_part}")
     if no_verdict:
         tell(f"warning: no detector will judge this recording: {no_verdict}")
-    elif detectors:
-        for line in detectors.judge(values):
+    elif learned and (final := learned(True)):
+        for line in final.judge(values):
             tell(line)

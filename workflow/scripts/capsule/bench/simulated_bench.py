@@ -1,5 +1,7 @@
 """A simulated bench for surveys: a capsule in the simulated phantom, and its fold board."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from capsule.phantom.journey import Chance, Journey, Nodule
@@ -36,13 +38,16 @@ class SimulatedBench:
         True positions of the head at each sample.
     header : dict of str to str
         Header of the recordings.
-    trouble
+    trouble, faults
         None: this bench has no faults.
+    origami : str
+        State of the origami, in words.
     index_mm
         0: the index passes when a crest is at the start of the gut.
     """
 
     trouble = None
+    faults: ClassVar[list[str]] = []
     index_mm = 0.0
 
     def __init__(self, journey: Journey, rate_hz: float, header: dict[str, str]) -> None:
@@ -51,6 +56,7 @@ class SimulatedBench:
         self._lease_s = 0.0
         self._folding = False
         self.head_mm: list[np.ndarray] = []
+        self.origami = ""
 
     @property
     def at_end(self) -> bool:
@@ -79,12 +85,10 @@ class SimulatedBench:
                 self._let_go()
         stretch = self._journey.advance(samples)
         self.head_mm.append(stretch.head_mm)
-        return Readings(
-            stretch.time_s,
-            stretch.counts.astype(np.float64),
-            stretch.wave_mm,
-            self._state(float(stretch.folded[0]), float(stretch.folded[-1])),
-        )
+        fold = self._state(float(stretch.folded[0]), float(stretch.folded[-1]))
+        self.origami = f"the origami is {fold}"
+        counts = stretch.counts.astype(np.float64)
+        return Readings(stretch.time_s, counts, stretch.wave_mm, fold)
 
     def leave(self) -> list[str]:
         """Stop the wave and unfold the origami; return no warnings."""

@@ -10,7 +10,7 @@ from capsule.bench.clock import AWAKE, StopRequest
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect, find
-from capsule.bench.logger import SampleFeed
+from capsule.bench.logger import SILENT_AFTER_S, SampleFeed
 from capsule.bench.wave import LEASE_S, SurveyDrive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
@@ -53,6 +53,7 @@ class BoardBench:
         index_mm: float | None = None,
     ) -> None:
         resumed = begin_s > 0
+        self._boards = boards
         self._logger = SampleFeed(boards["logger"], log, tell)
         self._drive = SurveyDrive(
             boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed
@@ -75,6 +76,24 @@ class BoardBench:
             if trouble := board.trouble(self._patience_s):
                 return trouble
         return None
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong now and what to do; the survey goes on meanwhile."""
+        faults = [
+            f"the {name} board was unplugged: plug it back in, or end the survey"
+            for name, board in self._boards.items()
+            if not board.connected
+        ]
+        silent_s = self._logger.silent_s
+        if silent_s > SILENT_AFTER_S:
+            faults.append(f"the logger has sent no sample for {silent_s:.0f} s")
+        return faults
+
+    @property
+    def origami(self) -> str:
+        """State of the origami, its thread and its motor, in words."""
+        return self._fold.summary()
 
     @property
     def index_mm(self) -> float | None:

@@ -51,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=natural, default=1, metavar="N", help=seed)
     targets = "go to these positions one after the other, in mm from the start"
     add("--goto", type=float, nargs="+", default=[], metavar="MM", help=targets)
-    add("--map", nargs="+", help=argparse.SUPPRESS)
+    live = "show the survey in a page on this computer, and open it in the browser"
+    add("--live", action="store_true", help=live)
     add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
     raw = "also store each pass in FOLDER/unlabelled/, for the workflow"
     add("--raw", type=Path, metavar="FOLDER", help=raw)
@@ -93,11 +94,6 @@ def check(options: argparse.Namespace) -> None:
     WrongOptionError
         The message names the options.
     """
-    if options.map:
-        raise WrongOptionError(
-            "--map is no longer there: the positions of a session count from its own start; leave "
-            "--map out"
-        )
     if options.fold_set_up:
         if not options.fold:
             raise WrongOptionError("--fold-set-up needs the port of the fold board: --fold PORT")

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,16 @@ import numpy as np
 
 from capsule import words
 from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
+from capsule.bench.beside import Beside
 from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
+from capsule.bench.live import opened_page
 from capsule.bench.logger import check_fits, header_of, moment_text
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
+from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import (
     BOARDS_LOG,
@@ -63,7 +67,9 @@ class SurveyRun:
     sizes : PassSizes
         Estimates nodule sizes from passes.
     view : SurveyView
-        The display.
+        The display on the terminal.
+    state : State
+        What the displays show; the survey writes it.
     header : mapping of str to str
         Header of the recordings.
     rate_hz : float
@@ -73,6 +79,8 @@ class SurveyRun:
 
     Attributes
     ----------
+    beside : Beside
+        What is done after each judgement, such as the display.
     trouble : AcquisitionError or None
         The fault of the bench that ended the survey.
     """
@@ -83,11 +91,15 @@ class SurveyRun:
         disk: SessionFolder,
         sizes: PassSizes,
         view: SurveyView,
+        state: State,
         header: Mapping[str, str],
         rate_hz: float,
         length_mm: float = math.inf,
     ) -> None:
         self.pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
+        self.state = state
+        self.beside = Beside("the survey", disk.note)
+        self.beside.acts["its display"] = lambda: view.show(state)
         self._header, self._rate_hz, self._length_mm = header, rate_hz, length_mm
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
@@ -132,8 +144,10 @@ class SurveyRun:
             self._obey(bench, self._take(readings))
             self._disk.keep()
             self._disk.note_index(bench.index_mm)
-            self._view.show(self._now_s, pilot, self._size_words)
-        self._view.end(self._now_s, pilot, self._size_words)
+            self._note_state(bench)
+            self.beside.attempt_all()
+        self.state.ended = pilot.log[-1].reason
+        self.beside.attempt("the end of its display", lambda: self._view.end(self.state))
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
     def repeat(self, judged: Sequence[tuple[Readings, float]], told: list[Told]) -> None:
@@ -187,6 +201,10 @@ class SurveyRun:
     def _take(self, readings: Readings) -> tuple[str, ...]:
         """Store readings, let the pilot judge them, and return its commands."""
         self._heard.append(readings)
+        for column in readings.values.T:
+            missing = bool(np.isnan(column).all())
+            self.state.missing += missing
+            self.state.add(None if missing else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
         kept = replace(readings, time_s=readings.time_s + self._away_s)
         suspects = self.pilot.suspects
@@ -199,10 +217,21 @@ class SurveyRun:
         self._note_events()
         return commands
 
-    @property
-    def _now_s(self) -> float:
-        """Time of the newest sample, interruptions included."""
-        return float(self._heard[-1].time_s[-1]) + self._away_s
+    def _note_state(self, bench: Bench) -> None:
+        """Write what the displays show."""
+        state, pilot, suspects = self.state, self.pilot, self.pilot.suspects
+        state.away_s = self._away_s
+        state.faults = [str(self.trouble)] if self.trouble else bench.faults
+        state.doing, state.following = pilot.cycle.state, pilot.following
+        state.origami = bench.origami
+        state.head_known = not math.isnan(pilot.sensing.head_mm)
+        if state.head_known:
+            state.head_mm = pilot.sensing.head_mm
+        state.score, state.threshold = suspects.newest_score, suspects.threshold.threshold
+        state.places = [
+            (place.number, place.status, place.place_mm, self._size_words.get(place.number, ""))
+            for place in suspects.places
+        ]
 
     @staticmethod
     def _obey(bench: Bench, commands: tuple[str, ...]) -> None:
@@ -220,7 +249,7 @@ class SurveyRun:
         self._disk.add_events(events)
         for event in events:
             if self._disk.caught_up:
-                self._view.tell(event)
+                self.beside.attempt("the line of an event", partial(self._view.tell, event))
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":
@@ -367,11 +396,11 @@ def _simulated(task: _Task) -> SurveyRun:
         nodules_mm=about["nodules"],
         sensors=task.sensors,
     )
-    view = SurveyView(sys.stdout, f"{task.folder.name}, simulated", task.length_mm)
+    title = f"{task.folder.name}, simulated"
     header = bench.header | {"session": task.folder.name}
     detector, rate_hz = task.settings["diagonal"], phantom.electronics.rate_hz
     # The bench knows itself where the gut ends.
-    with _run(task, detector, rate_hz, view, header, math.inf) as run:
+    with _run(task, detector, rate_hz, title, header, math.inf) as run:
         run.go_on(bench, task.stop)
     return run
 
@@ -393,8 +422,8 @@ def _on_boards(task: _Task) -> SurveyRun:
         # Odometer and beat detection need the speed of the wave that the board drives.
         detector = task.settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
         rate_hz = task.settings["recording"]["rate_hz"]
-        view = SurveyView(sys.stdout, folder.name, task.length_mm)
-        with _run(task, detector, rate_hz, view, about["header"], task.length_mm) as run:
+        header = about["header"]
+        with _run(task, detector, rate_hz, folder.name, header, task.length_mm) as run:
             if task.resumed:
                 run.repeat(*read_stored(folder, task.sensors, rate_hz, run.pilot.every))
             if not run.pilot.cycle.over:
@@ -411,7 +440,7 @@ def _run(
     task: _Task,
     detector: Settings,
     rate_hz: float,
-    view: SurveyView,
+    title: str,
     header: Mapping[str, str],
     length_mm: float,
 ) -> Iterator[SurveyRun]:
@@ -421,9 +450,17 @@ def _run(
     disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
     pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
     sizes = PassSizes(task.options.results, task.settings["diagonal"], rate_hz)
-    run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, length_mm)
+    state = State(1.0 / rate_hz, title, length_mm=task.length_mm)
+    view = SurveyView(sys.stdout)
+    run = SurveyRun(pilot, disk, sizes, view, state, header, rate_hz, length_mm)
     try:
-        yield run
+        with contextlib.ExitStack() as at_end:
+            if task.options.live:
+                page = at_end.enter_context(opened_page())
+                run.beside.acts["its live page"] = lambda: page.show(state)
+            yield run
+            if task.options.live:
+                run.beside.attempt("its live page", lambda: page.show(state, at_once=True))
     except BaseException:
         if run.begun or task.resumed:
             disk.close()

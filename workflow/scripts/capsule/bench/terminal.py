@@ -1,4 +1,4 @@
-"""The terminal: output that never blocks, lines redrawn in place, and the state of a recording."""
+"""The terminal: output that never blocks, lines redrawn in place, and a recording's display."""
 
 import atexit
 import contextlib
@@ -9,11 +9,10 @@ import shutil
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import TextIO
 
+from capsule.bench.state import FLAT_SHARE, State
 from capsule.words import BARS, PLAIN_BARS, trace
 
 WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
@@ -159,60 +158,6 @@ def _can_redraw() -> bool:
 
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
-KEPT = 600
-
-
-@dataclass
-class Progress:
-    """The state of a recording; the session writes it, terminal and window read it.
-
-    Attributes
-    ----------
-    period_s : float
-        Seconds between samples.
-    end_s : float
-        Time in seconds at which the recording ends by itself; 0 if it does not.
-    samples : int
-        Number of samples so far, missing samples included.
-    missing, gaps, damaged : int
-        Numbers of missing samples, of gaps, and of damaged frames.
-    rate_hz : float
-        Samples received per second of this computer's clock, over the last seconds.
-    recent : deque of tuple of int, or None
-        The last samples; None is a missing one.
-    wave : str
-        Position and speed of the wave; empty without a peristalsis board.
-    verdicts : list of str
-        Lines with the detectors' verdicts so far; empty without detectors.
-    """
-
-    period_s: float
-    end_s: float = 0.0
-    samples: int = 0
-    missing: int = 0
-    gaps: int = 0
-    damaged: int = 0
-    rate_hz: float = 0.0
-    recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
-    wave: str = ""
-    verdicts: list[str] = field(default_factory=list)
-
-    def summary(self) -> str:
-        """Return the state of the recording in one line."""
-        now = _minutes(self.samples * self.period_s)
-        parts = [
-            f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
-            f"{self.samples} samples",
-            f"{self.rate_hz:.1f} Hz",
-            f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
-            f"{self.damaged} damaged frames" if self.damaged else "",
-            self.wave,
-        ]
-        return " | ".join(part for part in parts if part)
-
-
-def _minutes(seconds: float) -> str:
-    return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
 
 
 class Terminal(LivePanel):
@@ -230,22 +175,24 @@ class Terminal(LivePanel):
         super().__init__(stream)
         # Noise of a few counts must not fill the height: a quiet sensor should look quiet.
         whole = isinstance(full_scale, int)
-        self._least_span = max(full_scale // 100, 1) if whole else full_scale / 100
+        self._least_span = FLAT_SHARE * full_scale
+        if whole:
+            self._least_span = max(int(self._least_span), 1)
         self._bars = PLAIN_BARS if self.plain else BARS
 
-    def show(self, progress: Progress) -> None:
+    def show(self, state: State) -> None:
         """Show the state, if the last display is old enough."""
         if not self.is_due(REDRAW_EVERY_S if self.redraws else LINE_EVERY_S):
             return
         if not self.redraws:
-            self.note("\n".join([progress.summary(), *progress.verdicts]))
+            self.note("\n".join([state.summary(), *state.verdicts]))
             return
         width = self.width
-        verdicts = [line[:width] for line in progress.verdicts]
-        self.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
+        verdicts = [line[:width] for line in state.verdicts]
+        self.draw([state.summary()[:width], *self._sensor_lines(state, width), *verdicts])
 
-    def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
-        known = [sample for sample in progress.recent if sample is not None]
+    def _sensor_lines(self, state: State, width: int) -> list[str]:
+        known = [sample for sample in state.recent if sample is not None]
         if not known:
             return []
         lines = []
@@ -253,7 +200,7 @@ class Terminal(LivePanel):
             last = known[-1][sensor]
             shown = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
             label = f"sensor {sensor + 1} {shown} "
-            trace = list(progress.recent)[-max(width - len(label), 1) :]
+            trace = list(state.recent)[-max(width - len(label), 1) :]
             counts: list[float | None] = [
                 None if sample is None else sample[sensor] for sample in trace
             ]

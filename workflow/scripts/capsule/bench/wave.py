@@ -217,6 +217,11 @@ class WatchedDrive(Drive):
         before, self._told = self._told, fault
         return "" if fault == before else fault
 
+    @property
+    def fault(self) -> str:
+        """Why no wave runs, as far as is known; empty if it runs."""
+        return self._told
+
     def summary(self) -> str:
         """Return position and speed of the wave in words."""
         if self._told:

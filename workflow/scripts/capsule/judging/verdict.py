@@ -2,7 +2,9 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +43,25 @@ def note_of_change(results: Path, settings: Settings) -> str:
         f"note: {words.plural(len(changed), 'labelled recording')} came, went or changed since the "
         f"detectors of {results}/ learned, such as {changed[0]}; to make them again: snakemake -c2"
     )
+
+
+@dataclass(frozen=True)
+class SoFar:
+    """What the detectors would say if the run ended now.
+
+    Attributes
+    ----------
+    lines : list of str
+        A table, or one line with the reason why there is no verdict yet.
+    scores : list of dict
+        ``detector``, ``score``, ``threshold`` and ``verdict`` of each detector.
+    advice : str
+        Whether this is enough, or what to do.
+    """
+
+    lines: list[str]
+    scores: list[dict[str, Any]]
+    advice: str
 
 
 class FinalVerdict:
@@ -136,7 +157,7 @@ class FinalVerdict:
 
     def judge_so_far(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
-    ) -> list[str]:
+    ) -> SoFar:
         """Return the verdicts of all detectors if the run ended now.
 
         Parameters
@@ -145,24 +166,29 @@ class FinalVerdict:
             ADC counts of the S sensors; None is a missing sample.
         header : mapping of str to str
             The recording's header.
-
-        Returns
-        -------
-        list of str
-            A table, or one line with the reason why there is no verdict yet.
         """
         rules = self._settings["recording"]
         missing = [np.nan] * rules["sensors"]
         values = np.array([missing if sample is None else sample for sample in samples], float)
         time_s = np.arange(len(samples)) / rules["rate_hz"]
+        window = self._settings["preprocessing"]["window"]
+        if len(samples) < window:
+            wait = f"the detectors judge from {window / rules['rate_hz']:.0f} s on"
+            return SoFar([wait], [], wait)
         try:
             readings, no_verdict = readings_of(Recording(time_s, values.T, header), self._settings)
         except RecordingError as reason:
             no_verdict = str(reason)
         if no_verdict:
-            return [f"if the run ended now, no verdict: {no_verdict}"]
-        table = verdict_table(self.verdicts(readings), self._settings, self.familiarity(readings))
-        return ["if the run ended now:", *table]
+            return SoFar([f"no verdict yet: {no_verdict}"], [], f"no verdict yet: {no_verdict}")
+        verdicts, familiarity = self.verdicts(readings), self.familiarity(readings)
+        scores = [
+            {"detector": name, "score": each.score, "threshold": each.threshold}
+            | {"verdict": word_of(each, familiarity).value}
+            for name, each in verdicts.items()
+        ]
+        table = verdict_table(verdicts, self._settings, familiarity)
+        return SoFar(["if the run ended now:", *table], scores, _advice(scores, familiarity))
 
     def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
         recording = self._settings["recording"]
@@ -197,6 +223,16 @@ def word_of(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
         unlike=unlike,
         reason=why_unknown(verdict),
     )
+
+
+def _advice(scores: Sequence[Mapping[str, Any]], familiarity: Familiarity) -> str:
+    """Return whether the verdicts so far are enough, or what to do."""
+    if familiarity.familiar is False:
+        return f"seat the capsule anew: {familiarity.sentence}"
+    said = {each["verdict"] for each in scores} - {VerdictWord.NO_VERDICT.value}
+    if len(said) == 1 and said <= {VerdictWord.NODULE.value, VerdictWord.NO_NODULE.value}:
+        return f"enough: {said.pop()}"
+    return "pass again: the detectors are not sure" if said else "no verdict yet"
 
 
 _GAP = "  "

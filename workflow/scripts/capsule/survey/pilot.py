@@ -87,6 +87,32 @@ class Pilot:
         return self._happen(event, reason)
 
     @property
+    def following(self) -> str:
+        """The survey's next action and when it comes, in words."""
+        goal = f"target {self._targets_mm[0]:.0f} mm" if self._targets_mm else "the place"
+        match self.cycle.state:
+            case "exploring":
+                return "folds when it suspects a place, and tests it again"
+            case "finishing":
+                return "folds when the place is passed"
+            case "folding":
+                return f"then {self._leg.planned_s:.0f} s of way back"
+            case "returning":
+                left_s = max(self._leg.planned_s - self._leg.lasted_s, 0.0)
+                return f"unfolds in {left_s:.0f} s"
+            case "unfolding":
+                return "then finds its position"
+            case "finding":
+                left_s = max(_LONGEST_FINDING_S - self._waited_s, 0.0)
+                return f"then goes to {goal}; gives up in {left_s:.0f} s"
+            case "passing":
+                left_s = max(_LONGEST_PASS_S - self._waited_s, 0.0)
+                return f"decides when the place is passed; gives up in {left_s:.0f} s"
+            case "approaching":
+                return f"stops the wave at {goal}"
+        return ""
+
+    @property
     def every(self) -> int:
         """Number of samples that one tick should hold."""
         return EVERY

@@ -1,0 +1,182 @@
+"""The live page: its server against rude browsers, and the page in a real one."""
+
+import json
+import re
+import socket
+import urllib.error
+import urllib.request
+
+import pytest
+
+from capsule.bench.live import MOST_CONNECTIONS, LivePage
+from capsule.bench.state import State, sensor_remarks
+from support.bench.scripted import ScriptedBench, sample_frame
+from support.browser import Browser, needed
+
+pytestmark = pytest.mark.boards
+
+
+@pytest.fixture
+def page():
+    made = LivePage()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def state():
+    made = State(0.1, title="3mm/r07", end_s=90.0, longest=1000)
+    for number in range(700):
+        made.add((500 + 90 * (number % 32 == 0), 510 + 5 * (number % 32), 512, 1023))
+    return made
+
+
+def fetch(page, path="", **headers):
+    request = urllib.request.Request(f"{page.address}{path}", headers=headers)
+    return urllib.request.urlopen(request, timeout=5)
+
+
+class Listener:
+    """A browser that listens to the page's events, and knows some samples already."""
+
+    def __init__(self, page, last=""):
+        self._line = socket.create_connection(("127.0.0.1", int(page.host.split(":")[1])), 5)
+        known = f"Last-Event-ID: {last}\r\n" if last else ""
+        asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n{known}\r\n"
+        self._line.sendall(asked.encode())
+        self._stream = self._line.makefile("rb")
+        while self._stream.readline() not in (b"\r\n", b""):
+            pass
+
+    def read(self):
+        """Return id and data of the next event; None after the last one."""
+        number, data = (self._stream.readline() for _ in range(2))
+        self._stream.readline()
+        if not number:
+            return None
+        return int(number.removeprefix(b"id: ")), json.loads(data.removeprefix(b"data: "))
+
+    def close(self):
+        """Leave."""
+        self._stream.close()
+        self._line.close()
+
+
+def test_only_a_browser_that_knows_the_address_gets_the_page(page):
+    with fetch(page) as answer:
+        content, policy = answer.read().decode(), answer.headers["Content-Security-Policy"]
+    nonce = re.search(r"script-src 'nonce-([^']+)'", policy)[1]
+    assert policy.startswith("default-src 'none'") and "{{" not in content
+    # Kills: a style or script of the page that its own policy refuses; one nonce for all.
+    assert content.count(f'nonce="{nonce}"') == content.count("<script") + content.count("<style")
+    with fetch(page) as answer:
+        assert nonce not in answer.headers["Content-Security-Policy"]
+    # Kills: no Host check, which lets a foreign page read the samples by a name of its own.
+    for path, headers, status in (("x", {}, 404), ("", {"Host": "evil.example"}, 403)):
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            fetch(page, path, **headers)
+        refused.value.close()
+        assert refused.value.code == status
+
+
+def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
+    page.show(state, at_once=True)
+    listener = Listener(page)
+    number, (news, values) = listener.read()
+    # A minute is kept, not the whole run.
+    assert (number, news["first"], len(news["samples"])) == (700, 100, 600)
+    assert (values["title"], values["left"]) == (
+        "3mm/r07",
+        "00:20.0 left, 00:30.0 until it is too long for the workflow",
+    )
+    listener.close()
+    state.add(None)
+    page.show(state, at_once=True)
+    listener = Listener(page, last="700")
+    assert listener.read()[1][0] == {"first": 700, "samples": [None]}
+    listener.close()
+
+
+def test_when_there_are_too_many_the_oldest_goes(page, state):
+    page.show(state, at_once=True)
+    listeners = [Listener(page) for _ in range(MOST_CONNECTIONS + 1)]
+    for each in listeners:
+        each.read()
+    assert listeners[0].read() is None
+    state.add((1, 2, 3, 4))
+    page.show(state, at_once=True)
+    assert [each.read()[0] for each in listeners[1:]] == [701] * MOST_CONNECTIONS
+    for each in listeners:
+        each.close()
+
+
+# Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
+def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, monkeypatch, capfd):
+    bench = ScriptedBench(tmp_path, monkeypatch)
+    bench.recorder.beside.acts["its live page"] = lambda: page.show(bench.recorder.state)
+    address = ("127.0.0.1", int(page.host.split(":")[1]))
+    dead = [Listener(page) for _ in range(2)]  # they never read an event
+
+    def script():
+        for number in range(1000):
+            if number % 10 == 5:
+                rude = socket.create_connection(address, timeout=5)
+                asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n\r\n"
+                # Cut off within the question, or after it.
+                rude.sendall(asked[: 20 if number % 20 == 5 else None].encode())
+                rude.close()
+            yield number / 10, sample_frame(number)
+
+    bench.run(script())
+    page.close()
+    assert bench.numbers() == list(range(1000))
+    assert capfd.readouterr() == ("", "")
+    for each in dead:
+        each.close()
+
+
+@pytest.mark.parametrize(
+    ("sensors", "remarks"),
+    [
+        (lambda n: (500 + n % 90, 500 + n % 80, 512 + n % 3, 500 + n % 15), {3: "flat", 4: "weak"}),
+        (lambda n: (500 + n % 90, 500 + n % 80, 500 + n % 40, 500 + n % 60), {}),
+    ],
+)
+def test_a_flat_or_weak_sensor_is_named(sensors, remarks):
+    samples = [None if n % 7 == 0 else sensors(n) for n in range(400)]
+    found = {each["sensor"]: each["remark"] for each in sensor_remarks(samples, 1023)}
+    assert found.keys() == remarks.keys()
+    assert all(found[sensor].startswith(f"{word}: ") for sensor, word in remarks.items())
+    assert not sensor_remarks(samples[:90], 1023), "too short to show a wave"
+
+
+@pytest.mark.slow
+@needed
+def test_the_page_in_a_real_browser(page, state, tmp_path):
+    browser = Browser(tmp_path / "profile")
+    try:
+        browser.visit(page.address)
+        assert browser.texts("#banner") == ["waiting for the first sample"]
+        state.faults = ["no wave runs: end the recording, and record anew"]
+        state.scores = [{"detector": "diagonal", "score": 0.5, "threshold": 0.2, "verdict": "x"}]
+        state.advice = "enough: nodule"
+        page.show(state, at_once=True)
+        browser.wait_until("return document.querySelectorAll('#sensors canvas').length === 4")
+        assert browser.texts("#banner") == state.faults
+        assert browser.texts("#time") == ["01:10.0"]
+        assert "sensor 3 is flat: check its connection" in browser.texts("#sensors .remark")
+        assert browser.texts("#scores tbody tr") == ["diagonal0.50.2x"]
+        assert browser.texts("#survey") == []
+        state.faults, state.doing, state.length_mm = [], "returning", 1000.0
+        state.head_mm, state.places = 300.0, [(1, "confirmed", 200.0, "3.1 mm")]
+        state.following, state.threshold = "unfolds in 12 s", 0.15
+        state.ended = "the survey is over"
+        page.show(state, at_once=True)
+        browser.wait_until("return !document.getElementById('survey').hidden")
+        assert browser.texts("#banner") == ["ended: the survey is over"]
+        assert browser.texts("#following") == ["unfolds in 12 s"]
+        assert browser.texts("#places tbody tr") == ["1200 mmconfirmed3.1 mm"]
+        assert browser.messages() == [], "nothing that the policy refuses"
+        assert browser.violations() == []
+    finally:
+        browser.close()

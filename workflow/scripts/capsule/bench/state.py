@@ -1,0 +1,210 @@
+"""What a recording or a survey shows while it runs: terminal and live page show the same state."""
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from capsule.arrays import plain
+from capsule.survey.cycle import STATES
+
+KEPT = 600
+# The terminal draws less than this share of the full scale as flat, and the remarks call it flat.
+FLAT_SHARE = 0.01
+# A sensor is weak if it swings less than this share of what the median sensor does.
+_WEAK_SHARE = 0.25
+# Fewer samples show no whole wave.
+_LEAST_SAMPLES = 100
+
+
+@dataclass
+class State:
+    """The state of a recording or a survey; the program writes it, terminal and page show it.
+
+    Attributes
+    ----------
+    period_s : float
+        Seconds between samples.
+    title : str
+        Name of the recording or the survey.
+    full_scale : float
+        The largest reading.
+    end_s : float
+        Time in seconds at which the recording ends by itself; 0 if it does not.
+    longest : float
+        Number of samples beyond which the workflow will reject the recording.
+    samples : int
+        Number of samples so far, missing samples included.
+    missing, gaps, damaged : int
+        Numbers of missing samples, of gaps, and of damaged frames.
+    recent : deque of tuple of float, or None
+        The last samples; None is a missing one.
+    wave : str
+        Position and speed of the wave; empty without a peristalsis board.
+    faults : list of str
+        What is wrong now and what to do, the worst first.
+    verdicts : list of str
+        Lines with the detectors' verdicts so far; empty without detectors.
+    scores : list of dict
+        ``detector``, ``score``, ``threshold`` and ``verdict`` of each detector.
+    advice : str
+        What to do after these verdicts; empty without detectors.
+    ended : str
+        Why the recording has ended; empty while it goes on.
+    doing : str
+        One of `capsule.survey.cycle.STATES`; empty if this is no survey.
+    following, origami : str
+        The survey's next action, and the state of the origami, its thread and its motor.
+    away_s : float
+        Time in seconds for which a survey was interrupted.
+    head_mm : float
+        Last known position of the capsule's head; NaN before the first.
+    head_known : bool
+        Whether this is the present position.
+    score, threshold : float
+        Score and threshold of a survey's newest judgement; the score is NaN if there is none.
+    length_mm : float
+        Length of the gut; infinite if unknown.
+    places : sequence of (int, str, float, str)
+        Number, status, position in mm and size in words of each suspected place. The status is
+        empty while the place is not decided.
+    """
+
+    period_s: float
+    title: str = ""
+    full_scale: float = 1023.0
+    end_s: float = 0.0
+    longest: float = math.inf
+    samples: int = 0
+    missing: int = 0
+    gaps: int = 0
+    damaged: int = 0
+    recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
+    wave: str = ""
+    faults: list[str] = field(default_factory=list)
+    verdicts: list[str] = field(default_factory=list)
+    scores: Sequence[Mapping[str, Any]] = ()
+    advice: str = ""
+    ended: str = ""
+    doing: str = ""
+    following: str = ""
+    origami: str = ""
+    away_s: float = 0.0
+    head_mm: float = math.nan
+    head_known: bool = False
+    score: float = math.nan
+    threshold: float = math.nan
+    length_mm: float = math.inf
+    places: Sequence[tuple[int, str, float, str]] = ()
+
+    @property
+    def time_s(self) -> float:
+        """Time since the begin, interruptions included, in seconds."""
+        return self.samples * self.period_s + self.away_s
+
+    def add(self, sample: tuple[float, ...] | None) -> None:
+        """Add the next sample; None is a missing one."""
+        self.samples += 1
+        self.recent.append(sample)
+
+    def summary(self) -> str:
+        """Return the state of a recording in one line."""
+        now = _minutes(self.time_s)
+        gaps = f"{self.gaps} gap{'' if self.gaps == 1 else 's'}"
+        parts = [
+            f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
+            f"{self.samples} samples",
+            f"{gaps} ({self.missing} samples missing)" if self.gaps else "no gap",
+            f"{self.damaged} damaged frames" if self.damaged else "",
+            self.wave,
+        ]
+        return " | ".join(part for part in parts if part)
+
+    def left(self) -> str:
+        """Return in words how long the recording can go on."""
+        limits = []
+        if self.end_s:
+            limits.append(f"{_minutes(max(self.end_s - self.time_s, 0))} left")
+        if math.isfinite(self.longest):
+            over_s = self.longest * self.period_s - self.time_s
+            limits.append(
+                f"{_minutes(over_s)} until it is too long for the workflow"
+                if over_s >= 0
+                else "too long for the workflow"
+            )
+        return ", ".join(limits)
+
+    def as_values(self) -> object:
+        """Return what the live page shows besides the samples, as values of JSON."""
+        values = {
+            "title": self.title,
+            "time": _minutes(self.time_s),
+            "left": self.left(),
+            "gaps": self.gaps,
+            "missing": self.missing,
+            "damaged": self.damaged,
+            "period_s": self.period_s,
+            "full_scale": self.full_scale,
+            "wave": self.wave,
+            "faults": self.faults,
+            "remarks": sensor_remarks(list(self.recent), self.full_scale),
+            "scores": list(self.scores),
+            "advice": self.advice,
+            "ended": self.ended,
+        }
+        if self.doing:
+            values["survey"] = {
+                "doing": STATES[self.doing],
+                "following": self.following,
+                "origami": self.origami,
+                "head_mm": self.head_mm,
+                "head_known": self.head_known,
+                "score": self.score,
+                "threshold": self.threshold,
+                "length_mm": self.length_mm,
+                "places": list(self.places),
+            }
+        return plain(values)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
+
+
+def sensor_remarks(
+    samples: Sequence[tuple[float, ...] | None], full_scale: float
+) -> list[dict[str, Any]]:
+    """Return which sensors are flat or weak against the usual wave, with the remedy.
+
+    A sensor swings from its 5th to its 95th percentile. The usual wave is the median swing of the
+    sensors that are not flat.
+
+    Parameters
+    ----------
+    samples : sequence of K tuples of S float, or None
+        The last samples; None is a missing one.
+    full_scale : float
+        The largest reading.
+
+    Returns
+    -------
+    list of dict
+        ``sensor``, from 1, and ``remark`` of each sensor that is flat or weak.
+    """
+    known = np.array([sample for sample in samples if sample is not None], float)
+    if len(known) < _LEAST_SAMPLES:
+        return []
+    swing = np.subtract(*np.percentile(known, [95, 5], axis=0))
+    flat = swing < FLAT_SHARE * full_scale
+    usual = float(np.median(swing[~flat])) if not flat.all() else 0.0
+    remarks = []
+    for sensor, each in enumerate(swing.tolist(), start=1):
+        if flat[sensor - 1]:
+            remarks.append({"sensor": sensor, "remark": "flat: check its connection"})
+        elif each < _WEAK_SHARE * usual:
+            share = f"{100 * each / usual:.0f} % of the usual wave"
+            remarks.append({"sensor": sensor, "remark": f"weak: {share}; check its seat"})
+    return remarks
