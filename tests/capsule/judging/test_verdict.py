@@ -226,3 +226,17 @@ def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path,
     unknown = configuration | {"detectors": ["template", "nearest"]}
     with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):
         final_verdict(tmp_path, unknown, taught_by())
+
+
+# Kills: a KeyError in place of a line that names the file and the remedy.
+@pytest.mark.parametrize("lacking", ["templates", "scorer", "familiar", "settings"])
+def test_what_an_older_version_learned_is_refused_with_the_remedy(
+    templates, tmp_path, configuration, lacking
+):
+    path = tmp_path / "detectors.json"
+    write_learned(tmp_path, configuration, taught_by())
+    content = json.loads(path.read_text())
+    del content["checksum"], content[lacking]
+    path.write_text(json.dumps(content | {"checksum": detectors_files._checksum(content)}))
+    with pytest.raises(CapsuleError, match=r"detectors\.json .* snakemake -c2"):
+        FinalVerdict(tmp_path / "templates.npz", path, configuration)

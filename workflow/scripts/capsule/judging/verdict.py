@@ -94,7 +94,7 @@ class FinalVerdict:
                 )
         content = read_learned(learned)
         self._settings = settings
-        if content["templates"] != fingerprint(templates, sys.maxsize):
+        if content.get("templates") != fingerprint(templates, sys.maxsize):
             raise CapsuleError(
                 f"{templates} and {learned} were not made together, or one is damaged, so no "
                 "verdict would hold; delete both, and make them again: "
