@@ -10,7 +10,6 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import pytest
 
-from support.preloaded import PreloadedSnakemake
 from support.project import Project
 
 # Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
@@ -21,6 +20,11 @@ WAITING = "waits"
 FOREIGN = {"boards", "browser", "cad", "packages", "slicer"}
 # Marks of tests that are not quick.
 LENGTHY = {*SECONDS, *FOREIGN, WAITING, "slow"}
+
+
+def pytest_configure(config):
+    """Have the jobs of the workflow count branches, too, where `--cov` counts them."""
+    Project.measured = bool(config.getoption("cov_source", default=None))
 
 
 def pytest_addoption(parser):
@@ -67,17 +71,6 @@ def pytest_collection_modifyitems(items):
         told = [mark.args[0] if mark.args else SECONDS[mark.name] for mark in marks]
         seconds[item.path] += max(told, default=0.0)
     items.sort(key=lambda item: (item.path not in waiting, -seconds[item.path]))
-
-
-@pytest.fixture(scope="session", autouse=True)
-def preloaded_snakemake(pytestconfig):
-    """Import Snakemake once for all calls of it, except those by `make` or as a command."""
-    Project.measured = bool(pytestconfig.getoption("cov_source", default=None))
-    # Only jobs that start Python can be measured.
-    with PreloadedSnakemake(jobs_too=not Project.measured) as preloaded:
-        Project.preloaded_for_all = preloaded
-        yield preloaded
-        Project.preloaded_for_all = None
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,6 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from support.mishaps import FreshResults, create_project, try_sequence
-from support.preloaded import PreloadedSnakemake
 
 
 def main() -> None:
@@ -32,8 +31,8 @@ def main() -> None:
     folder = Path(tempfile.mkdtemp(prefix="mishaps-"))
     first, failed = arguments.first_seed, 0
     started, happened = time.monotonic(), Counter()
-    with PreloadedSnakemake() as preloaded, ThreadPoolExecutor(arguments.at_once) as pool:
-        fresh = FreshResults(create_project(folder / "project", preloaded))
+    with ThreadPoolExecutor(arguments.at_once) as pool:
+        fresh = FreshResults(create_project(folder / "project"))
         tried = {
             pool.submit(try_sequence, fresh, folder / f"seed-{seed}", seed): seed
             for seed in range(first, first + arguments.sequences)

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from capsule.recordings.recording import format_recording
-from support.preloaded import ForkedCall, PreloadedSnakemake
 from support.project import Project
 from support.striking import kill_job, kill_run, kill_snakemake, strike_at_random
 from support.synthetic import make_recording
@@ -27,10 +26,9 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 _SAMPLES = 400
 
 
-def create_project(folder: Path, preloaded: PreloadedSnakemake | None = None) -> Project:
+def create_project(folder: Path) -> Project:
     """Make a small project, run it once, and return it; sequences begin with copies of it."""
     project = Project.create(folder, RECORDINGS, samples=_SAMPLES, particles=10, iterations=10)
-    project.preloaded = preloaded or project.preloaded
     run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     return project
@@ -243,9 +241,7 @@ class Mishaps:
         """Kill a single job while other jobs run."""
         self._run_and_strike("job", lambda process: kill_job(process, self.numbers))
 
-    def _run_and_strike(
-        self, what: str, strike: Callable[[subprocess.Popen[str] | ForkedCall], None]
-    ) -> None:
+    def _run_and_strike(self, what: str, strike: Callable[[subprocess.Popen[str]], None]) -> None:
         if self.project.snakemake("--dry-run", *TABLES).did_nothing:
             self.edit()  # otherwise there is no job to kill
         process = self.project.start(*TABLES, cores=2)

@@ -1,19 +1,20 @@
 """Copy the project with other recordings, and run Snakemake in the copy."""
 
 import csv
+import fcntl
 import os
 import re
 import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
+import pytest
 import yaml
 
-from support.preloaded import ForkedCall, PreloadedSnakemake
 from support.synthetic import write_archive
 
 ROOT = Path(__file__).parents[2]
@@ -50,22 +51,17 @@ class Project:
     ----------
     folder : Path
         The folder of the copy.
-    preloaded : PreloadedSnakemake, optional
-        Processes for the calls of snakemake; the default is those of the test run.
 
     Attributes
     ----------
-    preloaded_for_all : PreloadedSnakemake or None
-        Processes of the test run; if None, each call starts a new process.
     measured : bool
         Whether `coverage` counts which branches the jobs run.
     """
 
-    preloaded_for_all: ClassVar[PreloadedSnakemake | None] = None
     measured: ClassVar[bool] = False
 
-    def __init__(self, folder: Path, preloaded: PreloadedSnakemake | None = None) -> None:
-        self.folder, self.preloaded = folder, preloaded or self.preloaded_for_all
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
         self.raw = folder / "raw"
         self.results = folder / "results"
 
@@ -112,7 +108,7 @@ class Project:
         """Return a copy of everything, with the results; without times as after a new checkout."""
         function = shutil.copy2 if keep_times else shutil.copyfile
         shutil.copytree(self.folder, folder, copy_function=function, symlinks=True)
-        return Project(folder, self.preloaded)
+        return Project(folder)
 
     def configure(self, **changes: object) -> None:
         """Change keys of config.yaml; a dict changes keys of a section."""
@@ -134,22 +130,15 @@ class Project:
         self, *arguments: str, cores: int = 2, environment: Mapping[str, str] | None = None
     ) -> "Run":
         """Call snakemake as a user does, with additional environment variables."""
-        if self.preloaded and environment is None:
-            with self.start(*arguments, cores=cores) as process:
-                output = process.stdout.read()
-            return Run(process.returncode, output)
         called = self._call(arguments, cores, environment)
         done = subprocess.run(**called, capture_output=True, check=False)
         return Run(done.returncode, done.stdout + done.stderr)
 
-    def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str] | ForkedCall:
+    def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str]:
         """Start snakemake in its own process group, so that a test can kill the whole group.
 
         The process's standard output also contains the errors.
         """
-        if self.preloaded:
-            called = self._call(arguments, cores)
-            return self.preloaded.start(called["args"][3:], self.folder, called["env"])
         return subprocess.Popen(
             **self._call(arguments, cores),
             start_new_session=True,
@@ -217,3 +206,29 @@ def rule_of(message: str) -> str:
     """Return the rule of a job from its message in Snakemake's log."""
     (rule,) = (rule for text, rule in RULES.items() if re.fullmatch(text, message))
     return rule
+
+
+def built_once(
+    tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]
+) -> Path:
+    """Return a folder that all processes of a test run share; the first that asks makes it.
+
+    Parameters
+    ----------
+    tmp_path_factory : TempPathFactory
+        Gives the folder of the process.
+    name : str
+        Name of the folder.
+    make : callable
+        ``make(folder)`` makes the folder.
+    """
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    folder, finished = shared / name / "project", shared / f"{name}.finished"
+    with (shared / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not finished.exists():
+            make(folder)
+            finished.touch()
+    return folder

@@ -12,15 +12,13 @@ from collections.abc import Callable
 
 import psutil
 
-from support.preloaded import ForkedCall
-
 # A run of few recordings starts its next job within this time, in s, or has no job left.
 _PATIENCE_S = 2.0
 _SCRIPT = re.compile(r"\S*workflow/scripts/\w+\.py")
 
 
 def strike_at_random(
-    process: subprocess.Popen[str] | ForkedCall,
+    process: subprocess.Popen[str],
     numbers: random.Random,
     strike: Callable[[], None],
     *,
@@ -60,19 +58,19 @@ def strike_at_random(
             timer.join()
 
 
-def kill_run(process: subprocess.Popen[str] | ForkedCall) -> None:
+def kill_run(process: subprocess.Popen[str]) -> None:
     """Kill Snakemake and all its jobs."""
     # The last process of the group may have ended just before.
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
 
-def kill_snakemake(process: subprocess.Popen[str] | ForkedCall) -> None:
+def kill_snakemake(process: subprocess.Popen[str]) -> None:
     """Kill only Snakemake; its jobs continue."""
     process.kill()
 
 
-def kill_job(process: subprocess.Popen[str] | ForkedCall, numbers: random.Random) -> None:
+def kill_job(process: subprocess.Popen[str], numbers: random.Random) -> None:
     """Kill one of the running jobs, as soon as there is one."""
     deadline = time.monotonic() + _PATIENCE_S
     with contextlib.suppress(psutil.NoSuchProcess):
@@ -83,7 +81,7 @@ def kill_job(process: subprocess.Popen[str] | ForkedCall, numbers: random.Random
             time.sleep(0.005)
 
 
-def running_jobs(process: subprocess.Popen[str] | ForkedCall) -> list[psutil.Process]:
+def running_jobs(process: subprocess.Popen[str]) -> list[psutil.Process]:
     """Return the processes of the scripts that a Snakemake runs.
 
     Raises

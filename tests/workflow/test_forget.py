@@ -7,14 +7,11 @@ import sys
 
 import pytest
 
-from support.plain_figures import draw_plain_figures
 from support.project import Project
-from support.surveys import write_session
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.takes(15)]
 
-GONE, LONGER = "3mm/patient-7", "3mm/patient-7b"
-OTHERS = [*(f"0mm/r{run}" for run in range(1, 5)), "3mm/r1", LONGER, "unlabelled/p"]
+GONE, LONGER = "1mm/patient-7", "1mm/patient-7b"
 
 
 def forget(project, *words):
@@ -45,46 +42,36 @@ def traces(project, name):
     return found
 
 
-@pytest.mark.parametrize("together", [1, 3])
-def test_no_file_holds_a_trace_and_the_next_run_is_as_if_it_had_never_been(tmp_path, together):
-    project = Project.create(tmp_path / "project", OTHERS, 400, particles=10, iterations=10)
-    project.configure(recordings_per_job=together)
-    draw_plain_figures(project.folder)
-    # Batches mean nothing to a survey, which takes seconds to draw.
-    if together == 1:
-        write_session(project.folder / "sessions" / "gut-1")
-    never = project.copy(tmp_path / "never")
-    other = Project.create(tmp_path / "other", [GONE], 400)
-    (project.raw / f"{GONE}.csv").write_bytes((other.raw / f"{GONE}.csv").read_bytes())
-    for each in (project, never):
-        run = each.snakemake()
-        assert run.status == 0, run.output
-    kept = never.copy(tmp_path / "kept")
-    (kept.raw / f"{GONE}.csv").write_bytes((other.raw / f"{GONE}.csv").read_bytes())
+def test_no_file_holds_a_trace_and_the_next_run_is_as_if_it_had_never_been(finished, tmp_path):
+    project = finished.copy(tmp_path / "project")
+    other = Project.create(tmp_path / "other", [GONE, LONGER])
+    for name in (GONE, LONGER):
+        (project.raw / f"{name}.csv").write_bytes((other.raw / f"{name}.csv").read_bytes())
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    assert traces(project, GONE)
 
     before = project.result_bytes()
     told = forget(project, GONE, "--dry-run")
     assert (told.returncode, told.stdout.splitlines()[0]) == (0, f"raw/{GONE}.csv")
     assert project.result_bytes() == before
-    done = forget(project, GONE, "--yes")
-    assert (done.returncode, done.stderr) == (0, ""), done.stdout
-    # The content is needed once more, to look for it.
-    (project.folder / "workflow" / "raw").mkdir()
-    left = Project(project.folder)
-    left.raw = kept.raw
-    assert not traces(left, GONE)
-    assert traces(kept, GONE)
-    stayed = project.result_bytes()
-    assert f"checks/{LONGER}.json" in stayed or together > 1
-    assert ("surveys/gut-1/picture.pdf" in stayed) == (together == 1)
-    assert all(before[name] == content for name, content in stayed.items())
+    for name in (GONE, LONGER):
+        done = forget(project, name, "--yes")
+        assert (done.returncode, done.stderr) == (0, ""), done.stdout
+        left = Project(project.folder)
+        # The content is needed once more, to look for it.
+        left.raw = other.raw
+        assert not traces(left, name)
+        stayed = project.result_bytes()
+        assert f"checks/{LONGER}.json" in stayed or name == LONGER
+        assert "surveys/first/picture.pdf" in stayed
+        assert all(before[each] == content for each, content in stayed.items())
 
     run = project.snakemake()
     assert run.status == 0, run.output
-    assert run.jobs["preprocess"] == (0 if together == 1 else 1)
+    assert not run.jobs["preprocess"]
     assert "gone" not in run.output
-    after, expected = project.result_bytes(), never.result_bytes()
+    after, expected = project.result_bytes(), finished.result_bytes()
     assert after.keys() == expected.keys()
     different = {name for name in expected if after[name] != expected[name]}
     assert different <= {"report.html"}
-    assert project.snakemake().did_nothing

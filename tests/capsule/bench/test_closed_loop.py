@@ -11,7 +11,6 @@ from support.bench.cable import TerminalCable
 from support.bench.closed_loop import ClosedLoop
 from support.bench.recorder import Recorder, check_complete
 from support.bench.workbench import Workbench
-from support.plain_figures import draw_plain_figures
 from support.project import Project
 
 pytestmark = [
@@ -25,7 +24,6 @@ pytestmark = [
 def project(tmp_path):
     names = ["0mm/r01", "3mm/r01"]
     made = Project.create(tmp_path / "project", names, particles=20, iterations=20)
-    draw_plain_figures(made.folder)
     return made
 
 

@@ -1,0 +1,341 @@
+"""The project works in other folders, for other users and workflows, and with other programs."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+
+import pytest
+import yaml
+
+from support.marks import needs_process_groups, needs_programs
+from support.project import PARTS, ROOT, Project
+from support.synthetic import write_archive
+
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
+
+TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 2)]
+FIT = {"particles": 10, "iterations": 10}
+
+
+def environment_beside(folder):
+    """Make a new environment that finds the packages of this one behind its own."""
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    (packages,) = (folder / "lib").glob("python*/site-packages")
+    (packages / "others.pth").write_text(sysconfig.get_path("purelib"))
+    return folder / "bin" / "python"
+
+
+def install(python, *what):
+    """Install packages into an environment."""
+    pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "-q", *what], check=True, capture_output=True)
+
+
+# Folders.
+
+
+@needs_programs("make", packages="make")
+@pytest.mark.packages
+@pytest.mark.takes(30)
+def test_make_report_works_in_a_path_with_spaces_and_of_more_than_250_characters(tmp_path):
+    # The environment lies there, too: the first lines of its programs name it.
+    parent = tmp_path / "a folder (of ours)" / ("long " * 25).strip() / ("longer " * 18).strip()
+    project = Project.create(parent / "the project", RECORDINGS, samples=525, **FIT)
+    assert len(str(project.folder)) > 250
+    for name in ("Makefile", "pyproject.toml", "README.md", "requirements.lock"):
+        shutil.copy2(ROOT / name, project.folder)
+    python = environment_beside(project.folder / ".venv")
+    install(python, "pip", "--ignore-installed", "--no-deps")
+    for package in ("snakemake", "pip"):
+        install(python, package, "--ignore-installed", "--no-deps")
+    (project.folder / ".venv/ready").touch()
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    called = {"cwd": project.folder, "env": clean, "text": True, "check": False}
+    done = subprocess.run(["make", "report"], **called, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert {row["status"] for row in project.table("recordings.csv")} == {"accepted"}
+    assert (project.results / "report.html").stat().st_size > 0
+    told = subprocess.run(
+        [project.folder / ".venv/bin/capsule", "--version"], **called, capture_output=True
+    )
+    assert str(project.folder / "workflow") in told.stdout
+
+
+@needs_process_groups
+def test_jobs_run_in_the_python_of_the_run_whatever_the_environment(tmp_path):
+    project = Project.create(tmp_path / "project", RECORDINGS[:1], **FIT)
+    # The first python of the PATH is another one, and nothing under TMPDIR can be executed.
+    other, temporary = tmp_path / "other", tmp_path / "temporary"
+    other.mkdir()
+    temporary.mkdir()
+    for name in ("python", "python3"):
+        (other / name).write_text("#!/bin/sh\necho another Python\nexit 9\n")
+        (other / name).chmod(0o755)
+    environment = os.environ | {
+        "PATH": f"{other}:/usr/bin:/bin",
+        "TMPDIR": str(temporary),
+        "PYTHONPATH": "",
+    }
+    snakemake = [sys.executable, "-m", "snakemake", "-c1", "results/matrices/0mm/r01.npy"]
+    done = subprocess.run(
+        [*on_a_disk_without_programs(temporary), *snakemake],
+        cwd=project.folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (project.results / "matrices/0mm/r01.npy").is_file()
+
+
+def on_a_disk_without_programs(folder):
+    """Return a command that mounts such a disk on a folder, for the command after it.
+
+    Where the system lets nobody mount, the command is empty, and the folder is an ordinary one.
+    """
+    script = 'mount -t tmpfs -o noexec tmpfs "$0" && exec "$@"'
+    mounted = ["unshare", "--map-root-user", "--mount", "sh", "-c", script, str(folder)]
+    program = f"printf '#!/bin/sh\n' > '{folder}/program' && chmod +x '{folder}/program'"
+    tried = [*mounted, "sh", "-c", f"{program} && ! '{folder}/program'"]
+    if shutil.which("unshare") is None:
+        return []
+    works = subprocess.run(tried, capture_output=True, check=False).returncode == 0
+    return mounted if works else []
+
+
+def test_a_folder_that_holds_recordings_alone_has_its_report_made_from_elsewhere(new, tmp_path):
+    shutil.copytree(new.raw, tmp_path / "raw")
+    by_folder = Project(new.folder).snakemake(f"--directory={tmp_path}", "--dry-run")
+    by_snakefile = Project(tmp_path).snakemake(f"--snakefile={new.folder / 'Snakefile'}", "-n")
+    for run in (by_folder, by_snakefile):
+        assert run.status == 0, run.output
+        assert run.jobs["preprocess"] == 9
+
+
+# What only tells.
+
+CALLS = {
+    "a dry run": ("--dry-run",),
+    "a dry run with larger batches": ("--dry-run", "--config", "recordings_per_job=50"),
+    "a summary": ("--summary",),
+    "the graph of rules": ("--rulegraph",),
+    "changed params": ("--list-changes", "params"),
+    "lint": ("--lint",),
+}
+
+
+def state_of(project):
+    """Return content and time of every result, recording and note of Snakemake."""
+    folders = (project.results, project.raw, project.folder / ".snakemake/metadata")
+    paths = [path for folder in folders for path in (folder, *folder.rglob("*"))]
+    return {
+        path: (path.read_bytes() if path.is_file() else None, path.stat().st_mtime_ns)
+        for path in paths
+    }
+
+
+def test_a_call_that_only_tells_changes_nothing(project):
+    project.append("raw/2.5mm/r02.csv", "\n")
+    project.append("results/fits/1mm/r01.json", "damage")
+    (project.results / "fits/1mm/r02.json").unlink()
+    project.configure(evaluation={"tolerance_mm": 2.0})
+    before, beside = state_of(project), set(project.folder.iterdir())
+    for call in CALLS.values():
+        run = project.snakemake(*call, "--", *TABLES)
+        assert run.status == 0, run.output
+        assert state_of(project) == before, call
+    assert set(project.folder.iterdir()) == beside
+
+
+# Other workflows.
+
+SIDE_BY_SIDE = """
+configfile: "settings.yaml"
+
+module first:
+    snakefile: "{project}/workflow/Snakefile"
+    prefix: "first"
+    config: config["first"]
+
+use rule * from first as first_*
+
+module second:
+    snakefile: "{project}/workflow/Snakefile"
+    prefix: "second"
+    config: config["second"]
+
+use rule * from second as second_*
+
+rule both:
+    default_target: True
+    input:
+        expand("first/{{table}}", table={tables}),
+        expand("second/{{table}}", table={tables}),
+"""
+DEPLOYED = """
+module capsule:
+    snakefile: github("laboratory/capsule", path="workflow/Snakefile", tag="v1")
+    config: {{"fit": {fit}}}
+
+use rule * from capsule
+"""
+
+
+def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_own(tmp_path):
+    alone = Project.create(tmp_path / "alone", RECORDINGS, samples=525, **FIT)
+    run = alone.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    folder = tmp_path / "both"
+    (folder / "second").mkdir(parents=True)
+    shutil.copytree(alone.raw, folder / "first/raw")
+    write_archive(folder / "second/raw", ["0mm/r01", "0mm/r02", "2mm/r01"], samples=525)
+    (folder / "Snakefile").write_text(
+        SIDE_BY_SIDE.format(project=alone.folder, tables=TABLES), encoding="utf-8"
+    )
+    settings = {"first": {"fit": FIT}, "second": {"fit": FIT | {"particles": 12}}}
+    (folder / "settings.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
+    caller = Project(folder)
+    run = caller.snakemake()
+    assert run.status == 0, run.output
+    first, second = Project(folder / "first"), Project(folder / "second")
+    made, expected = first.result_bytes(), alone.result_bytes()
+    assert {name: made[name] for name in expected} == expected
+    assert len(second.table("recordings.csv")) == 3
+    assert not (folder / "results").exists()
+    assert caller.snakemake().did_nothing
+    write_archive(second.raw, ["2mm/r03"], samples=525)
+    jobs = caller.snakemake("--dry-run").output
+    assert "second_fit" in jobs
+    assert "first_" not in jobs
+
+
+def test_a_release_is_deployed_from_a_repository(tmp_path):
+    """The workflow is as snakedeploy writes it; Snakemake already has a copy of the repository."""
+    release = tmp_path / "release"
+    release.mkdir()
+    for part in [*PARTS, "pyproject.toml", ".git_archival.txt", ".gitattributes"]:
+        copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy2
+        copy(ROOT / part, release / part)
+    git = ["git", "-c", "user.name=Test", "-c", "user.email=test@localhost", "-C", release]
+    for step in (["init", "-q"], ["add", "."], ["commit", "-qm", "release"], ["tag", "v1"]):
+        subprocess.run([*git, *step], check=True)
+    commit = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
+    cache = tmp_path / "cache"
+    kept = cache / "snakemake/snakemake/source-cache/snakemake-git-cache/github.com/laboratory"
+    kept.mkdir(parents=True)
+    clone = ["git", "clone", "-q", "--bare", release, kept / "capsule"]
+    subprocess.run(clone, check=True)
+
+    folder = tmp_path / "lab"
+    write_archive(folder / "raw", RECORDINGS, samples=525)
+    (folder / "Snakefile").write_text(DEPLOYED.format(fit={"particle": 3}), encoding="utf-8")
+    lab, called = Project(folder), {"environment": {"XDG_CACHE_HOME": os.fspath(cache)}}
+    run = lab.snakemake("--dry-run", **called)
+    assert run.status != 0
+    assert "config of the module: fit.particle: there is no such key; did you mean" in run.output
+    (folder / "Snakefile").write_text(DEPLOYED.format(fit=FIT), encoding="utf-8")
+    run = lab.snakemake(**called)
+    assert run.status == 0, run.output
+    page = (lab.results / "report.html").read_text(encoding="utf-8")
+    assert commit.stdout.strip()[:7] in page
+
+
+@pytest.mark.packages
+@pytest.mark.takes(20)
+def test_the_newest_snakemake_and_that_of_the_lock_agree_on_what_is_to_be_done(tmp_path):
+    python = environment_beside(tmp_path / "newest")
+    install(python, "--upgrade", "snakemake<10")
+    (packages,) = (tmp_path / "newest/lib").glob("python*/site-packages")
+    newest = {"PYTHONPATH": str(packages), "PYTHONWARNINGS": "default"}
+    project = Project.create(tmp_path / "project", RECORDINGS, samples=525, **FIT)
+    run = project.snakemake(*TABLES, environment=newest)
+    assert run.status == 0, run.output
+    # Each reads the notes of the other.
+    assert project.snakemake(*TABLES).did_nothing
+    project.configure(fit={"seed": 2})
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    assert run.jobs["fit"] == 2 and not run.jobs["preprocess"]
+    assert project.snakemake(*TABLES, environment=newest).did_nothing
+
+
+# Other users.
+
+needs_root = pytest.mark.skipif(
+    os.name != "posix" or os.geteuid() != 0 or not shutil.which("setpriv"),
+    reason="only the administrator can give files to another user",
+)
+# Root may open anything, unless it gives that right away.
+ANOTHER_USER = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner"]
+
+
+def call(project, *words):
+    """Call as another user, and return the exit status and what was printed."""
+    command = [*ANOTHER_USER, sys.executable, *words]
+    done = subprocess.run(
+        command, cwd=project.folder, capture_output=True, text=True, check=False, umask=0o002
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def snakemake(project, *words):
+    return call(project, "-m", "snakemake", *words, *TABLES)
+
+
+def capsule(project, *words):
+    return call(project, "workflow/scripts/capsule", *words)
+
+
+def allow(folder, rights):
+    subprocess.run(["chmod", "-R", rights, folder], check=True)
+
+
+@pytest.fixture
+def of_another(project):
+    """Give each file of the project to a user who is not root."""
+    for path in (project.folder, *project.folder.rglob("*")):
+        os.chown(path, 12345, 12345)
+    return project
+
+
+@needs_root
+def test_a_user_who_cannot_write_is_told_so_and_may_judge(of_another):
+    allow(of_another.folder, "go=rX")
+    status, told = snakemake(of_another, "-c1")
+    assert status != 0
+    assert f"{of_another.folder} cannot be written, and Snakemake keeps notes there" in told
+    assert "Traceback" not in told
+    # The folder itself may be open to all.
+    of_another.folder.chmod(0o777)
+    status, told = snakemake(of_another, "-n")
+    assert status != 0
+    assert f"{of_another.folder}/.snakemake cannot be written" in told
+    assert "Traceback" not in told
+    assert capsule(of_another, "judge", "raw/1mm/r01.csv")[0] == 0
+    assert "run.lock: Permission denied" in capsule(of_another, "forget", "1mm/r01", "--yes")[1]
+    assert (of_another.raw / "1mm/r01.csv").exists()
+
+
+@needs_root
+def test_a_user_who_may_write_goes_on_and_is_told_of_results_that_cannot_be_read(of_another):
+    allow(of_another.folder, "a+rwX")
+    path = of_another.raw / "0mm/r01.csv"
+    path.write_text(f"# note: changed\n{path.read_text()}")
+    status, told = snakemake(of_another, "-c1")
+    assert status == 0, told
+    assert of_another.snakemake("-n", *TABLES).did_nothing
+    allow(of_another.results, "go=")
+    for told in (
+        snakemake(of_another, "-n"),
+        capsule(of_another, "judge", "raw/1mm/r01.csv"),
+        capsule(of_another, "export", "--format", "mat"),
+    ):
+        assert told[0] != 0
+        lines = [line for line in told[1].splitlines() if "Permission denied" in line]
+        assert len(lines) == 1
+        assert lines[0].startswith("error: results")
+        assert "Traceback" not in told[1]
