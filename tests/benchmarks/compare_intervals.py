@@ -19,7 +19,7 @@ from scipy.special import ndtr, ndtri
 FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
 sys.path[:0] = map(str, FOLDERS)
 
-from judge_report import table
+from judge_rates import table
 
 from capsule.arguments import natural
 from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of

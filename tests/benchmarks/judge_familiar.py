@@ -22,7 +22,7 @@ FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts",
 sys.path[:0] = map(str, FOLDERS)
 
 import foreign_readings as foreign
-from judge_report import table
+from judge_rates import table
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
 from unseen_archives import CHOSE, JUDGED_ONLY, Readings, bench_names, part_of, simulated, stored
 from unseen_report import filled_page

@@ -1,5 +1,6 @@
-"""Rates of archives for the tables of the benchmarks, the same for every detector."""
+"""Rates of archives, the same for every detector, and tables of the benchmarks."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -48,3 +49,20 @@ def error_row(label: Mapping, rows: Sequence[Mapping]) -> dict:
         if key != "seconds"
     }
     return {**label, **errors}
+
+
+def table(rows: Sequence[Mapping]) -> str:
+    """Return rows as a Markdown table; shares in per cent."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    lines += ["| " + " | ".join(_cell(key, row.get(key)) for key in columns) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(column: str, value: float | str | None) -> str:
+    if value is None or isinstance(value, str):
+        return value or ""
+    if math.isnan(value):
+        return ""
+    plain = "mm)" in column or "seconds" in column or "AUC" in column
+    return f"{value:.3f}" if plain else f"{100 * value:.1f} %"

@@ -21,7 +21,7 @@ import numpy as np
 FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
 sys.path[:0] = map(str, FOLDERS)
 
-from judge_report import table
+from judge_rates import table
 
 from capsule.arguments import natural
 from capsule.bench.simulated_bench import SimulatedBench, bench_with

@@ -4,8 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from judge_rates import error_row, mean_row
-from judge_report import table
+from judge_rates import error_row, mean_row, table
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
 from unseen_archives import (
     FIRST_FRESH_SEED,

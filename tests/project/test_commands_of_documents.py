@@ -51,7 +51,7 @@ SHOWN_BY = {
     "make numbers": "tests/studies/test_show_numbers.py",
     "make -C workflow/firmware": "tests/capsule/bench/test_firmware.py",
     "pip install": ".github/workflows/check.yml",
-    "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
+    "snakemake -c2 results/report.html": "tests/workflow/test_first_run.py",
     "snakemake -c2 results/surveys": "tests/workflow/test_surveys.py",
     "snakemake -c2 --snakefile": "tests/workflow/test_as_module.py",
     "snakemake --profile profiles/slurm": "tests/workflow/test_slurm.py",

@@ -179,6 +179,7 @@ def test_no_cell_of_any_table_is_a_formula(mixed):
     assert [cell for cell in starts if not re.fullmatch(r"-[0-9.]+(e-?[0-9]+)?", cell)] == []
 
 
+@pytest.mark.slow
 def test_on_request_the_run_stops_before_any_fit_and_names_them_all(mixed):
     project, _ = mixed
     assert project.snakemake().did_nothing
@@ -219,6 +220,7 @@ def test_a_gigabyte_is_rejected_in_little_memory(tmp_path):
     assert largest_kilobytes < 500_000
 
 
+@pytest.mark.slow
 def test_without_any_usable_nodule_the_run_says_so(tmp_path):
     project = Project.create(tmp_path / "project", ["0mm/r01", "unlabelled/patient"], samples=525)
     (project.raw / "3mm").mkdir()

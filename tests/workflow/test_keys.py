@@ -71,7 +71,6 @@ EVERY = {"preprocess", "list", "fit", "describe", "plot", "templates", *REGISTER
         ("recordings/listing", {"list"}),
         ("method/templates", {"templates", "evaluate", "detect", "draw", "report"}),
         ("detectors/diagonal", {"evaluate", "detect", "report"}),
-        ("evaluation/rates", {"evaluate", "detect", "report"}),
         ("figures/draw_rates", {"draw", "report"}),
         ("parts/drawings", {"draw", "report"}),
         ("page/plot_data", {"plot"}),
@@ -118,6 +117,7 @@ def test_a_changed_setting_makes_again_only_what_uses_it(project, changes, expec
     assert planned(project) == expected
 
 
+@pytest.mark.slow
 def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finished):
     """The story of an edit: another content with an old date, one more, and both taken back."""
     edited = project.raw / "2.5mm/r02.csv"
@@ -177,6 +177,7 @@ def test_after_a_clock_was_set_back_a_run_with_work_ends_well(project):
 # What has gone wrong.
 
 
+@pytest.mark.slow
 def test_after_a_failed_job_the_next_call_makes_it_and_all_behind_it(project, finished):
     (project.raw / "2.5mm/r02.csv").write_bytes(other_recording())
     path, whole = fail(project, "evaluate.py")
