@@ -36,6 +36,7 @@ def project(tmp_path_factory):
     return project
 
 
+@pytest.mark.slow
 @pytest.mark.workflow
 @pytest.mark.parametrize("name", BOARD_10MM)
 def test_a_ridge_is_four_bumps_in_the_order_of_the_channels(project, name):

@@ -188,6 +188,7 @@ def test_each_command_checks_the_configuration_of_the_folder(bench, word):
         run_command(word, *words[word])
 
 
+@pytest.mark.slow
 @pytest.mark.workflow
 @pytest.mark.takes(12)
 def test_a_bench_goes_on_after_a_kill_and_a_move_and_runs_no_file_of_its_folder(tmp_path):

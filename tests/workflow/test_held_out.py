@@ -61,16 +61,6 @@ def test_the_templates_are_those_of_an_archive_without_the_held_out_recordings(p
     assert {entry["size_mm"]: entry["recordings"] for entry in told} == {0.0: 0, 1.0: 1, 3.0: 2}
 
 
-def test_a_session_that_no_recording_names_is_told_and_stops_nothing(copied):
-    copied.configure(evaluation={"held_out": ["spring", "nobody"]})
-    run = copied.snakemake(*TABLES)
-    assert run.status == 0
-    assert not run.jobs["fit"] and run.jobs["templates"] == 1
-    told = "evaluation.held_out: no labelled recording names the session 'nobody'"
-    assert told in run.output
-    assert "'spring'" not in run.output
-
-
 def test_of_a_batch_only_the_recordings_that_teach_are_fitted(project, copied):
     copied.configure(recordings_per_job=100)
     assert copied.snakemake(*TABLES).jobs["fit"] == 2

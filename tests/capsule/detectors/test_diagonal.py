@@ -105,6 +105,7 @@ def test_the_interval_comes_from_the_detected_nodules_of_the_fold_each_left_out(
     assert verdict.estimate_high_mm == pytest.approx(high if high < 3 else np.inf, abs=0.01)
 
 
+@pytest.mark.slow
 def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule():
     held = []
     for number in range(12):

@@ -16,7 +16,7 @@ from capsule.seeding import generator
 from support.fabricslide import FOLDER
 from support.project import ROOT
 
-pytestmark = pytest.mark.takes(8)
+pytestmark = [pytest.mark.slow, pytest.mark.takes(8)]
 
 
 @pytest.fixture(scope="module")

@@ -61,7 +61,7 @@ def of_counts(detected, quiet):
     return judged(np.repeat([1.0, 1, 0, 0], counts), np.repeat([1.0, 0, 1, 0], counts))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(COUNTS, COUNTS, st.floats(0.001, 0.999), LEVEL)
 def test_of_predictive_values(detected, quiet, prevalence, level):
     rules = {"prevalence": prevalence, "confidence": level}
@@ -72,7 +72,7 @@ def test_of_predictive_values(detected, quiet, prevalence, level):
         assert math.isnan(ends[0]) or 0 <= ends[0] <= ends[1] <= 1
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1, max_size=40), LEVEL)
 def test_of_a_bin_of_the_calibration(stated, level):
     probability, nodule = (np.array(each) for each in zip(*stated, strict=True))
@@ -127,7 +127,7 @@ def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
         assert low < high
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(COUNTS, COUNTS, LEVEL)
 def test_of_a_balanced_accuracy(first, second, level):
     rules = {"confidence": level, "tolerance_mm": 1.0, "specificity": 0.95}

@@ -287,6 +287,7 @@ def test_the_bill_lists_every_printed_part_and_what_is_bought(made, listed):
     assert "belt GT2, 6 mm, 160 mm" in rows
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes_in_another_process(made, tmp_path):
     command = [*CAPSULE, "parts", "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True)

@@ -29,6 +29,7 @@ def averaged(particles):
     return Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))
 
 
+@pytest.mark.slow
 def test_a_logged_trial_can_be_made_again(monkeypatch):
     # The templates of the log hold the mean of sigma, not the root of the mean variance.
     monkeypatch.setattr(

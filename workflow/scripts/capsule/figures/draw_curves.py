@@ -200,7 +200,7 @@ def _draw_learning_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Lo
     ticks = table.drop_duplicates("share").sort_values("taught")
     counts = ticks[["taught", "taught_healthy"]].to_numpy()
     axes.set_xticks(ticks["taught"], [f"{each:.0f}\n({healthy:.0f})" for each, healthy in counts])
-    axes.set(xlim=(0, 1.08 * float(ticks["taught"].max())), ylim=(-0.03, 1.05))
+    axes.set(xlim=(0, 1.08 * max(1.0, float(ticks["taught"].max()))), ylim=(-0.03, 1.05))
     show_percent(axes.yaxis, 6)
     axes.grid()
     axes.set_axisbelow(True)
