@@ -42,12 +42,14 @@ def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), schem
             "scheme": scheme,
             "predicted_mm": predicted,
             **dict.fromkeys(OF_SCORES, UNKNOWN),
+            **{"score": predicted, "threshold": 0.0},
+            "verdict": "nodule" if predicted else "no nodule",
             **{f"rmse_{size:g}mm": abs(predicted - size) / 10 for size in sizes_mm},
         }
         for detector in detectors
         for name, true, predicted in verdicts
     ]
-    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES]
+    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES, "verdict"]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
     predictions = pd.DataFrame(rows, columns=columns)
     ours = measure_tables(predictions, list(sizes_mm), RULES, names=[*TABLES, "summary"])

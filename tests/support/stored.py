@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from capsule.page.packing import deflated, to_json
+from capsule.page.sketches import Felt
 from capsule.store.batches import batches, described_together
 from capsule.store.results import BATCH_COLUMNS
 
@@ -32,6 +33,12 @@ class StoredResults:
     def matrix(self, name):
         """Return the same matrix for every recording."""
         return self._matrix
+
+    def felt(self, name):
+        """Return one bump on one sensor after the other."""
+        time_s = np.arange(40.0)
+        rows = 1 + np.exp(-(((time_s - np.array([[5.0], [15], [25], [35]])) / 3) ** 2))
+        return Felt(time_s, rows, True, [5.0, 15.0, 25.0, 35.0])
 
     def fit(self, name):
         """Return no fit."""

@@ -1,7 +1,6 @@
 """The detectors side by side: every cell from its table, and nothing said that is not known."""
 
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,6 @@ from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison
 from capsule.seeding import generator
-from support.sections import section
 
 SETTINGS = {
     "detectors": ["template", "diagonal"],
@@ -206,17 +204,7 @@ def benches_of(detectors, rows=BENCHES):
     return comparison.bench_values(rows, detectors)
 
 
-def sentence_of(detectors, origin="simulated"):
-    return section(
-        "other_benches", **benches_of(detectors), labelled_origin=SimpleNamespace(kind=origin)
-    )
-
-
-def test_the_range_stands_in_one_sentence_and_in_a_table():
-    assert sentence_of(["diagonal", "other"]).endswith(
-        "nodules from 2 mm on: diagonal 40 % to 100 %, with a specificity from 81.2 % on; other "
-        "20 % to 70 %."
-    )
+def test_the_benches_stand_in_a_table():
     assert benches_of(["diagonal", "other"])["bench_rows"][0] == {
         "detector": "diagonal",
         "which": "worst",
@@ -226,20 +214,11 @@ def test_the_range_stands_in_one_sentence_and_in_a_table():
 
 
 def test_only_detectors_that_judge_the_archive_are_named():
-    assert "diagonal" not in sentence_of(["other"])
-    assert benches_of(["template"]) == {"bench_rows": [], "bench_ranges": []}
+    assert benches_of(["template"]) == {"bench_rows": []}
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
     rows = benches_of(["diagonal"])["bench_rows"]
     assert [row["bench"] for row in rows] == ["steep", "calm", "steep"]
-    assert "simulated benches, which taught and chose nothing" in sentence_of(["diagonal"])
     without = [{name: text for name, text in row.items() if name != "part"} for row in BENCHES]
     assert benches_of(["diagonal"], without)["bench_rows"] == []
-
-
-def test_of_real_recordings_a_range_of_simulated_benches_is_never_told_as_theirs():
-    for origin in ("recorded", "mixed", "unknown"):
-        text = sentence_of(["diagonal"], origin)
-        assert text.startswith("Not of this archive: on other simulated benches")
-        assert text.endswith("and say nothing about the bench of this archive.")

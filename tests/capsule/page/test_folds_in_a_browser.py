@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from support.browser import DESKTOP, PHONE, needed
+from support.browser import DESKTOP, needed
 
 pytestmark = [
     pytest.mark.browser,
@@ -43,14 +43,6 @@ def test_a_link_opens_the_fold_that_it_leads_into(browser, page, name):
     assert browser.run(within) is True
     browser.open(page, f"#{name}")
     assert browser.run(within) is True
-
-
-def test_paper_shows_what_is_folded_and_the_screen_folds_it_again(browser, page, tmp_path):
-    browser.open(page)
-    closed = pages(browser.print(tmp_path / "closed.pdf"))
-    assert browser.run(f"{FOLDS}.filter((fold) => fold.open).length") == 0
-    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
-    assert pages(browser.print(tmp_path / "open.pdf")) == closed
 
 
 def test_charts_in_a_fold_of_the_viewer_are_drawn_when_it_opens(browser, page):
@@ -105,15 +97,3 @@ def test_each_term_of_the_glossary_is_linked_where_it_first_stands(browser, page
     assert len(set(linked_names)) == len(linked_names) > TERMS / 2
     # This archive has no held-out session, so not every term stands on its page.
     assert not [name for name in set(words) - set(linked_names) if stands_in(whole, name)]
-
-
-def test_on_a_phone_what_names_a_row_stays_in_view(browser, page):
-    browser.open(page, width=PHONE)
-    left = browser.run(
-        "const scroll = document.querySelector('#compared-table').closest('.scroll');"
-        "scroll.scrollLeft = 200;"
-        "return [scroll.getBoundingClientRect().left,"
-        " document.querySelector('#compared-table tbody tr:nth-child(2) th')"
-        ".getBoundingClientRect().left]"
-    )
-    assert left[1] == pytest.approx(left[0], abs=1)

@@ -25,7 +25,7 @@ VERDICTS = [("0mm/a", 0.0, 0.0), ("0mm/b", 0.0, 2.0), ("2mm/a", 2.0, 3.0), ("3mm
 
 
 def paragraph_of(rates, lead, config):
-    values = detector_sections.page_values(rates, lead, 1)
+    values = detector_sections.page_values(rates, lead)
     values |= overview.overview(rates.index, pd.DataFrame(columns=["path", "reason"]), [])
     values |= provenance.page_values([], CONFIG, SCHEMA, PAPER)
     return section(

@@ -3,15 +3,12 @@
 from collections import Counter
 
 import pandas as pd
-import pytest
 
 from capsule.evaluation.confounded import of_values
 from capsule.page import overview
-from capsule.page.answers import answers_of
 from capsule.page.overview import LONGEST, MOST_VALUES
-from capsule.page.provenance import origin_of
 from support.evaluated import UNKNOWN, evaluated, index_of, rates_of
-from support.sections import cards_of, section, summary, trust
+from support.sections import section
 
 SIZES_MM = (0.0, 1.0, 3.0)
 FABRIC, PHANTOM = "finger on fabric", "simulated phantom, version 5, seed 1"
@@ -173,50 +170,9 @@ def rates_with(source_of_healthy, **columns):
     return rates_of(evaluated(verdicts, SIZES_MM, ("template", "taught")), index=index)
 
 
-@pytest.mark.parametrize("detector", ["template", "taught"])
-def test_no_detector_is_called_reliable_on_the_first_screen(detector):
-    said = {}
-    for source in (PHANTOM, FABRIC):
-        rates = rates_with(source)
-        cards = cards_of(rates, detector)
-        ours = answers_of(rates, detector, "leave_one_out")
-        texts = [str(card) for card in cards.values()]
-        texts += [summary("mixed", ours, detector), trust(ours)]
-        said[source] = " ".join(texts)
-        if source == FABRIC:
-            assert {card["answer"] for card in cards.values()} == {"not shown"}
-            assert {card["value"] for card in cards.values()} == {None}
-            assert "whether there is a nodule follows from the source" in texts[-2]
-            assert texts[-1] == (
-                "These recordings cannot show how far to trust a verdict: among those that teach, "
-                "whether there is a nodule follows from the source."
-            )
-            # The counts stay.
-            assert "1 mm: 100 % (94 to 100 %), 60 of 60" in said[source]
-    assert "reliably" in said[PHANTOM] and "1 mm and larger" in said[PHANTOM]
-    assert "reliab" not in said[FABRIC].casefold() and "and larger" not in said[FABRIC]
-
-
 def test_held_out_recordings_and_an_index_without_the_columns_warn_of_nothing():
     rates = rates_with(PHANTOM)
     assert rates.confounded == []
     assert not {"unit", "rate_hz"} & set(rates.index)
     (found,) = rates_with(PHANTOM, unit=["counts"] * 60 + ["V"] * 120).confounded
     assert (found.key, found.counts["counts"]) == ("unit", Counter({0.0: 60}))
-
-
-@pytest.mark.parametrize(
-    ("sources", "headline", "text"),
-    [
-        (["simulated phantom"] * 2, "Simulated recordings", "A simulator made all 2 recordings."),
-        (["bench 2", "bench 3"], "Recorded data", "bench 2 (1); bench 3 (1)."),
-        (["imported from a.csv"], "Imported recordings", "imported from a.csv (1)."),
-        (["imported from a", "bench"], "Mixed origin", "1 imported without a word on their"),
-        (["bench", "simulated", ""], "Mixed origin", "1 simulated, 1 from another source and 1 w"),
-        (["", ""], "Origin not stated", "Write a line such as “# source: bench 2” at the top"),
-        ([], "No recordings", "There is no usable recording under raw/."),
-    ],
-)
-def test_the_origin_of_the_recordings_stands_in_words(sources, headline, text):
-    said = section("origin", origin=origin_of(sources), accepted=len(sources))
-    assert f'<p class="headline">{headline}</p>' in said and text in said

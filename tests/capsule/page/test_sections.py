@@ -15,6 +15,7 @@ from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
 from capsule.page.render import render_page
+from capsule.page.tables import Tables
 from capsule.store import files
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
@@ -31,7 +32,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
     """Put together what the page says of some recordings, each without signals."""
     judged = evaluated(verdicts, sizes_mm)
     without_rows = {name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()}
-    tables = sections.Tables(
+    tables = Tables(
         index=index_of(*rows),
         settings=CONFIG,
         passed_over=pd.DataFrame(columns=["path", "reason"]),
@@ -89,7 +90,8 @@ def test_every_accepted_recording_is_listed_and_carried(small):
 
 def test_the_template_says_what_the_values_say(small):
     page = filled(small)
-    assert "On 2 recordings (1 without a nodule and 1 with one), the paper&#39;s detector" in page
+    assert "<strong>1 of 1</strong> nodules of 2 mm found" in page
+    assert "<title>Bench &lt;script" in page
     assert "<code>2mm/bad</code> the file is empty" in page
     assert "Made on 2024-06-03 12:30 UTC." in page
     assert '<tr data-recording="2mm/a" data-size="2 mm" data-outcome="within tolerance"' in page
@@ -108,8 +110,15 @@ def test_the_head_of_the_page_names_the_key_of_its_job(small, tmp_path):
 def test_the_page_shows_the_interval_of_every_size_and_its_level():
     size = {"estimate_mm": 3.16, "estimate_low_mm": 2.1, "estimate_high_mm": 4.0}
     verdict = {"recording": "unlabelled/a", "detector": "diagonal", "predicted_mm": 3.0, **size}
-    verdict |= {"probability": 0.9, "location_s": 9.0, "location_mm": 4.0, "rmse_0mm": UNKNOWN}
-    of_place = {"site": "p", "size_mm": UNKNOWN, "recordings": 2, "detector": "diagonal", **size}
+    verdict |= {
+        "score": 9.0,
+        "threshold": 1.0,
+        "probability": 0.9,
+        "location_s": 9.0,
+        "location_mm": 4.0,
+        "rmse_0mm": UNKNOWN,
+    }
+    of_place = {"site": "p", "size_mm": UNKNOWN, "recordings": 2, "detector": "template", **size}
     of_place |= {"detected": True, "location_mm": 5.0, "passes": 2, "score": 9.0, "threshold": 8.1}
     page = values(
         [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)],
@@ -120,14 +129,12 @@ def test_the_page_shows_the_interval_of_every_size_and_its_level():
         verdicts_on_places=[of_place],
     )
     text = filled(page)
-    assert "<td>3.2 mm (2.1 to 4.0)</td>" in text
-    assert (
-        "<li><strong>a:</strong> a nodule of about 3.2 mm (2.1 to 4.0), 4 mm along the way, "
-        "probability 90 %.</li>" in text
-    )
-    assert "<td>nodule of 3.2 mm (2.1 to 4.0), at 5.0 mm</td>" in text
-    assert "in brackets its 90 % interval" in text
-    assert "the mean of their 90 % intervals" in text
+    # A place passed several times stands first, with the verdict of its mean score.
+    first, second = page["cards"]
+    assert (first["patient"], first["word"], first["passes"]) == ("p", "nodule", 2)
+    assert (second["patient"], second["word"]) == ("a", "nodule")
+    assert text.count("Nodule, 3.2 mm <small>(2.1 to 4.0)</small>") == 2
+    assert "Probability 90 %." in text and "2 passes together." in text
     assert (
         "estimated 3.2 mm (2.1 to 4.0), probability 90 %" in dict(page["evidence"])["unlabelled/a"]
     )
@@ -144,7 +151,7 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
         rows.append(["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "phantom", "zz", 70.0])
         pages[healthy] = filled(values(archive, (0.0, 1.0), *rows))
     sound, confounded = pages.values()
-    assert 'id="confounded"' not in sound and "reliably found" in sound
+    assert 'id="confounded"' not in sound and "Reliably found" in sound
     warning = confounded.partition('id="confounded"')[2].partition("</div>\n</div>")[0]
     told = "whether there is a nodule follows from the source."
     assert f"Among the recordings that teach, {told}" in warning
@@ -155,12 +162,11 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
         ["source", f"fabric {escaped}", "60", "0"],
         ["phantom", "0", "60"],
     ]
-    # It stands in the page's head, before the verdicts and all rates.
-    assert confounded.index('id="confounded"') < confounded.index("</header>")
-    assert f"cannot show how far to trust a verdict: among those that teach, {told}" in confounded
-    # Only the configuration has the word: it says what the key reliable_rate is.
-    text = re.sub(r"(?s)<style>.*?</style>|<script.*?</script>", "", confounded)
-    assert re.findall(r"(?i)\S*reliab\S* \S+", text.partition('id="made"')[0]) == []
+    # It stands before the verdicts and all rates, and none of these is shown.
+    assert confounded.index('id="confounded"') < confounded.index('id="verdicts"')
+    panels = confounded.partition('id="answer"')[2].partition('id="detection"')[0]
+    assert f"among those that teach, {told}" in panels and "of 60" not in panels
+    assert 'id="reliable"' in sound and 'id="reliable"' not in confounded
 
 
 def test_of_an_empty_archive_the_page_says_so():
@@ -168,7 +174,7 @@ def test_of_an_empty_archive_the_page_says_so():
     assert page["evidence"] == page["recordings"] == []
     text = filled(page)
     assert "There are no recordings under <code>raw/</code>." in text
-    assert "There is no recording to judge by yet." in text
+    assert "No labelled recording was judged yet." in text and "No verdict yet" in text
     assert 'id="viewer"' not in text
 
 

@@ -1,4 +1,4 @@
-// Open a fold if the address names an element in it, and open all folds for printing.
+// Open a fold if the address names an element in it.
 
 const Folds = (() => {
   "use strict";
@@ -8,7 +8,7 @@ const Folds = (() => {
     for (let fold = element?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
   }
 
-  /** Open the folds that the address names, now and after each change. Open all folds while the page is printed. */
+  /** Open the folds that the address names, now and after each change. */
   function setUp() {
     const named = () => {
       const target = document.getElementById(location.hash.slice(1));
@@ -18,12 +18,6 @@ const Folds = (() => {
     };
     addEventListener("hashchange", named);
     named();
-    let closed = [];
-    addEventListener("beforeprint", () => {
-      closed = [...document.querySelectorAll("main details:not([open])")];
-      closed.forEach((fold) => fold.setAttribute("open", ""));
-    });
-    addEventListener("afterprint", () => closed.forEach((fold) => fold.removeAttribute("open")));
   }
 
   return { setUp };

@@ -13,14 +13,30 @@ const Tools = ((Elements, Saving) => {
     return rows;
   }
 
+  /** Write the head of its column into each cell, for narrow screens, where a row is a card. */
+  function label(table) {
+    const groups = [...table.querySelectorAll("thead th[data-span]")].flatMap((head) => Array(Number(head.dataset.span)).fill(`${head.textContent}, `));
+    const leaves = [...(table.tHead?.rows[table.tHead.rows.length - 1].cells ?? [])].map((head) => (head.querySelector("code") ?? head).textContent.trim());
+    const heads = groups.length ? ["", ...leaves.map((text, place) => `${groups[place]}${text}`)] : leaves;
+    for (const row of [...table.tBodies].flatMap((body) => [...body.rows])) {
+      // A cell that spans rows is missing in the rows below it.
+      const missing = heads.length - row.cells.length;
+      [...row.cells].forEach((cell, place) => {
+        if (cell.tagName === "TD") cell.dataset.label = heads[place + Math.max(missing, 0)] ?? "";
+      });
+    }
+    table.classList.add("stacked");
+  }
+
   /** Add the tools to a table in its scroll box. Return the new block; `name` is the file's name. */
   function forTable(scroll, name) {
     const table = scroll.querySelector("table");
-    const label = scroll.getAttribute("aria-label").replace(/^Table: /, "");
+    const title = scroll.getAttribute("aria-label").replace(/^Table: /, "");
+    label(table);
     const block = element("div", "block");
     if (scroll.parentNode) scroll.replaceWith(block);
     const tools = element("div", "tools");
-    tools.append(button("CSV", `Save the table as CSV: ${label}`, () => Saving.saveCsv(wholeTable(table), `${name}.csv`)));
+    tools.append(button("CSV", `Save the table as CSV: ${title}`, () => Saving.saveCsv(wholeTable(table), `${name}.csv`)));
     block.append(tools, scroll);
     return block;
   }

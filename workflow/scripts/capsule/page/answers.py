@@ -1,9 +1,8 @@
 """Compute the answers of the first screen: what a detector achieves on these recordings.
 
-The sentences around them are in workflow/report/sections/answer.html.j2, and in what it includes.
+The sentences around them are in workflow/report/sections/panels.html.j2 and by_size.html.j2.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 
@@ -15,12 +14,11 @@ from capsule.evaluation.intervals import (
     ONE_SIDED,
     new_specificity,
     normal_quantile,
-    rate,
     recordings_needed,
 )
 from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.kinds import Row, Settings
-from capsule.page.rates import Rates, Scope, sets_specificity
+from capsule.kinds import Row
+from capsule.page.rates import Rates, sets_specificity
 
 # A specificity is called measured well enough with an interval of +-5 points.
 HALF_WIDTH = 0.05
@@ -130,13 +128,8 @@ class Answers:
         The scheme.
     found : dict of float to Estimate
         The share of the nodules of each judged size that is found, by size in mm, ascending.
-    any_size : Estimate
-        The share of all nodules that is found.
     smallest_mm : float or None
         From `smallest_reliable_size`; None without a recording of no nodule.
-    healthy_wanting : bool
-        Whether only a recording without a nodule is missing for a size to be reliably found.
-        Without one, a detector that reports a nodule everywhere looks like a good detector.
     specificity : Estimate
         Share of the recordings without a nodule that have this verdict.
     set_specificity : SetSpecificity or None
@@ -144,48 +137,35 @@ class Answers:
     meaning : (Estimate, Estimate) or None
         Positive and negative predictive value, over the sizes of the archive. None if there is no
         recording without a nodule, or none with one.
-    nodules, healthy : Scope
-        For which recordings the rates of nodules and of healthy recordings hold.
-    within : Estimate
-        Share of the recordings of nodules whose size is right within the tolerance.
-    size_error_mm : Estimate
-        From `size_error`.
-    unlike : int
-        Number of these recordings that are unlike those that teach.
     confounded : str
         What follows from the header in the recordings that teach, from
         `capsule.evaluation.confounded.in_words`. If anything does, nothing is reliably found.
+    quiet : float
+        Lower bound of the specificity.
     """
 
     scheme: str
     found: dict[float, Estimate]
-    any_size: Estimate
     smallest_mm: float | None
-    healthy_wanting: bool
     specificity: Estimate
     set_specificity: SetSpecificity | None
     meaning: tuple[Estimate, Estimate] | None
-    nodules: Scope
-    healthy: Scope
-    within: Estimate
-    size_error_mm: Estimate
-    unlike: int
     confounded: str
+    quiet: float
 
-    def found_lines(self) -> list[str]:
-        """Return the share found of each size, and of all if there are several, in words."""
-        named = [(words.size(size_mm), each) for size_mm, each in self.found.items()]
-        named += [("all sizes", self.any_size)] if len(named) > 1 else []
-        return [f"{name}: {each.text()}, {each.count()}" for name, each in named]
-
-    def meaning_lines(self) -> list[str]:
-        """Return the share of each verdict that is right, in words."""
-        pairs = zip(("detections", "verdicts of no nodule"), self.meaning or (), strict=False)
-        return [
-            f"Of 100 {what}, {each.in_hundred()[0]} are right ({each.in_hundred()[1]})."
-            for what, each in pairs
-            if words.is_known(each.value)
-        ]
+    def not_reliable(self, level: float) -> str:
+        """Return why no size is reliably found, if so; empty if one is."""
+        if self.smallest_mm is not None or not self.found:
+            return ""
+        if not self.quiet >= level - 1e-9:
+            known = (
+                f"is {words.percent(self.quiet)}" if words.is_known(self.quiet) else "is missing"
+            )
+            return f"the lower bound of the specificity {known}"
+        most, needed = max(each.of for each in self.found.values()), recordings_to_show(level)
+        if most < needed:
+            return f"{words.plural(most, 'recording')} of a size; it takes {needed}, all found"
+        return "the lower bound of the sensitivity of the largest size is lower"
 
 
 def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = None) -> Answers:
@@ -209,34 +189,17 @@ def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = Non
     set_by = set_specificity(rates, scheme) if sets_specificity(detector, scheme) else None
     found, specific = sizes_found(tables["detection"]), specificity(tables["specificity"])
     quiet = specific.at_least if set_by is None else set_by.low
-    any_reliable = smallest_reliable_size(found, 1.0, reliable_rate) is not None
-    verdicts, sizing = rates.verdicts(detector, scheme), tables["sizing"]
-    confounded, (nodules, healthy) = in_words(rates.confounded), rates.scopes(scheme)
-
-    def pooled(name: str, hits: int, of: int) -> Estimate:
-        if tables["summary"].empty or not of:
-            return Estimate(*rate(hits, of, level), hits, of)
-        return _estimate(tables["summary"].iloc[0], name, hits, of)
+    confounded = in_words(rates.confounded)
 
     return Answers(
         scheme=scheme,
         found=found,
-        any_size=pooled(
-            "sensitivity",
-            sum(each.hits for each in found.values()),
-            sum(each.of for each in found.values()),
-        ),
         smallest_mm=(None if confounded else smallest_reliable_size(found, quiet, reliable_rate)),
-        healthy_wanting=(not confounded and specific.of == 0 and set_by is None and any_reliable),
         specificity=specific,
         set_specificity=set_by,
         meaning=None if confounded else _meaning(tables["predictive_values"], set_by),
-        nodules=nodules,
-        healthy=healthy,
-        within=pooled("within_rate", int(sizing["within"].sum()), int(sizing["recordings"].sum())),
-        size_error_mm=size_error(tables["summary"], int((verdicts["size_mm"] > 0).sum())),
-        unlike=int(verdicts.get("familiar", pd.Series()).eq("no").sum()),
         confounded=confounded,
+        quiet=quiet,
     )
 
 
@@ -283,8 +246,9 @@ def _meaning(
 ) -> tuple[Estimate, Estimate] | None:
     """Return the predictive values over all sizes; the table has an empty size for these.
 
-    Where the threshold sets the specificity, they follow from the set one (Bayes' rule), and their
-    ranges from the specificity that new places of this bench may expect.
+    Where the threshold sets the specificity, they follow from the set one (Bayes' rule). Their
+    ranges follow from the specificity that new places of this bench may expect together with the
+    interval of the sensitivity, each at the same end.
     """
     rows = table[pd.to_numeric(table["size_mm"]).isna()]
     if rows.empty:
@@ -293,9 +257,10 @@ def _meaning(
     if set_by is None:
         ppv, npv = (_estimate(row, name, 0, 1) for name in ("ppv", "npv"))
     else:
+        ends = (("", set_by.mean), ("_low", set_by.low), ("_high", set_by.high))
         value, low, high = (
-            predictive_values(float(row["sensitivity"]), each, float(row["prevalence"]))
-            for each in (set_by.mean, set_by.low, set_by.high)
+            predictive_values(float(row[f"sensitivity{end}"]), each, float(row["prevalence"]))
+            for end, each in ends
         )
         ppv, npv = (Estimate(value[n], low[n], high[n], 0, 1) for n in (0, 1))
     return (ppv, npv) if ppv.value >= 0 or npv.value >= 0 else None
@@ -311,53 +276,6 @@ def predictive_values(
         right / (right + alarms) if right + alarms else UNKNOWN,
         quiet / (quiet + missed) if quiet + missed else UNKNOWN,
     )
-
-
-def paper_answers(
-    paper: Mapping[str, pd.DataFrame],
-    our_sizing: pd.DataFrame,
-    settings: Settings,
-    printed_tolerance_mm: float,
-) -> dict[str, str]:
-    """Return the results of the paper on its recordings in words, by the same rules.
-
-    Parameters
-    ----------
-    paper : mapping of str to DataFrame
-        ``detection``, ``specificity`` and ``sizing`` of the paper.
-    our_sizing : DataFrame
-        Our rates per size, of the detector and scheme that the page compares.
-    settings : mapping
-        Sections ``evaluation`` and ``report`` of the configuration.
-    printed_tolerance_mm : float
-        The tolerance of the paper's rates.
-
-    Returns
-    -------
-    dict of str to str
-        The paper's answer on each card, by the card's ``id``.
-    """
-    confidence, tolerance = (settings["evaluation"][k] for k in ("confidence", "tolerance_mm"))
-    specific, sizes_mm = specificity(paper["specificity"]), sorted(paper["sizing"]["size_mm"])
-    smallest_mm = smallest_reliable_size(
-        sizes_found(paper["detection"]), specific.at_least, settings["report"]["reliable_rate"]
-    )
-    size = "none" if smallest_mm is None else f"{words.size(smallest_mm)} and larger"
-    within = within_tolerance(paper["sizing"], confidence).text()
-    if tolerance != printed_tolerance_mm:
-        compared = ", with another tolerance"
-    elif set(sizes_mm) <= set(our_sizing["size_mm"]):
-        ours = within_tolerance(our_sizing, confidence, sizes_mm).value
-        compared = f"; here over the same sizes {words.percent(ours)}"
-    else:
-        compared = "; this archive lacks some of these sizes"
-    over = words.enumerate_words([f"{size_mm:g}" for size_mm in sizes_mm])
-    return {
-        "specificity": f"{specific.text()}, computed from its counts; the paper does not print it",
-        "found": f"{size}, by the same rule",
-        "meaning": "not given",
-        "within": f"{within} over {over} mm{compared}",
-    }
 
 
 def smallest_reliable_size(
@@ -390,40 +308,6 @@ def smallest_reliable_size(
             break
         smallest = size_mm
     return smallest
-
-
-def within_tolerance(
-    sizing: pd.DataFrame, confidence: float, sizes_mm: Sequence[float] | None = None
-) -> Estimate:
-    """Return the within-tolerance rate, pooled over several sizes.
-
-    Parameters
-    ----------
-    sizing : DataFrame
-        The rates per size, of one detector and scheme.
-    confidence : float
-        Level of the Wilson interval.
-    sizes_mm : sequence of float, optional
-        The sizes to pool; all sizes if not given.
-    """
-    rows = sizing if sizes_mm is None else sizing[sizing["size_mm"].isin(sizes_mm)]
-    hits, of = int(rows["within"].sum()), int(rows["recordings"].sum())
-    return Estimate(*rate(hits, of, confidence), hits, of)
-
-
-def size_error(summary: pd.DataFrame, nodules: int) -> Estimate:
-    """Return the mean absolute error of the size over all recordings of nodules, in mm.
-
-    Parameters
-    ----------
-    summary : DataFrame
-        The only row of a detector and scheme, or none.
-    nodules : int
-        Number of recordings of nodules.
-    """
-    if summary.empty or not nodules:
-        return Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, nodules)
-    return _estimate(summary.iloc[0], "mean_absolute_error_mm", 0, nodules)
 
 
 def specificity(table: pd.DataFrame) -> Estimate:

@@ -304,8 +304,7 @@ def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
     Returns
     -------
     dict
-        ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``, and
-        ``bench_ranges``, the rates of each detector by ``which``.
+        ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``.
     """
     shown = [
         {
@@ -317,8 +316,4 @@ def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
         for row in rows
         if row["detector"] in detectors and row.get("part") == JUDGED_ONLY
     ]
-    ranges: dict[str, Cells] = {}
-    for row in shown:
-        of_detector = {"detector": row["detector"], "least specific": None}
-        ranges.setdefault(row["detector"], of_detector)[row["which"]] = row["rates"]
-    return {"bench_rows": shown, "bench_ranges": list(ranges.values())}
+    return {"bench_rows": shown}

@@ -9,19 +9,16 @@ from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation import paper
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
-from capsule.evaluation.intervals import ONE_SIDED
 from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.kinds import Cells, Settings
 from capsule.page import provenance
 from capsule.page.answers import (
     Answers,
     answers_of,
-    paper_answers,
-    recordings_to_show,
     set_specificity,
 )
 from capsule.page.cells import plain_cell, rate_table
-from capsule.page.rates import Rates, scheme_note, table_note
+from capsule.page.rates import Rates, table_note
 
 _SCHEMES = {
     HELD_OUT: "on held-out sessions, which taught no detector and chose nothing",
@@ -32,7 +29,7 @@ _SCHEMES = {
 }
 
 
-def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
+def page_values(rates: Rates, lead: Lead) -> Cells:
     """Return the page's values from the detectors' rates.
 
     Parameters
@@ -41,51 +38,32 @@ def page_values(rates: Rates, lead: Lead, printed_tolerance_mm: float) -> Cells:
         The tables.
     lead : Lead
         The leading detector.
-    printed_tolerance_mm : float
-        The tolerance of the paper's rates.
 
     Returns
     -------
     dict
-        ``ours``, the leading detector's answers; ``others``, pairs of a title and the answers
-        beside these; ``paper_answers``. ``results`` from `_result_of`, the leading detector first,
-        as ``lead`` says; ``headline_confidence``, the level of its first intervals. ``held_out``,
-        whether held-out sessions judge. ``needed_of_a_size``, how many recordings, all found, show
-        that a size is reliably found by its ``one_sided`` bound. ``threshold``, what a learned one
-        promises. ``rates_hold`` and ``scheme_note``, sentences on the recordings and the scheme;
-        ``figure_series``, ``subject`` and ``sizes`` in words; ``judged_origin``.
+        ``ours``, the leading detector's answers, and ``not_reliable``, why no size is reliably
+        found. ``results`` from `_result_of`, the leading detector first, as ``lead`` says;
+        ``headline_confidence``, the level of its first intervals. ``held_out``, whether held-out
+        sessions judge. ``threshold``, what a learned one promises. ``rates_hold``, a sentence on
+        the recordings; ``figure_series`` and ``sizes`` in words; ``judged_origin``.
     """
     evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
     judged, _ = rates.recordings(scheme)
-    rules = rates.settings["evaluation"]
+    rules, reliable = rates.settings["evaluation"], rates.settings["report"]["reliable_rate"]
     drawn = [f"{name} ({words.scheme(scheme)})" for name in dict.fromkeys([detector, PAPER])]
-    ours, others = answers_of(rates, detector, scheme, lead), []
-    if scheme != LEAVE_ONE_OUT and LEAVE_ONE_OUT in rates.schemes:
-        others.append(("Leave-one-out", answers_of(rates, detector, LEAVE_ONE_OUT)))
-    if detector != PAPER and PAPER in evaluation.detectors():
-        others.append(("Paper's detector here", answers_of(rates, PAPER, scheme)))
-    sizing = evaluation.of("sizing", detector)
+    ours = answers_of(rates, detector, scheme, lead)
     return {
         "ours": ours,
-        "others": others,
+        "not_reliable": ours.not_reliable(reliable),
         "held_out": scheme == HELD_OUT,
-        "one_sided": ONE_SIDED,
-        "needed_of_a_size": recordings_to_show(rates.settings["report"]["reliable_rate"]),
-        "paper_answers": paper_answers(
-            evaluation.paper,
-            sizing[sizing["scheme"] == scheme],
-            rates.settings,
-            printed_tolerance_mm,
-        ),
         "results": [_result_of(rates, each) for each in lead_first(evaluation.detectors(), lead)],
         "lead": lead,
         "headline_confidence": words.percent(
             headline_confidence(lead, scheme, rules["confidence"])
         ),
         "judged_origin": provenance.origin_of(judged["source"].fillna("")).kind,
-        "subject": "the paper's detector" if detector == PAPER else f"the detector {detector}",
         "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
-        "scheme_note": scheme_note(scheme),
         "threshold": set_specificity(rates, scheme),
         "rates_hold": table_note(rates),
         "figure_series": words.enumerate_words([*drawn, "the paper"]),

@@ -19,9 +19,10 @@ from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
 from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
-from capsule.page.packing import rounded, to_json
+from capsule.page.packing import inflated, rounded, to_json
 from capsule.page.rates import ALL
 from capsule.page.recordings import known_or_none, seven_digits
+from capsule.page.sketches import Felt
 from capsule.recordings import names
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import sizes_of
@@ -80,6 +81,10 @@ class StoredRecordings:
         self.qualities: Mapping[str, str] = {
             name: each["quality"] for name, each in plot_data.items()
         }
+
+    def felt(self, name: str) -> Felt:
+        """Return what each sensor felt in a recording."""
+        return Felt.of(inflated(self.drawn[name]))
 
     def matrix(self, name: str) -> FloatArray:
         """Return the recording's matrix V, (S, L)."""

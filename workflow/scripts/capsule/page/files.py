@@ -15,7 +15,7 @@ from capsule.figures.registry import FIGURES
 from capsule.kinds import Cells, Settings
 from capsule.page import surveys
 from capsule.page.render import Frame
-from capsule.page.sections import Tables
+from capsule.page.tables import Tables
 from capsule.store import files
 from capsule.store.results import SURVEY_VALUES, OfArchive
 
@@ -31,10 +31,10 @@ STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 _NAMES = (
     *("signals", "palette", "elements", "saving", "tools", "shown", "chart_frame", "charts"),
     *("evidence_list", "viewer", "switches", "folds", "glossary", "chooser", "recordings_table"),
-    *("surveys", "start"),
+    *("surveys", "meaning", "start"),
 )
 SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
-TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
+TEMPLATES = ("report.html.j2", "macros.html.j2", "sketches.html.j2", "sections/[!.]*.html.j2")
 
 
 def read_tables(results: Path, template: Path, printed: Settings, settings: Settings) -> Tables:

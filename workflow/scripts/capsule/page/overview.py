@@ -13,6 +13,8 @@ from capsule.recordings.held_out import is_held_out, unknown_sessions
 
 # With more values of a key, the rarer ones share a row.
 MOST_VALUES = 6
+# Sources that the page's title names.
+MOST_NAMED = 2
 # Characters of a value.
 LONGEST = 80
 
@@ -57,6 +59,15 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
         "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
         "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
     }
+
+
+def archive_name(index: pd.DataFrame) -> str:
+    """Return what the page calls the archive: the sources of its recordings."""
+    sources = origin_of(index["source"].fillna("").astype(str)).sources
+    # Behind a comma stand a version, a seed and the like.
+    kinds = list(dict.fromkeys(name.partition(",")[0] for name in sources))
+    named = ", ".join(kinds[:MOST_NAMED]) + (", …" if len(kinds) > MOST_NAMED else "")
+    return named[:1].upper() + named[1:LONGEST] or "Origami capsule"
 
 
 def _near_copies(accepted: pd.DataFrame) -> list[Cells]:

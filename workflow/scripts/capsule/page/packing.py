@@ -11,8 +11,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from capsule.arrays import RealArray
-from capsule.kinds import Cells
+from capsule.arrays import FloatArray, RealArray
+from capsule.kinds import Cells, Row
 
 
 def pack(values: RealArray, bits: int = 16) -> Cells:
@@ -48,6 +48,15 @@ def pack(values: RealArray, bits: int = 16) -> Cells:
     }
 
 
+def unpack(packed: Row) -> FloatArray:
+    """Return the (S, N) array that `pack` packed; NaN where a sample is missing."""
+    numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
+    values = packed["low"] + packed["scale"] * numbers.astype(np.float64)
+    values[numbers == 2 ** packed["bits"] - 1] = np.nan
+    rows: FloatArray = values.reshape(packed["rows"], -1)
+    return rows
+
+
 def rounded(values: Iterable[float], digits: int = 5) -> list[float]:
     """Return numbers rounded to a number of significant digits."""
     return [float(f"{value:.{digits}g}") for value in values]
@@ -64,3 +73,9 @@ def to_json(content: object) -> str:
 def deflated(text: str) -> str:
     """Return a text compressed with zlib, in the letters and digits of base64."""
     return base64.b64encode(zlib.compress(text.encode("utf-8"), 6)).decode("ascii")
+
+
+def inflated(text: str) -> Row:
+    """Return the content of JSON that `deflated` compressed."""
+    content: Row = json.loads(zlib.decompress(base64.b64decode(text)))
+    return content

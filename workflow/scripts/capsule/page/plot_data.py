@@ -19,6 +19,8 @@ from capsule.recordings.units import reading_unit
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
 SMOOTH_POINTS = 250
+# The quality of a recording without a fault.
+NO_FAULT = "no gap, no loose sensor"
 # Below this share at an end of the range, a sensor is more likely pressed hard than loose.
 _LOOSE_FROM = 0.01
 # In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
@@ -219,4 +221,4 @@ def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) 
                 f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
                 "samples"
             )
-    return "; ".join(faults) or "no gap, no loose sensor"
+    return "; ".join(faults) or NO_FAULT

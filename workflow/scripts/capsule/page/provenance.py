@@ -120,6 +120,7 @@ def how_made(
     programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {
         "project": state.text(),
+        "commit": (state.commit or "")[:8],
         "software": f"The results were made by {state.text()}, with {enumerate_words(programs)}.",
         "code_checksum": combined_checksum(code),
         "versions": versions,

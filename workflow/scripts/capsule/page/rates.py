@@ -98,11 +98,18 @@ class Rates:
     def at(self, detector: str, scheme: str, confidence: float) -> dict[str, pd.DataFrame]:
         """Return the tables of a detector with intervals of another level than the configured."""
         rules = {**self.settings["evaluation"], "confidence": confidence}
-        index = _rows_of(self.index[self.index["status"] == "accepted"])
         tables = measure_tables(
-            self.verdicts(detector, scheme), self.evaluation.sizes_mm(), rules, index, _OF_ANSWERS
+            self.verdicts(detector, scheme),
+            self.evaluation.sizes_mm(),
+            rules,
+            self.accepted_rows(),
+            _OF_ANSWERS,
         )
         return {name: table[table["detector"] == detector] for name, table in tables.items()}
+
+    def accepted_rows(self) -> dict[str, Cells]:
+        """Return the rows of the accepted recordings by name."""
+        return _rows_of(self.index[self.index["status"] == "accepted"])
 
     def verdicts(self, detector: str, scheme: str) -> pd.DataFrame:
         """Return a detector's verdicts by one scheme."""
@@ -181,25 +188,6 @@ def scope_of(judged: pd.DataFrame, teaching: pd.DataFrame, scheme: str) -> Scope
         scheme == HELD_OUT and setups.isdisjoint(teaching["setup"].dropna())
     )
     return Scope(len(setups), apart and len(setups) >= LEAST_GROUPS)
-
-
-def scheme_note(scheme: str) -> str:
-    """Return what the results' scheme means, and how the paper's scheme compares."""
-    if scheme == HELD_OUT:
-        return (
-            "The held-out sessions taught no detector and chose nothing. The paper's own "
-            "evaluation is probably resubstitution."
-        )
-    if scheme == RESUBSTITUTION:
-        return (
-            "Results are resubstitution: the recording under test also teaches the detector. The "
-            "detector judges new recordings worse. The paper's own evaluation is probably "
-            "resubstitution too."
-        )
-    return (
-        "Results are leave-one-out: the place under test does not teach, that is all recordings "
-        "of its site, and near copies. The paper's own evaluation is probably resubstitution."
-    )
 
 
 def table_note(rates: Rates) -> str:

@@ -19,7 +19,7 @@ OUTCOMES = (
     *("rightly none", "false alarm", "unlabelled", "not judged", "rejected"),
 )
 # The table of an archive above MAX_ROWS begins with FIRST_ROWS; the reader can list more.
-MAX_ROWS, FIRST_ROWS = 2000, 500
+MAX_ROWS, FIRST_ROWS = 60, 50
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
 
@@ -179,7 +179,6 @@ def recording_rows(
     for row, predicted in zip(index.to_dict("records"), shown["predicted_mm"], strict=True):
         accepted, predicted_mm = row["status"] == "accepted", known_or_none(predicted)
         size_mm, duration = known_or_none(row["size_mm"]), known_or_none(row["duration_s"])
-        note = row["source"] if accepted and words.is_known(row["source"]) else ""
         reason = _why_not(row)
         rows.append(
             {
@@ -196,9 +195,7 @@ def recording_rows(
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
-                "note": note,
                 "reason": reason,
-                "notes": "; ".join(filter(None, (note, reason))),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
             }
         )

@@ -1,0 +1,88 @@
+"""The cards of the first screen: which verdict stands first, and what each says."""
+
+import pandas as pd
+import pytest
+
+from capsule.page import cards
+from capsule.page.plot_data import NO_FAULT
+from capsule.page.sketches import felt_sketch, score_strip
+from support.evaluated import index_of
+from support.sections import section
+from support.stored import StoredResults
+
+NAN = float("nan")
+ROW = {"score": 2.0, "threshold": 1.0, "probability": 0.9, "estimate_mm": 2.5, "no_verdict": ""}
+ROW |= {"estimate_low_mm": 1.8, "estimate_high_mm": 3.2, "location_s": 13.6, "location_mm": 6.0}
+ROW |= {"familiar": "yes", "unfamiliar_because": ""}
+
+
+def made_of(**changes):
+    """Return the cards of patients whose rows differ from that of a nodule as named."""
+    detections = [
+        {"recording": f"unlabelled/{name}", "detector": detector, **ROW, **change}
+        for name, change in changes.items()
+        for detector in ("taught", "diagonal")
+    ]
+    rows = [[f"unlabelled/{name}", NAN, "accepted", NAN, "", "aa", 70.0] for name in changes]
+    rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
+    qualities = {f"unlabelled/{name}": NO_FAULT for name in changes}
+    sites = pd.DataFrame(columns=["site", "size_mm", "detector"])
+    detected = pd.DataFrame(detections)
+    return cards.patient_cards(index_of(*rows), detected, sites, "taught", qualities)
+
+
+CHANGES = {
+    "quiet": {"score": 0.5, "probability": 0.01},
+    "strange": {"familiar": "no", "unfamiliar_because": "noise"},
+    "doubtful": {"probability": 0.07},
+    "likely": {"probability": 0.8},
+    "sure": {},
+}
+ORDER = ["sure", "likely", "doubtful", "strange", "bad", "quiet"]
+
+
+def test_the_most_urgent_patient_stands_first():
+    assert [card["patient"] for card in made_of(**CHANGES)] == ORDER
+
+
+def shown(name):
+    """Return the words of a patient's card."""
+    known = cards.Known([0.1, 0.2, 1.5], [3.0, 4.0])
+    drawn = [cards.with_sketches(c, StoredResults().felt, known) for c in made_of(**CHANGES)]
+    (card,) = [each for each in drawn if each["patient"] == name]
+    page = {"cards": [card], "results": [{"detector": "taught"}], "ours": None, "first": None}
+    page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
+    page |= {"most_cards": 6, "most_listed": 20}
+    return " ".join(section("cards", **page).split())
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("sure", "Nodule, 2.5 mm <small>(1.8 to 3.2)</small>"),
+        ("sure", "6 mm from the start (13.6 s). Probability 90 %. Both detectors agree."),
+        ("sure", "Each sensor in turn was pressed 2.0 times as deep as usual."),
+        ("sure", "None of 3 healthy recordings scores this high."),
+        ("doubtful", "Uncertain: pass again"),
+        ("doubtful", "the probability is 7 %. If a nodule: 2.5 mm, 6 mm from the start"),
+        ("doubtful", "1 of 3 healthy recordings exceed the threshold too; none scores"),
+        ("quiet", '<p class="verdict">No nodule</p>'),
+        ("strange", "Noise. Judged all the same: a nodule."),
+        ("bad", "Rejected: the file is empty."),
+    ],
+)
+def test_a_card_says_what_to_do_and_why(name, words):
+    assert words in shown(name)
+
+
+def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
+    felt = StoredResults().felt("a")
+    assert len(felt_sketch(felt, diagonal=True)["passed"]) == 4
+    assert felt_sketch(felt, diagonal=False)["passed"] == []
+
+
+def test_scores_stand_in_the_order_of_their_values():
+    strip = score_strip([1.0], [3.0], 2.0, 4.0)
+    assert strip["threshold"] < strip["this"]
+    # The least score stands at the left end.
+    assert float(strip["marks"][0].partition("M")[2].split()[0]) < strip["threshold"]

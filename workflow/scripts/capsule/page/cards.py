@@ -1,0 +1,230 @@
+"""The cards of the first screen: one a patient or place, or two examples of the archive."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from capsule import words
+from capsule.detectors.verdicts import VerdictWord, row_verdict
+from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
+from capsule.kinds import Cells, Row, Settings
+from capsule.page.plot_data import NO_FAULT
+from capsule.page.sketches import Felt, felt_sketch, score_strip
+from capsule.page.tables import Tables
+from capsule.recordings.names import UNLABELLED, folder_of
+
+# Patients with a card, and with a visible row after these; then a fold.
+CARDS, LISTED = 6, 20
+# A sensor that is pressed less deeply than this, in its usual depths, felt nothing unusual.
+PRESSED = 1.25
+_FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
+_ORDER = list(VerdictWord)
+
+
+@dataclass(frozen=True)
+class Known:
+    """The scores of the leading detector on the labelled recordings, ascending.
+
+    Attributes
+    ----------
+    healthy, nodules : sequence of float
+        Scores of those that teach, each with its place left out, and of those held out.
+    """
+
+    healthy: Sequence[float]
+    nodules: Sequence[float]
+
+    @classmethod
+    def of(cls, predictions: pd.DataFrame, lead: str, settings: Settings) -> "Known":
+        """Return the scores in results/evaluation/predictions.csv."""
+        schemes = [choosing_scheme(settings["evaluation"]["schemes"]), HELD_OUT]
+        rows = predictions[predictions["detector"].eq(lead) & predictions["scheme"].isin(schemes)]
+        known = rows.dropna(subset="score").sort_values("score")
+        healthy = known["size_mm"] == 0
+        return cls(list(known.loc[healthy, "score"]), list(known.loc[~healthy, "score"]))
+
+
+def page_values(
+    tables: Tables,
+    lead: str,
+    scheme: str,
+    qualities: Mapping[str, str],
+    felt_of: Callable[[str], Felt],
+) -> Cells:
+    """Return the page's cards.
+
+    Parameters
+    ----------
+    tables : Tables
+        The tables of results.
+    lead, scheme : str
+        The detector whose verdicts are shown, and the scheme of the examples.
+    qualities : mapping of str to str
+        The quality of each accepted recording in words.
+    felt_of : callable
+        Returns what the sensors felt in a recording.
+
+    Returns
+    -------
+    dict
+        ``cards``, of which the first `CARDS` have drawings; ``verdict_counts``, pairs of a verdict
+        and its number; ``most_cards``, ``most_listed`` and ``pressed``, the module's limits.
+    """
+    predictions = tables.evaluation.predictions
+    made = patient_cards(tables.index, tables.detections, tables.sites, lead, qualities)
+    made = made or example_cards(predictions, lead, scheme)
+    known = Known.of(predictions, lead, tables.settings)
+    counted = Counter(card["word"] for card in made)
+    drawn = [with_sketches(card, felt_of, known) for card in made[:CARDS]]
+    return {
+        "cards": drawn + made[CARDS:],
+        "verdict_counts": [(str(word), counted[word]) for word in VerdictWord if counted[word]],
+        "most_cards": CARDS,
+        "most_listed": LISTED,
+        "pressed": PRESSED,
+    }
+
+
+def patient_cards(
+    index: pd.DataFrame,
+    detections: pd.DataFrame,
+    sites: pd.DataFrame,
+    lead: str,
+    qualities: Mapping[str, str],
+) -> list[Cells]:
+    """Return the verdicts on unlabelled recordings and places, the most urgent first.
+
+    Parameters
+    ----------
+    index, detections, sites : DataFrame
+        results/recordings.csv, detections.csv and sites.csv.
+    lead : str
+        The detector whose verdict is shown; of the others the page shows whether they agree.
+    qualities : mapping of str to str
+        The quality of each accepted recording in words.
+
+    Returns
+    -------
+    list of dict
+        What `_told` returns.
+    """
+    accepted = index[index["status"] == "accepted"]
+    unlabelled = accepted[accepted["size_mm"].isna()]
+    cards, of_sites = [], set()
+    for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
+        names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
+        of_sites.update(names)
+        cards.append(_told(str(site), names, rows.to_dict("records"), lead, qualities))
+    judged: dict[str, list[Row]] = {}
+    for row in detections.to_dict("records"):
+        judged.setdefault(row["recording"], []).append(row)
+    for name, status, reason in index[["recording", "status", "reason"]].itertuples(index=False):
+        if folder_of(name) != UNLABELLED or name in of_sites:
+            continue
+        if status == "accepted":
+            cards.append(_told(label_of(name), [name], judged.get(name, []), lead, qualities))
+        else:
+            rejected = {"detector": lead, "score": None, "threshold": None}
+            rejected["no_verdict"] = f"rejected: {reason}"
+            cards.append(_told(label_of(name), [], [rejected], lead, qualities))
+    return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
+
+
+def example_cards(predictions: pd.DataFrame, lead: str, scheme: str) -> list[Cells]:
+    """Return cards of the nodule and of the healthy recording of the median score, by one scheme.
+
+    They stand in for patients in an archive without any; ``example_of`` is the true size in words.
+    """
+    rows = predictions[(predictions["detector"] == lead) & (predictions["scheme"] == scheme)]
+    known = rows.dropna(subset="score").sort_values("score", kind="stable")
+    cards = []
+    for some in (known[known["size_mm"] > 0], known[known["size_mm"] == 0]):
+        if len(some):
+            name = some["recording"].iloc[(len(some) - 1) // 2]
+            of_name = predictions["recording"].eq(name) & predictions["scheme"].eq(scheme)
+            verdicts = predictions[of_name].to_dict("records")
+            card = _told(name, [name], verdicts, lead, {name: NO_FAULT})
+            cards.append(card | {"example_of": words.size(verdicts[0]["size_mm"])})
+    return cards
+
+
+def with_sketches(card: Cells, felt_of: Callable[[str], Felt | None], known: Known) -> Cells:
+    """Return a card with ``felt``, what each sensor felt, and ``strip``, its score among others.
+
+    Also ``deepest``, how deep each sensor was pressed at most, in its usual depths;
+    ``healthy_above`` the threshold and ``healthy_higher`` than this score, of ``healthy`` that
+    are known. Without signals ``felt`` and ``deepest`` are None, without a score ``strip``.
+    """
+    felt = felt_of(card["names"][0]) if card["names"] else None
+    found = card["word"] in _FOUND
+    score, threshold = card["score"], card["threshold"]
+    judged = words.is_known(score) and words.is_known(threshold)
+    healthy = np.asarray(known.healthy)
+    of_beats = felt is not None and felt.in_depths
+    return card | {
+        "felt": felt_sketch(felt, diagonal=found) if felt else None,
+        "deepest": sorted(np.nanmax(felt.rows, axis=1).tolist()) if felt and of_beats else None,
+        "strip": score_strip(known.healthy, known.nodules, threshold, score) if judged else None,
+        "healthy": len(healthy),
+        "healthy_above": int((healthy > threshold).sum()) if judged else 0,
+        "healthy_higher": int((healthy >= score).sum()) if judged else 0,
+    }
+
+
+def label_of(name: str) -> str:
+    """Return an unlabelled recording's name without the folder that all of them share."""
+    return name.removeprefix(f"{UNLABELLED}/")
+
+
+def _told(
+    patient: str,
+    names: Sequence[str],
+    rows: Sequence[Row],
+    lead: str,
+    qualities: Mapping[str, str],
+) -> Cells:
+    """Return the verdict on a patient or place, from the rows of its detectors.
+
+    Returns
+    -------
+    dict
+        ``patient``, and ``names`` of its recordings; ``word``, one of the five verdicts, and
+        ``code``; ``found``, whether the score exceeds the threshold; ``row``, the verdict's row
+        with its size, place and probability (None if it has none); ``chance``, the probability to
+        sort by; ``others``, pairs of another detector and its verdict; ``agree``, whether all find
+        or all miss; ``passes``, how many were judged together, 0 for a single one; ``reason`` for
+        no verdict or for being unlike; and ``quality``, faults of a recording, if any.
+    """
+    told = {row["detector"]: row for row in rows}
+    nothing: Row = {"score": None, "threshold": None}
+    row = dict(told.get(lead, nothing))
+    word = row_verdict(row)
+    row["probability"] = words.stated_probability(row)
+    reason = row.get("no_verdict")
+    score, threshold = row["score"], row["threshold"]
+    found = word is not VerdictWord.NO_VERDICT and score > threshold
+    others = [(name, row_verdict(each)) for name, each in told.items() if name != lead]
+    faults = {label_of(name): qualities[name] for name in names if qualities[name] != NO_FAULT}
+    return {
+        "patient": patient,
+        "names": list(names),
+        "word": word,
+        "code": word.code,
+        "found": found,
+        "row": row,
+        "score": score,
+        "threshold": threshold,
+        # Passes judged together have no probability: they stand before single ones.
+        "chance": row["probability"] if words.is_known(row["probability"]) else float(found),
+        "others": others,
+        "agree": all((each in _FOUND) == (word in _FOUND) for _, each in others),
+        "passes": int(row["passes"]) if "passes" in row else 0,
+        "reason": words.unlike_because(row) or (reason if words.is_known(reason) else ""),
+        "quality": "; ".join(
+            f"{name}: {fault}" if len(names) > 1 else fault for name, fault in faults.items()
+        ),
+        "example_of": "",
+    }

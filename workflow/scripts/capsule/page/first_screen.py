@@ -1,0 +1,174 @@
+"""How often the leading detector is right: counts with intervals, by size, and the paper's."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from capsule import words
+from capsule.detectors.verdicts import VerdictWord
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT
+from capsule.evaluation.intervals import rate
+from capsule.evaluation.lead import Lead, headline_confidence
+from capsule.evaluation.measures import measure_tables
+from capsule.kinds import Cells
+from capsule.page.answers import Answers, Estimate, sizes_found, specificity
+from capsule.page.rates import Rates
+from capsule.page.sketches import size_chart
+
+# Nodules below this are counted apart: they are harder to find.
+LARGE_FROM_MM = 2.0
+
+
+def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
+    """Return the counts of the first screen.
+
+    Returns
+    -------
+    dict
+        ``counts`` of the leading detector, in the order of the screen, each with ``what``
+        (``large``, ``small`` or ``alarms``), ``sizes`` in words, ``ours`` and ``paper``
+        (`Estimate` or None) and ``split``, how many are nodules and how many uncertain; ``chart``,
+        from `size_chart`, and ``chart_rows``, the same in numbers; ``by_setting``, whether the
+        threshold sets the specificity; ``held_out``.
+    """
+    scheme, confidence = rates.schemes[0], rates.settings["evaluation"]["confidence"]
+    level = headline_confidence(lead, scheme, confidence)
+    verdicts = rates.verdicts(lead.detector, scheme)
+    paper = sizes_found(rates.evaluation.paper["detection"])
+    counts = []
+    for what, some in (("large", _large), ("small", _small)):
+        mine = {size: each for size, each in ours.found.items() if some(size)}
+        if mine:
+            counts.append(
+                {
+                    "what": what,
+                    "sizes": _range(list(mine)),
+                    "ours": _pooled(rates, verdicts, list(mine), mine, level),
+                    "paper": _together(
+                        [each for size, each in paper.items() if some(size)], confidence
+                    ),
+                    "split": _split(verdicts[verdicts["size_mm"].isin(list(mine))]),
+                }
+            )
+    quiet, printed = ours.specificity, specificity(rates.evaluation.paper["specificity"])
+    if quiet.of:
+        counts.append(
+            {
+                "what": "alarms",
+                "sizes": "",
+                "ours": _alarms(quiet),
+                "paper": _alarms(printed),
+                "split": _split(verdicts[verdicts["size_mm"] == 0]),
+            }
+        )
+    sizes_mm = [size for size in rates.evaluation.sizes_mm() if size > 0]
+    series = [(words.scheme(name), _found(rates, lead.detector, name)) for name in _charted(rates)]
+    series.append(("paper", paper))
+    return {
+        "counts": counts,
+        "chart": size_chart(
+            [{"name": name, "rates": _points(found, sizes_mm)} for name, found in series],
+            [words.size(size) for size in sizes_mm],
+        ),
+        "chart_series": [
+            (name, [found[size].text() if size in found else words.NOT_GIVEN for size in sizes_mm])
+            for name, found in series
+        ],
+        "chart_sizes": [words.size(size) for size in sizes_mm],
+        "chart_confidence": words.percent(level),
+    }
+
+
+def meaning_values(ours: Answers, prevalence: float) -> Cells:
+    """Return what a verdict means at the configured prevalence, and at others.
+
+    Returns
+    -------
+    dict
+        ``meaning``, what the slider needs: the prevalence, and ``ppv`` and ``npv``, each a value
+        with its ends, None if not known; and ``missed``, the share of nodules behind a verdict of
+        no nodule. Both are None if the recordings cannot tell.
+    """
+    if not ours.meaning:
+        return {"meaning": None, "missed": None}
+    ppv, npv = (
+        [each.value, each.low, each.high]
+        if words.is_known(each.value) and words.is_known(each.low)
+        else None
+        for each in ours.meaning
+    )
+    right = ours.meaning[1]
+    missed = Estimate(1 - right.value, 1 - right.high, 1 - right.low, 0, 1)
+    return {"meaning": {"prevalence": prevalence, "ppv": ppv, "npv": npv}, "missed": missed}
+
+
+def _large(size_mm: float) -> bool:
+    return size_mm >= LARGE_FROM_MM
+
+
+def _small(size_mm: float) -> bool:
+    return 0 < size_mm < LARGE_FROM_MM
+
+
+def _range(sizes_mm: Sequence[float]) -> str:
+    first, last = words.size(min(sizes_mm)), words.size(max(sizes_mm))
+    return first if first == last else f"{min(sizes_mm):g} to {last}"
+
+
+def _pooled(
+    rates: Rates,
+    verdicts: pd.DataFrame,
+    sizes_mm: Sequence[float],
+    found: Mapping[float, Estimate],
+    level: float,
+) -> Estimate:
+    """Return how many nodules of some sizes are found, with an interval over their set-ups."""
+    if len(found) == 1:
+        return found[sizes_mm[0]]
+    some = verdicts[verdicts["size_mm"].isin([0.0, *sizes_mm])]
+    rules = {**rates.settings["evaluation"], "confidence": level}
+    table = measure_tables(
+        some, rates.evaluation.sizes_mm(), rules, rates.accepted_rows(), ("summary",)
+    )["summary"]
+    row = table.iloc[0]
+    hits, of = (sum(getattr(each, name) for each in found.values()) for name in ("hits", "of"))
+    value, low, high = (float(row[f"sensitivity{end}"]) for end in ("", "_low", "_high"))
+    return Estimate(value, low, high, hits, of)
+
+
+def _together(estimates: Sequence[Estimate], level: float) -> Estimate | None:
+    hits, of = (sum(getattr(each, name) for each in estimates) for name in ("hits", "of"))
+    return Estimate(*rate(hits, of, level), hits, of) if of else None
+
+
+def _alarms(quiet: Estimate) -> Estimate:
+    """Return the false alarms that a specificity leaves."""
+    return Estimate(1 - quiet.value, 1 - quiet.high, 1 - quiet.low, quiet.of - quiet.hits, quiet.of)
+
+
+def _split(verdicts: pd.DataFrame) -> list[tuple[int, str]]:
+    """Return how many were called a nodule and uncertain, the two that count as found."""
+    counted = Counter(verdicts["verdict"])
+    both = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
+    return [(counted[word], str(word)) for word in both if counted[word]]
+
+
+def _charted(rates: Rates) -> list[str]:
+    schemes = [name for name in (HELD_OUT, LEAVE_ONE_OUT) if name in rates.schemes]
+    return schemes or rates.schemes[:1]
+
+
+def _found(rates: Rates, detector: str, scheme: str) -> dict[float, Estimate]:
+    return sizes_found(rates.of(detector, scheme)["detection"])
+
+
+def _points(
+    found: Mapping[float, Estimate], sizes_mm: Sequence[float]
+) -> list[tuple[float, float, float] | None]:
+    return [
+        (each.value, each.low, each.high)
+        if (each := found.get(size)) and words.is_known(each.low)
+        else None
+        for size in sizes_mm
+    ]

@@ -1,0 +1,176 @@
+"""The small drawings of the first screen, as points of SVG paths for the templates.
+
+The templates draw them with the page's colours; no drawing needs a script.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.arrays import FloatArray
+from capsule.kinds import Cells, Row
+from capsule.page.packing import unpack
+
+# In units of the drawings: where the drawn area begins and ends, and the height of a sensor's row.
+LEFT, RIGHT, ROW = 40.0, 510.0, 32.0
+# Room above the first row, for its highest bump.
+_TOP = 10.0
+_STEPS_S = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+# The least range of depth, in usual depths, so that small noise does not look like bumps.
+_LEAST_RANGE = 0.6
+# Of the strip: tops of its two rows of marks and the height of a mark.
+_MARKS, _MARK = (6.0, 24.0), 13.0
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What each sensor felt over time.
+
+    Attributes
+    ----------
+    time_s : (N,) array
+        Seconds from the start.
+    rows : (S, N) array
+        Depth of the beats in units of the usual depth; without beats the envelopes, in SD.
+    in_depths : bool
+        Which of the two.
+    passed_s : sequence of S floats or None
+        When each sensor passes the place with the most evidence.
+    """
+
+    time_s: FloatArray
+    rows: FloatArray
+    in_depths: bool
+    passed_s: Sequence[float | None]
+
+    @classmethod
+    def of(cls, drawn: Row) -> "Felt":
+        """Return it from what `capsule.page.plot_data` draws of a recording."""
+        beats = drawn["beats"]
+        packed = beats or drawn["envelope"]
+        rows = unpack(packed)
+        step_s = beats["step_s"] if beats else packed["every"] * drawn["interval_s"]
+        time_s = (beats["first_s"] if beats else 0.0) + step_s * np.arange(rows.shape[1])
+        passed_s = beats["passed_s"] if beats else [None] * len(rows)
+        return cls(time_s, rows, beats is not None, passed_s)
+
+
+def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
+    """Return the drawing of what each sensor felt.
+
+    Returns
+    -------
+    dict
+        ``width`` and ``height``; ``rows``, one a sensor, with ``base`` (its usual depth), ``line``
+        and ``area`` as paths and its ``deepest`` value; ``ticks``, pairs of x and seconds;
+        ``passed``, the points of the diagonal, empty if it is not asked for or not complete.
+    """
+    base = 1.0 if felt.in_depths else float(np.nanmin(felt.rows))
+    most = max(float(np.nanmax(felt.rows)) - base, _LEAST_RANGE)
+    last_s = float(felt.time_s[-1]) or 1.0
+    height = _TOP + ROW * len(felt.rows)
+
+    def across(seconds: float) -> float:
+        return round(LEFT + (RIGHT - LEFT) * seconds / last_s, 1)
+
+    def down(sensor: int, value: float) -> float:
+        return round(_TOP + ROW * (sensor + 0.95) - 0.85 * ROW * (value - base) / most, 1)
+
+    rows, passed = [], []
+    for sensor, values in enumerate(felt.rows):
+        known = ~np.isnan(values)
+        points = [
+            f"{across(at)} {down(sensor, value)}"
+            for at, value in zip(felt.time_s[known], values[known], strict=True)
+        ]
+        line, low = "M" + "L".join(points), down(sensor, base)
+        start, end = (across(float(felt.time_s[known][which])) for which in (0, -1))
+        area = f"{line}L{end} {low}L{start} {low}Z"
+        rows.append(
+            {"base": low, "line": line, "area": area, "deepest": float(values[known].max())}
+        )
+        at = felt.passed_s[sensor]
+        if at is not None and 0 <= at <= last_s:
+            value = float(np.interp(at, felt.time_s[known], values[known]))
+            passed.append((across(at), down(sensor, value)))
+    step = next((each for each in _STEPS_S if last_s / each <= 7), _STEPS_S[-1])
+    return {
+        "width": RIGHT + 50,
+        "height": height + 18,
+        "rows": rows,
+        "in_depths": felt.in_depths,
+        "ticks": [(across(at), at) for at in range(0, int(last_s) + 1, step)],
+        "passed": passed if diagonal and len(passed) == len(felt.rows) else [],
+    }
+
+
+def score_strip(
+    healthy: Sequence[float], nodules: Sequence[float], threshold: float, score: float
+) -> Cells:
+    """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach.
+
+    Returns
+    -------
+    dict
+        ``width`` and ``height``; ``marks``, a path for each row; ``threshold`` and ``this``, their
+        x; and ``of``, the numbers of healthy and nodules.
+    """
+    every = [*healthy, *nodules, threshold, score]
+    low, high = min(every), max(every)
+    left = LEFT + 84
+
+    def across(value: float) -> float:
+        return round(left + (RIGHT - left) * (value - low) / ((high - low) or 1.0), 1)
+
+    return {
+        "width": RIGHT + 50,
+        "height": _MARKS[1] + _MARK + 18,
+        "marks": [
+            "".join(f"M{across(value)} {top}v{_MARK}" for value in some)
+            for top, some in zip(_MARKS, (healthy, nodules), strict=True)
+        ],
+        "threshold": across(threshold),
+        "this": across(score),
+        "of": (len(healthy), len(nodules)),
+    }
+
+
+def size_chart(series: Sequence[Row], sizes: Sequence[str]) -> Cells:
+    """Return the chart of the nodules found by size.
+
+    Parameters
+    ----------
+    series : sequence of mapping
+        Each with ``name`` and ``rates``, for each size the rate and its interval, or None.
+    sizes : sequence of str
+        The sizes in words.
+
+    Returns
+    -------
+    dict
+        ``width`` and ``height``; ``grid``, pairs of y and percent; ``sizes``, pairs of x and text;
+        ``series``, each with ``name`` and ``points`` (x, y, and y of the interval's ends).
+    """
+    width, height, left, top = 360.0, 170.0, 44.0, 12.0
+    step = (width - left) / max(len(sizes), 1)
+
+    def down(rate: float) -> float:
+        return round(top + (height - top) * (1 - rate), 1)
+
+    drawn = []
+    for number, each in enumerate(series):
+        points = []
+        for place, rate in enumerate(each["rates"]):
+            if rate is not None:
+                off = 11.0 * (number - (len(series) - 1) / 2)
+                points.append((round(left + step * (place + 0.5) + off, 1), *map(down, rate)))
+        drawn.append({"name": each["name"], "points": points})
+    return {
+        "width": width,
+        "height": height + 20,
+        "left": left,
+        "grid": [(down(share / 100), share) for share in (100, 50, 0)],
+        "sizes": [(round(left + step * (n + 0.5), 1), size) for n, size in enumerate(sizes)],
+        "series": drawn,
+    }
