@@ -73,7 +73,7 @@ EVERY = {"preprocess", "list", "fit", "describe", "plot", "templates", *REGISTER
         ("detectors/diagonal", {"evaluate", "detect", "report"}),
         ("figures/draw_rates", {"draw", "report"}),
         ("parts/drawings", {"draw", "report"}),
-        ("page/plot_data", {"plot"}),
+        ("page/plot_data", {"plot", "report"}),
         ("page/overview", {"report"}),
     ],
 )
