@@ -184,7 +184,7 @@ def test_unplugged_and_plugged_back_in(logger_bench):
     logger_bench.run_until_samples(112)
     bench.speed = None
     logger_bench.run_to_end(recorder)
-    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged", "recording.max_gap_s")
+    recorder.expect(0, "was unplugged", "is back", "1 gap", "1 damaged", "recording.max_gap_s")
     recording = recorder.recording()
     assert recording.time_s.size == 250
     check_complete(recording, cable, ended_early=True)
@@ -204,7 +204,7 @@ def test_unplugged_board_with_its_own_power_keeps_exact_time(tmp_path):
     made.run_until_samples(52)
     made.bench.speed = None
     made.run_to_end(recorder)
-    recorder.expect(0, "is back", "1 gaps")
+    recorder.expect(0, "is back", "1 gap")
     check_times(recorder.recording())
     check_complete(recorder.recording(), made.cable, ended_early=True)
     assert "by the board's clock" in recorder.log()
@@ -229,7 +229,7 @@ def test_reset_of_the_board(logger_bench):
     logger_bench.run_until_samples(112)
     bench.speed = None
     logger_bench.run_to_end(recorder)
-    recorder.expect(0, "the board was reset", "1 gaps")
+    recorder.expect(0, "the board was reset", "1 gap")
     recording = recorder.recording()
     check_complete(recording, cable, ended_early=True)
     check_times(recording, tolerance_s=GAP_TOLERANCE_S)

@@ -50,7 +50,7 @@ def test_unplugged_and_plugged_back_in(tmp_path, cable, bench):
     bench.run(lambda: count_samples(cable.whole) >= 52)
     bench.speed = 20
     bench.run(recorder.done)
-    recorder.expect(0, "was unplugged", "is back", "1 gaps")
+    recorder.expect(0, "was unplugged", "is back", "1 gap")
     recording = recorder.recording()
     check_complete(recording, cable, ended_early=True)
     # 20 times faster than real time, a sample's arrival tells its time less well.

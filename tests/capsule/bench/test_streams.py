@@ -83,7 +83,7 @@ def test_a_stream_that_ends_and_begins_again_leaves_a_gap(tmp_path, name, record
     source.wait_for_listener()
     source.send(range(45, 81))
     wait_until(recorder.done, "ends of the recorder")
-    recorder.expect(0, "1 gaps (15 samples missing)", "--duration is over")
+    recorder.expect(0, "1 gap (15 samples missing)", "--duration is over")
     check_rows(recorder.recording(), range(30, 45), 79)
 
 
