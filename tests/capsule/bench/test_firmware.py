@@ -10,7 +10,6 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
-from support.bench.page import PAGE as PROTOCOL_PAGE
 from support.bench.page import board_of_the_page, conversation, hold
 from support.bench.talk import Talk
 from support.marks import missing_program, needs
@@ -424,7 +423,8 @@ def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
 
 
 def test_the_page_on_the_bench_has_the_firmwares_numbers():
-    page = (Path(__file__).parents[3] / "docs" / "bench.md").read_text(encoding="utf-8")
+    docs = Path(__file__).parents[3] / "docs"
+    page = (docs / "bench.md").read_text(encoding="utf-8")
     header = (emulated.FIRMWARE / "peristalsis" / "motion.h").read_text(encoding="utf-8")
     values = dict(re.findall(r"#define (\w+) \(?([\dL* ]+)\)?", header))
     number = {name: eval(text.replace("L", ""), {}) for name, text in values.items()}
@@ -445,4 +445,5 @@ def test_the_page_on_the_bench_has_the_firmwares_numbers():
         f"| ramp | {number['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s² |",
     ):
         assert statement in page, statement
-    assert f"half-steps of a wave ({per_mm * wavelength_mm:.2f})" in PROTOCOL_PAGE
+    protocol = (docs / "protocol.md").read_text(encoding="utf-8")
+    assert f"half-steps of a wave ({per_mm * wavelength_mm:.2f})" in protocol
