@@ -523,7 +523,6 @@ def test_the_pages_have_the_firmwares_numbers():
         f"with at most {34 / 5:.1f} N |",
         f"| longest move | {longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread |",
         f"| {release} half-steps | {release * mm:.1f} mm of thread |",
-        f"more than {release * mm:.1f} mm of it",
         f"| {slack} half-steps | {slack * mm:.1f} mm of thread |",
         f"| duty | {on_s:g} s in {window_s} s | {on_s / window_s:.0%}".replace("%", " %"),
         f"of {move_s:g} s each must fit in",
