@@ -190,7 +190,7 @@ def test_an_archive_too_small_for_rates_has_its_report(new, tmp_path):
     run = project.snakemake()
     assert run.status == 0, run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
-    assert "There is no recording without a nodule." in page
+    assert "No healthy recording, so no false alarm can occur." in page
     (row,) = [r for r in project.table("evaluation/specificity.csv") if "leave" in r["scheme"]]
     assert (row["healthy"], row["specificity"]) == ("0", "")
 
