@@ -14,14 +14,11 @@ from capsule.evaluation.intervals import (
     ONE_SIDED,
     new_specificity,
     normal_quantile,
-    recordings_needed,
 )
 from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.kinds import Row
 from capsule.page.rates import Rates, sets_specificity
 
-# A specificity is called measured well enough with an interval of +-5 points.
-HALF_WIDTH = 0.05
 NO_INTERVAL = "no interval: fewer than three places"
 UNKNOWN = float("nan")
 
@@ -79,10 +76,6 @@ class SetSpecificity:
         From `capsule.evaluation.intervals.new_specificity`.
     mean : float
         The wanted specificity; with too few places, what such a threshold has on average.
-    needed : int
-        How many healthy recordings would measure the wanted specificity to +-`half_width`.
-    half_width : float
-        Half the width of an interval that counts as measured.
     """
 
     wanted: float
@@ -91,8 +84,6 @@ class SetSpecificity:
     low: float
     high: float
     mean: float
-    needed: int
-    half_width: float = HALF_WIDTH
 
     def cannot(self) -> bool:
         """Return whether too few healthy places teach to promise the wanted specificity."""
@@ -112,10 +103,6 @@ class SetSpecificity:
             f"{words.interval(self.low, self.high)} (central 90 %; approximate, because scores are "
             "cross-validated). Of a new patient, only held-out set-ups tell."
         )
-
-    def aim(self) -> tuple[str, str]:
-        """Return the verbs for an aim that a threshold reaches on average, or cannot promise."""
-        return ("meant for", "aims at") if self.cannot() else ("set for", "set to")
 
 
 @dataclass(frozen=True)
@@ -210,11 +197,10 @@ def set_specificity(rates: Rates, scheme: str) -> SetSpecificity | None:
         return None
     wanted = rules["specificity"]
     low, high = new_specificity(places, wanted)
-    needed = recordings_needed(wanted, HALF_WIDTH, rules["confidence"])
     # As few as reach it on average: the mean of Beta(n, 1) is n / (n + 1).
     least = ceil(wanted / (1 - wanted) - 1e-9)
     mean = wanted if places >= least else places / (places + 1)
-    return SetSpecificity(wanted, places, least, low, high, mean, needed)
+    return SetSpecificity(wanted, places, least, low, high, mean)
 
 
 def sizes_found(detection: pd.DataFrame) -> dict[float, Estimate]:

@@ -29,8 +29,8 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
         ``counts`` of the leading detector, in the order of the screen, each with ``what``
         (``large``, ``small`` or ``alarms``), ``sizes`` in words, ``ours`` and ``paper``
         (`Estimate` or None) and ``split``, how many are nodules and how many uncertain; ``chart``,
-        from `size_chart`, and ``chart_rows``, the same in numbers; ``by_setting``, whether the
-        threshold sets the specificity; ``held_out``.
+        from `size_chart`; the same in words: ``chart_sizes``, and ``chart_series``, pairs of a name
+        and its rates, with intervals at ``chart_confidence``.
     """
     scheme, confidence = rates.schemes[0], rates.settings["evaluation"]["confidence"]
     level = headline_confidence(lead, scheme, confidence)

@@ -21,7 +21,6 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
 from capsule.store import files
-from capsule.store.batches import batch_size, batches, described_together
 from capsule.store.files import Read, read_or_explain
 
 
@@ -177,26 +176,6 @@ class Results:
         for name in recordings:
             grouped.setdefault(self.file(kind, name), []).append(name)
         yield from grouped.items()
-
-
-def files_of(recordings: Iterable[str], wanted: int | str) -> dict[str, list[str]]:
-    """Return the files of an archive's recordings, below results/, with what each holds.
-
-    Parameters
-    ----------
-    recordings : iterable of str
-        All recordings of the archive.
-    wanted : int or str
-        ``recordings_per_job`` of the configuration.
-    """
-    names = list(recordings)
-    size = batch_size(len(names), wanted)
-    divided, described = batches(names, size), described_together(names, size)
-    return {
-        pattern(kind, alone=size == 1).format(batch=batch): held
-        for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED)
-        for batch, held in (described if kind in DESCRIBED else divided).items()
-    }
 
 
 def left_over(
