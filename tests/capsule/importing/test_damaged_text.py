@@ -3,7 +3,7 @@
 import io
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
@@ -21,7 +21,18 @@ damage = st.tuples(
 )
 
 
+ROW = b"0,%d;2.004,0;2.444,0;1.688,0;%s"
+
+
+def table(certain: bytes) -> bytes:
+    """Return a table whose last column holds a number that needs no question, and a whole one."""
+    rows = [ROW % (number, b"20" if number == 3 else certain) for number in range(9)]
+    return b"\n".join([b"time;S1;S2;S3;S4", *rows])
+
+
 @settings(max_examples=300, deadline=None)
+@example(table(b"2.120,0"), [], {})
+@example(table(b"1.002.120"), [], {})
 @given(st.sampled_from(FILES), st.lists(damage, max_size=5), st.sampled_from(SAID))
 def test_a_damaged_file_is_read_or_refused_in_a_line(content, damages, said):
     for at, length, piece in damages:

@@ -251,7 +251,9 @@ def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None
     for column in zip(*rows, strict=True):
         pointed = [cell for cell in column if "." in cell]
         whole = [float(cell) for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
-        if not (whole and all(map(_NUMBERS["comma", "point"].fullmatch, pointed)) and pointed):
+        # A number with two points, or with a comma too, settles it.
+        is_open = all(re.fullmatch(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}", cell) for cell in pointed)
+        if not (whole and pointed and is_open):
             continue
         if np.median(whole) > _THOUSANDFOLD * np.median(list(map(float, pointed))):
             number = next(number for number, line in lines if pointed[0] in line)
