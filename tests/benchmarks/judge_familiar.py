@@ -30,7 +30,7 @@ from unseen_report import filled_page
 import capsule
 from capsule.arguments import natural
 from capsule.detectors.familiar import FamiliarKind, learn_familiar
-from capsule.detectors.wave import missing_wave
+from capsule.detectors.wave import missing_wave, wave_of
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.engine.configuration import read_config_file
 from capsule.engine.forks import Forks
@@ -48,13 +48,18 @@ RULES, BENCH = CONFIGURATION["recording"], CONFIGURATION["diagonal"]
 
 def judged(values: np.ndarray) -> bool:
     """Return whether the detectors would judge a recording."""
-    return not missing_wave(values, RULES["rate_hz"], BENCH, RULES["wave_false_rate"])
+    return not missing_wave(
+        wave_of(values, RULES["rate_hz"], BENCH), BENCH, RULES["wave_false_rate"]
+    )
 
 
 def traits_of(readings: Readings) -> dict[str, WaveTraits]:
     """Return the traits of the recordings that the detectors would judge."""
     usable = {name: values for name, values in readings.items() if judged(values)}
-    return {name: wave_traits(each, RULES["rate_hz"], BENCH) for name, each in usable.items()}
+    return {
+        name: wave_traits(wave_of(each, RULES["rate_hz"], BENCH), RULES["rate_hz"])
+        for name, each in usable.items()
+    }
 
 
 def taught_by(traits: Iterable[WaveTraits]) -> FamiliarKind:
@@ -136,7 +141,7 @@ def _seconds_each(readings: Mapping[str, np.ndarray]) -> float:
     taken = []
     for values in readings.values():
         begun = time.perf_counter()
-        wave_traits(values, RULES["rate_hz"], BENCH)
+        wave_traits(wave_of(values, RULES["rate_hz"], BENCH), RULES["rate_hz"])
         taken.append(time.perf_counter() - begun)
     return float(np.median(taken))
 

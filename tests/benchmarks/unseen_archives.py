@@ -20,7 +20,7 @@ from judged_only import simulate_judged_only
 from capsule.detectors.beats import series_of
 from capsule.detectors.network import Features, Scorer
 from capsule.detectors.search import Passage, passage_of
-from capsule.detectors.wave import missing_wave
+from capsule.detectors.wave import missing_wave, wave_of
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
@@ -217,9 +217,15 @@ def describe(archive: UnseenArchive, config: Mapping, scorer: Scorer) -> Descrip
     return Description(
         archive.places,
         list(archive.fresh),
-        {name: passage_of(each, rate_hz, bench) for name, each in every.items()},
-        {name: scorer.features(series_of(each, rate_hz, bench)) for name, each in every.items()},
-        {name: missing_wave(each, rate_hz, bench, false_rate) for name, each in every.items()},
+        {name: passage_of(wave_of(each, rate_hz, bench), bench) for name, each in every.items()},
+        {
+            name: scorer.features(series_of(wave_of(each, rate_hz, bench)))
+            for name, each in every.items()
+        },
+        {
+            name: missing_wave(wave_of(each, rate_hz, bench), bench, false_rate)
+            for name, each in every.items()
+        },
     )
 
 

@@ -9,6 +9,7 @@ from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import FAMILIAR, FamiliarKind
 from capsule.detectors.search import Passage
 from capsule.detectors.taught import Taught
+from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
@@ -59,7 +60,9 @@ def write_learned(folder, configuration, archive, **changes):
 
 def teach_familiar(folder, runs, configuration):
     """Write what simulated runs teach as familiar into `folder`/detectors.json, which exists."""
-    traits = {name: wave_traits(run, 10.0, configuration["diagonal"]) for name, run in runs.items()}
+    bench = configuration["diagonal"]
+    waves = {name: wave_of(run, 10.0, bench) for name, run in runs.items()}
+    traits = {name: wave_traits(wave, 10.0) for name, wave in waves.items()}
     recordings = recordings_of(traits=traits)
     archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), recordings=recordings)
     kind = {FAMILIAR: FamiliarKind.taught(archive).stored()}

@@ -12,6 +12,7 @@ import numpy as np
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
 from capsule.detectors.search import UNKNOWN, passage_of
+from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS
@@ -34,9 +35,10 @@ def main() -> None:
         if np.isnan(values).all():
             print(f"{name}: rejected, not described")
             continue
-        place = passage_of(values, rate_hz, settings["diagonal"])
-        best_places[name] = place, wave_traits(values, rate_hz, settings["diagonal"])
-        features[name] = scorer.features(series_of(values, rate_hz, settings["diagonal"]))
+        wave = wave_of(values, rate_hz, settings["diagonal"])
+        place = passage_of(wave, settings["diagonal"])
+        best_places[name] = place, wave_traits(wave, rate_hz)
+        features[name] = scorer.features(series_of(wave))
         if place is UNKNOWN or np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on every sensor")
     write_best_places(arguments.best_places, best_places)

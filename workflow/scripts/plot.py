@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
+from capsule.detectors.wave import wave_of
 from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS
 from capsule.page.plot_data import plot_data, score_stretches
@@ -30,9 +31,9 @@ def main() -> None:
         # A rejected recording has no readings.
         if np.isnan(values).all():
             continue
-        series = series_of(values, rate_hz, settings["diagonal"])
-        stretches = score_stretches(scorer, series)
-        drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
+        wave = wave_of(values, rate_hz, settings["diagonal"])
+        stretches = score_stretches(scorer, series_of(wave))
+        drawn[name] = plot_data(name, values, wave, checks[name], stretches, rate_hz, settings)
     files.write_json(arguments.output, drawn)
     print(f"{len(drawn)} recordings collected")
 

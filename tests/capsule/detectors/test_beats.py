@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import beats_of, quantile, series_of
-from capsule.detectors.wave import fill_missing, wave_period, wave_phase
+from capsule.detectors.wave import fill_missing, find_wave, wave_of, wave_period, wave_phase
 from capsule.seeding import generator
 
 
-def find_beats(values, period=32.0, of=beats_of):
+def find_beats(values, period=32.0):
     """Return the beats of readings that no divider gives and that a press raises."""
     wave = {"wavelength_mm": 80.0, "wave_speed_mm_s": 10 * 80.0 / period}
     divider = {"full_scale": np.inf, "pressing_lowers_reading": False}
-    return of(values, 10, wave | divider)
+    return beats_of(wave_of(values, 10, wave | divider), wave)
 
 
 def readings(samples=700, period=32.0, position_mm=None, deeper=0.0, centre=350):
@@ -38,7 +38,7 @@ def test_missing_samples_are_bridged_by_straight_lines():
 def test_the_networks_beats_reach_the_last_window_a_quarter_of_a_wave_apart(samples):
     # Two samples are averaged into one, and a window takes 16 of these.
     last = 2 * (samples // 2 - 16)
-    series = find_beats(readings(samples), of=series_of)
+    series = series_of(find_wave(readings(samples), 32.0))
     assert series.shape == (4, 5, 1 + last // 8)
 
 

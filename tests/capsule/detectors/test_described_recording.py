@@ -9,6 +9,7 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.described_recording import DescribedRecording, described
 from capsule.detectors.search import passage_of
+from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG, WEIGHTS
@@ -27,13 +28,14 @@ def run():
 
 
 def test_each_part_is_what_the_detectors_functions_give(run):
-    recording, wave = DescribedRecording(run, SETTINGS), (run, 10.0, SETTINGS["diagonal"])
+    recording, bench = DescribedRecording(run, SETTINGS), SETTINGS["diagonal"]
+    wave = wave_of(run, 10.0, bench)
     np.testing.assert_array_equal(recording.matrix, preprocess(run, **SETTINGS["preprocessing"]))
     assert recording.no_verdict == ""
-    assert recording.passage == passage_of(*wave)
-    assert astuple(recording.traits) == astuple(wave_traits(*wave))
+    assert recording.passage == passage_of(wave, bench)
+    assert astuple(recording.traits) == astuple(wave_traits(wave, 10.0))
     np.testing.assert_equal(
-        vars(recording.features), vars(read_scorer(WEIGHTS).features(series_of(*wave)))
+        vars(recording.features), vars(read_scorer(WEIGHTS).features(series_of(wave)))
     )
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from capsule.detectors.beats import series_of
 from capsule.detectors.network import FOLDED, Scorer, standardised
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.evaluation.intervals import auc
 from capsule.recordings.recording import read_recording
@@ -87,8 +88,8 @@ def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected,
 
 def test_the_score_does_not_depend_on_gain_or_rest(weights):
     scorer = Scorer(weights)
-    plain = scorer.features(series_of(readings(deeper=1.0), 10, LINEAR))
-    other = scorer.features(series_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR))
+    plain = scorer.features(series_of(wave_of(readings(deeper=1.0), 10, LINEAR)))
+    other = scorer.features(series_of(wave_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR)))
     assert other.score == pytest.approx(plain.score, abs=1e-6)
 
 
@@ -99,7 +100,7 @@ def test_recordings_over_nodules_score_higher_than_those_without(weights):
         for path in sorted((ROOT / "raw" / folder).glob("*.csv")):
             with path.open("rb") as stream:
                 values = read_recording(stream, 4, 10**6).values
-            yield scorer.features(series_of(values, 10, SETTINGS)).score
+            yield scorer.features(series_of(wave_of(values, 10, SETTINGS))).score
 
     healthy = np.array(list(scores("0mm")))
     # Before any adaptation; 0.5 would be chance.
@@ -110,12 +111,12 @@ def test_recordings_over_nodules_score_higher_than_those_without(weights):
 def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
     scorer = Scorer(weights)
     for values in (readings()[:3], readings(100), np.full((4, 800), 5.0)):
-        features = scorer.features(series_of(values, 10, SETTINGS))
+        features = scorer.features(series_of(wave_of(values, 10, SETTINGS)))
         assert np.isnan(features.score) and np.isnan(features.gradient).all()
 
 
 def test_the_series_of_a_steady_wave_is_flat():
-    series = series_of(readings(), 10, LINEAR)
+    series = series_of(wave_of(readings(), 10, LINEAR))
     assert series.shape[:2] == (4, 5)
     # A wave every 8 windows' worth of a quarter: 800 samples less one wave.
     assert series.shape[2] == pytest.approx((800 - 32) / 8, abs=2)
@@ -123,7 +124,7 @@ def test_the_series_of_a_steady_wave_is_flat():
 
 
 def test_a_deeper_beat_stands_where_the_sensor_meets_the_nodule():
-    series = series_of(readings(deeper=1.0), 10, LINEAR)
+    series = series_of(wave_of(readings(deeper=1.0), 10, LINEAR))
     highest = series[:, 1].argmax(axis=1) * 8 + 16
     np.testing.assert_allclose(highest, 150 + 150 * np.arange(4), atol=24)
 

@@ -5,6 +5,7 @@ import pytest
 
 from capsule.detectors.beats import Beats
 from capsule.detectors.search import UNKNOWN, passage_of, search_beats, standardised_beats
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.seeding import generator
 from support.project import ROOT
@@ -136,7 +137,7 @@ def test_the_search_is_repeatable():
 
 
 def test_without_a_wave_no_place_is_the_best():
-    assert passage_of(np.ones((4, 300)), 10, SETTINGS) is UNKNOWN
+    assert passage_of(wave_of(np.ones((4, 300)), 10, SETTINGS), SETTINGS) is UNKNOWN
 
 
 def test_the_spreads_are_those_of_each_sensor_over_the_run():

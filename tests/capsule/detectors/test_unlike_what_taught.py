@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 import capsule
 from capsule.detectors.familiar import learn_familiar
-from capsule.detectors.wave import missing_wave
+from capsule.detectors.wave import missing_wave, wave_of
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
@@ -27,9 +27,12 @@ def archive():
 def traits_of(values, settings):
     """Return the traits of a recording that the detectors would judge, else None."""
     rules, bench = settings["recording"], settings["diagonal"]
-    if missing_wave(values, rules["rate_hz"], bench, rules["wave_false_rate"]):
-        return None
-    return wave_traits(values, rules["rate_hz"], bench)
+    wave = wave_of(values, rules["rate_hz"], bench)
+    return (
+        None
+        if missing_wave(wave, bench, rules["wave_false_rate"])
+        else wave_traits(wave, rules["rate_hz"])
+    )
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from capsule.detectors.wave import (
     phase_tests,
     rayleigh,
     thinned,
+    wave_of,
     wave_period,
     wave_phase,
     window_mean,
 )
 from capsule.engine.configuration import read_schema
 from capsule.engine.project import PROJECT
-from capsule.recordings.units import pressed_and_period
 from capsule.seeding import generator
 
 BENCH = {
@@ -43,7 +43,7 @@ def wave(numbers, samples=420, behind=6.3 / 80, height=40.0, noise=4.0):
 
 
 def reason_of(values, false_rate=FALSE_RATE):
-    return missing_wave(values, 10.0, BENCH, false_rate)
+    return missing_wave(wave_of(values, 10.0, BENCH), BENCH, false_rate)
 
 
 def white(numbers):
@@ -142,8 +142,7 @@ def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_tes
 
 
 def phases_of(values):
-    pressed, period = pressed_and_period(values, 10.0, BENCH)
-    return phase_tests(pressed, period)
+    return phase_tests(wave_of(values, 10.0, BENCH))
 
 
 def test_the_rate_holds_for_white_noise_alone_and_the_configuration_says_so():
@@ -182,7 +181,8 @@ def test_a_wave_that_travels_a_quarter_of_the_way_is_no_interference(share, pass
 def test_where_sensors_lie_half_a_wave_apart_no_travel_can_be_asked_for():
     values = wave(numbers_of("half"), behind=0.0)
     for pitch_mm, passes in ((39.9, False), (40.0, True)):
-        assert (missing_wave(values, 10.0, BENCH | {"pitch_mm": pitch_mm}, 0.01) == "") == passes
+        bench = BENCH | {"pitch_mm": pitch_mm}
+        assert (missing_wave(wave_of(values, 10.0, bench), bench, 0.01) == "") == passes
 
 
 def test_each_sensor_gets_its_part_of_the_false_rate():
@@ -283,7 +283,7 @@ def test_the_beats_keep_step_with_a_wave_whose_phase_wanders():
     # Over the run, the phase against a wave of the mean period takes all directions.
     wander = 4 * np.sin(2 * np.pi * np.arange(1000) / 500)
     offsets = (0.0, -0.5, -1.0, -1.5)
-    chances, travel = phase_tests(cosine(20.0, 1000, offsets, wander), 20.0)
+    chances, travel = phase_tests(find_wave(cosine(20.0, 1000, offsets, wander), 20.0))
     agreed = rayleigh(np.ones(1000 // 20))
     np.testing.assert_allclose(np.log(chances), np.log(agreed), rtol=0.2)
     assert travel == pytest.approx(-1.5, abs=0.05)

@@ -5,6 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, wave_traits
 from capsule.seeding import generator
 
@@ -27,7 +28,7 @@ def readings(period_s=3.2, step_s=0.25, noise=0.02, sensors=4, samples=600, shap
 
 
 def traits_of(values):
-    return wave_traits(values, RATE_HZ, BENCH)
+    return wave_traits(wave_of(values, RATE_HZ, BENCH), RATE_HZ)
 
 
 @pytest.mark.parametrize("period_s", [2.5, 3.2, 4.0])

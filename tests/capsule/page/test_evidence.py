@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.method.particle import Particle, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
@@ -52,7 +53,15 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     beats = int(1000 / 32 * WINDOWS_A_WAVE)
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
     check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
-    made = plot_data("3mm/r01", values, check, stretches, 10.0, SETTINGS)
+    made = plot_data(
+        "3mm/r01",
+        values,
+        wave_of(values, 10.0, SETTINGS["diagonal"]),
+        check,
+        stretches,
+        10.0,
+        SETTINGS,
+    )
     assert None not in json.loads(inflated(made["drawn"])).values()
     added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), SETTINGS)
     assert None not in added.values()

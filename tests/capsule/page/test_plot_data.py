@@ -9,6 +9,7 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
 from capsule.detectors.search import passage_of
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import WEIGHTS
 from capsule.page.plot_data import (
@@ -34,7 +35,15 @@ CHECK = {"header": {}, "sha256": "0", "at_ends": [0.0] * 4}
 
 def evidence_of(values, check=CHECK, stretches=None, **shape):
     settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | shape}
-    made = plot_data("3mm/r01", values, check, stretches, 10.0, settings)
+    made = plot_data(
+        "3mm/r01",
+        values,
+        wave_of(values, 10.0, settings["diagonal"]),
+        check,
+        stretches,
+        10.0,
+        settings,
+    )
     assert made["quality"] == "no gap, no loose sensor"
     return json.loads(inflated(made["drawn"]))
 
@@ -83,13 +92,13 @@ def test_without_a_wave_there_are_no_beats_to_draw():
 
 def gut_of(**wave):
     """Return beats and gut as the page draws them, with their unpacked values."""
-    beats, gut = along_gut(wave_readings(**wave), 10, DIAGONAL)
+    beats, gut = along_gut(wave_of(wave_readings(**wave), 10, DIAGONAL), 10, DIAGONAL)
     return beats, gut, unpack(beats), unpack(gut)[0]
 
 
 @pytest.mark.parametrize("deeper", [0.0, 0.8])
 def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
-    passage = passage_of(wave_readings(deeper=deeper), 10, DIAGONAL)
+    passage = passage_of(wave_of(wave_readings(deeper=deeper), 10, DIAGONAL), DIAGONAL)
     beats, gut, _, evidence = gut_of(deeper=deeper)
     assert evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
     assert gut["step_mm"] * evidence.argmax() == passage.location_mm
@@ -130,7 +139,7 @@ def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score(score
     for path in sorted((ROOT / "raw" / "3mm").glob("r0*.csv")):
         with path.open("rb") as stream:
             values = read_recording(stream, 4).values
-        scored = score_stretches(scorer, series_of(values, 10, DIAGONAL))
+        scored = score_stretches(scorer, series_of(wave_of(values, 10, DIAGONAL)))
         drawn = evidence_of(values, stretches=scored)
         passed_s = np.array(drawn["beats"]["passed_s"], dtype=float)[:, np.newaxis]
         at_s = drawn["stretches"]["first_s"] + drawn["stretches"]["step_s"] * np.arange(

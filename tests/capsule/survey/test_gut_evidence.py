@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.search import passage_of
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -24,7 +25,9 @@ def test_it_is_highest_at_the_nodule_and_like_the_diagonal_detectors(number):
     place_mm, evidence = along.best()
     assert place_mm == pytest.approx(run.nodule_at_mm, abs=2.5)
     # The detector searches speeds, so its evidence may be slightly higher.
-    assert evidence == pytest.approx(passage_of(values, 10.0, SETTINGS).evidence, rel=0.5)
+    assert evidence == pytest.approx(
+        passage_of(wave_of(values, 10.0, SETTINGS), SETTINGS).evidence, rel=0.5
+    )
 
 
 def test_without_a_wave_on_every_sensor_there_is_none():

@@ -11,6 +11,7 @@ from scorer_teaching.bench_recordings import followed, jumps, simulate_bench, sm
 from scorer_teaching.episodes import draw_phantom
 
 from capsule.detectors.beats import SERIES, series_of
+from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.seeding import generator
@@ -84,7 +85,7 @@ def test_a_high_nodule_makes_the_beats_deeper():
     depth = SERIES.index("depth")
     deepest = []
     for counts in simulate_bench(high, sizes_mm, streams(0)):
-        series = series_of(counts.astype(float), 10, SETTINGS)
+        series = series_of(wave_of(counts.astype(float), 10, SETTINGS))
         deepest.append(series[:, depth].max(axis=1).mean())
     assert np.median(deepest[12:]) > np.median(deepest[:12])
 
@@ -125,7 +126,7 @@ def test_an_episode_holds_the_beats_of_each_recording():
     assert series.shape == (5, 4, len(SERIES), episodes.LENGTH)
     assert series.dtype == np.float16
     assert filled[-1] == 0
-    beats = series_of(counts[0].astype(float), 10, SETTINGS)
+    beats = series_of(wave_of(counts[0].astype(float), 10, SETTINGS))
     assert filled[0] == beats.shape[-1]
     assert series[0, ..., : filled[0]] == pytest.approx(beats, rel=1e-3, abs=1e-3)
     assert not series[0, ..., filled[0] :].any()

@@ -11,6 +11,7 @@ import numpy as np
 
 from capsule.detectors.beats import SERIES, series_of
 from capsule.detectors.network import SENSORS
+from capsule.detectors.wave import wave_of
 from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.phantom.simulation import simulate_run
@@ -98,7 +99,7 @@ def episode(recordings: Sequence[np.ndarray], settings: Settings) -> tuple[np.nd
     series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros(len(recordings), np.int64)
     for place, counted in enumerate(recordings):
-        beats = series_of(counted.astype(float), rate_hz, bench)
+        beats = series_of(wave_of(counted.astype(float), rate_hz, bench))
         if beats is not None:
             counts[place] = min(beats.shape[-1], LENGTH)
             series[place, ..., : counts[place]] = beats[..., :LENGTH]

@@ -9,6 +9,7 @@ from capsule.detectors.diagonal import Diagonal, size_features
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
+from capsule.detectors.wave import Wave, wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.kinds import Settings
 from capsule.store.results import OfArchive
@@ -43,6 +44,9 @@ class PassSizes:
             self._model = Diagonal.restored(content)
             self._familiar = FamiliarKind.restored(content[FAMILIAR])
 
+    def _wave(self, values: np.ndarray) -> Wave | None:
+        return wave_of(values, self._rate_hz, self._detector)
+
     def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:
         """Return a size and the ends of its interval, in mm; NaN if unknown.
 
@@ -54,7 +58,7 @@ class PassSizes:
         """
         if self._model is None or self._model.sizes is None:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
-        found = [passage_of(values, self._rate_hz, self._detector) for values in passes]
+        found = [passage_of(self._wave(values), self._detector) for values in passes]
         known = [passage for passage in found if not np.isnan(passage.evidence)]
         if not known:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
@@ -67,7 +71,7 @@ class PassSizes:
         if self._familiar is None:
             return Familiarity(None)
         found = [
-            self._familiar.judge(wave_traits(values, self._rate_hz, self._detector))
+            self._familiar.judge(wave_traits(self._wave(values), self._rate_hz))
             for values in passes
         ]
         # False comes first, then None.

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.wave import Wave, find_wave
+from capsule.detectors.wave import Wave
 from capsule.kinds import Settings
-from capsule.recordings.units import pressed_and_period
 
 CHANNELS = ("level", "depth", "shape")
 # Level; first harmonic in phase and in quadrature; second harmonic in phase and in quadrature.
@@ -54,12 +53,11 @@ class Beats:
         return float(self.centre[1] - self.centre[0])
 
 
-def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
+def beats_of(wave: Wave | None, settings: Settings) -> Beats | None:
     """Return the beats of a recording; parameters as in `capsule.detectors.wave.missing_wave`.
 
-    None for a recording of fewer than four waves, or without a wave on some sensor.
+    None for a recording without a wave on each sensor.
     """
-    wave = find_wave(*pressed_and_period(values, rate_hz, settings))
     if wave is None:
         return None
     turn = np.cos(wave.phase)
@@ -76,14 +74,12 @@ def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | 
     return Beats(channels, wave.centre(windows), _without_line(thinned_centre, ahead))
 
 
-def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
+def series_of(wave: Wave | None) -> FloatArray | None:
     """Return the beats of a recording at intervals of a quarter of the configured wave.
 
-    Parameters and None are as in `beats_of`. The result is an array (S, 5, N) of the `SERIES` of
+    None is as in `beats_of`. The result is an array (S, 5, N) of the `SERIES` of
     each sensor, in units of the sensor's usual depth as in `Beats`.
     """
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    wave = find_wave(pressed, period)
     if wave is None:
         return None
     turn = np.exp(-1j * wave.phase)
@@ -92,7 +88,7 @@ def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatAr
     if series is None:
         return None
     centre = wave.centre(np.arange(wave.level.shape[1], dtype=float))
-    wanted = np.arange(centre[0], centre[-1] + 1e-9, period / WINDOWS_A_WAVE)
+    wanted = np.arange(centre[0], centre[-1] + 1e-9, wave.expected / WINDOWS_A_WAVE)
     below = np.minimum(np.searchsorted(centre, wanted, side="right") - 1, centre.size - 2)
     share = (wanted - centre[below]) / (centre[below + 1] - centre[below])
     even = series[..., below] * (1 - share) + series[..., below + 1] * share

@@ -15,7 +15,7 @@ from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Features
 from capsule.detectors.search import Passage, passage_of
-from capsule.detectors.wave import missing_wave
+from capsule.detectors.wave import Wave, missing_wave, wave_of
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.engine.project import WEIGHTS
 from capsule.kinds import Settings
@@ -41,7 +41,11 @@ class DescribedRecording:
     def __init__(self, values: FloatArray, settings: Settings) -> None:
         self.values, self._settings = values, settings
         self.name = readings_checksum(values)
-        self._wave = (values, settings["recording"]["rate_hz"], settings["diagonal"])
+        self._rate_hz, self._bench = settings["recording"]["rate_hz"], settings["diagonal"]
+
+    @cached_property
+    def _wave(self) -> Wave | None:
+        return wave_of(self.values, self._rate_hz, self._bench)
 
     @cached_property
     def matrix(self) -> FloatArray:
@@ -60,22 +64,23 @@ class DescribedRecording:
         for sensor, row in enumerate(self.values, start=1):
             if np.unique(row[~np.isnan(row)]).size < 2:
                 return f"sensor_{sensor} is constant or missing"
-        return missing_wave(*self._wave, self._settings["recording"]["wave_false_rate"])
+        false_rate = self._settings["recording"]["wave_false_rate"]
+        return missing_wave(self._wave, self._bench, false_rate)
 
     @cached_property
     def passage(self) -> Passage:
         """The recording's best candidate for a nodule."""
-        return passage_of(*self._wave)
+        return passage_of(self._wave, self._bench)
 
     @cached_property
     def features(self) -> Features:
         """The taught scorer's features of the recording."""
-        return read_scorer(WEIGHTS).features(series_of(*self._wave))
+        return read_scorer(WEIGHTS).features(series_of(self._wave))
 
     @cached_property
     def traits(self) -> WaveTraits:
         """The traits of the recording's wave."""
-        return wave_traits(*self._wave)
+        return wave_traits(self._wave, self._rate_hz)
 
     @cached_property
     def fit(self) -> Fit:

@@ -12,6 +12,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.beats import CHANNELS, Beats, beats_of, quantile
+from capsule.detectors.wave import Wave
 from capsule.kinds import Settings
 
 # Candidates that are tried at a time, so that the arrays fit into the processor's cache.
@@ -57,12 +58,12 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
-def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
+def passage_of(wave: Wave | None, settings: Settings) -> Passage:
     """Return the best candidate for a nodule; `UNKNOWN` if a sensor shows no peristaltic wave.
 
-    The parameters are as in `beats_of`.
+    The parameters are as in `capsule.detectors.beats.beats_of`.
     """
-    beats = beats_of(values, rate_hz, settings)
+    beats = beats_of(wave, settings)
     return UNKNOWN if beats is None else search_beats(beats, settings)[0]
 
 

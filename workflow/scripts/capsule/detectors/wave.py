@@ -26,8 +26,12 @@ class Wave:
 
     Attributes
     ----------
+    pressed : (S, R) array
+        How hard each sensor is pressed in each sample of the recording; NaN where it is missing.
+    expected : float
+        The configured time from wave to wave, in samples of the recording.
     values : (S, K) array
-        How hard each sensor is pressed, thinned and without gaps.
+        The same, thinned and without gaps.
     stride : int
         Number of samples of the recording that were averaged into one of these.
     period : float
@@ -40,6 +44,8 @@ class Wave:
         Readings minus the level. Without this, a drift during a wave would look like a beat.
     """
 
+    pressed: FloatArray
+    expected: float
     values: FloatArray
     stride: int
     period: float
@@ -223,7 +229,25 @@ def find_wave(values: FloatArray, period: float) -> Wave | None:
         return None
     centred = pressed - pressed.mean(axis=1, keepdims=True)
     level = window_mean(centred, window)
-    return Wave(pressed, stride, own_period, window, level, centred - level_line(level, window))
+    steady = centred - level_line(level, window)
+    return Wave(values, period, pressed, stride, own_period, window, level, steady)
+
+
+def wave_of(values: FloatArray, rate_hz: float, settings: Settings) -> Wave | None:
+    """Return the wave of a recording; None if it has fewer than four.
+
+    All that detectors see of a recording is computed from its wave, which is found once.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
+    """
+    return find_wave(*pressed_and_period(values, rate_hz, settings))
 
 
 def level_line(level: FloatArray, window: int) -> FloatArray:
@@ -252,7 +276,7 @@ def _taper(count: int) -> FloatArray:
     return taper
 
 
-def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_rate: float) -> str:
+def missing_wave(wave: Wave | None, settings: Settings, false_rate: float) -> str:
     """Return why a recording cannot be judged, such as which sensor shows no wave.
 
     Two properties tell a wave from noise or interference. First, the beats of a sensor keep step
@@ -262,10 +286,8 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
 
     Parameters
     ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
+    wave : Wave or None
+        From `wave_of`.
     settings : mapping
         Section ``diagonal`` of the configuration, which describes wave and sensors.
     false_rate : float
@@ -275,38 +297,32 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     Returns
     -------
     str
-        Empty if every sensor shows a wave that travels.
+        Empty if every sensor shows a wave that travels, and for a single sensor, which cannot be
+        compared with others.
     """
-    # A single sensor cannot be compared with others.
-    if false_rate >= 1 or len(values) < 2:
+    wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
+    if false_rate >= 1:
         return ""
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    tested = phase_tests(pressed, period)
-    if tested is None:
-        return f"the recording is shorter than four waves of {period / rate_hz:g} s"
-    chances, travel = tested
+    if wave is None:
+        wave_s = wavelength_mm / settings["wave_speed_mm_s"]
+        return f"the recording is shorter than four waves of {wave_s:g} s"
+    sensors = len(wave.values)
+    if sensors < 2:
+        return ""
+    chances, travel = phase_tests(wave)
     # Several sensors are tested, so each gets an equal part of the rate.
-    without = np.flatnonzero(~(chances <= false_rate / len(values))) + 1
+    without = np.flatnonzero(~(chances <= false_rate / sensors)) + 1
     if without.size:
         names = " and ".join(f"sensor_{sensor}" for sensor in without)
         return f"no wave on {names}"
-    wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
-    expected = 2 * np.pi * pitch_mm / wavelength_mm * (len(values) - 1)
+    expected = 2 * np.pi * pitch_mm / wavelength_mm * (sensors - 1)
     if pitch_mm < wavelength_mm / 2 and abs(travel) < _LEAST_TRAVEL * expected:
         return "all sensors respond at the same time: interference, not a travelling wave"
     return ""
 
 
-def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] | None:
-    """Test whether each sensor's beats keep step with those of the others.
-
-    Parameters
-    ----------
-    pressed : (S, K) array
-        How hard each sensor is pressed, in any unit and from any rest value; NaN where a sample is
-        missing. S >= 2.
-    period : float
-        Configured time from wave to wave, in samples.
+def phase_tests(wave: Wave) -> tuple[FloatArray, float]:
+    """Test whether each of several sensors' beats keep step with those of the others.
 
     Returns
     -------
@@ -314,11 +330,8 @@ def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] 
         Probability, by `rayleigh`, that independent beats keep step as well as this sensor's.
     travel : float
         Phase by which the last sensor is behind the first, in radians, summed from sensor to
-        sensor. For fewer than four waves, the function returns None instead.
+        sensor.
     """
-    wave = find_wave(pressed, period)
-    if wave is None:
-        return None
     sensors, count = wave.values.shape
     whole = count // wave.window
     turns = wave.steady * np.exp(-2j * np.pi / wave.period * np.arange(count))

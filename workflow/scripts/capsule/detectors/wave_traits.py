@@ -9,9 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.wave import find_wave
-from capsule.kinds import Settings
-from capsule.recordings.units import pressed_and_period
+from capsule.detectors.wave import Wave
 
 # In units of the wave's own frequency: the harmonics that count as the wave, how far from each, and
 # the band to which their power is compared (0.1 to 2 Hz for the paper's wave).
@@ -53,14 +51,12 @@ class WaveTraits:
 UNKNOWN_TRAITS = WaveTraits(*[float("nan")] * len(fields(WaveTraits)))
 
 
-def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveTraits:
-    """Return the traits of the wave in a recording; parameters as in `wave.missing_wave`.
+def wave_traits(wave: Wave | None, rate_hz: float) -> WaveTraits:
+    """Return the traits of the wave in a recording, from `capsule.detectors.wave.wave_of`.
 
-    They are `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
-    wave. A single sensor has neither `step_s` nor `step_spread_s`.
+    They are `UNKNOWN_TRAITS` without a wave on each sensor. A single sensor has neither `step_s`
+    nor `step_spread_s`.
     """
-    pressed, configured = pressed_and_period(values, rate_hz, settings)
-    wave = find_wave(pressed, configured)
     if wave is None:
         return UNKNOWN_TRAITS
     depth = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
@@ -72,7 +68,7 @@ def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveT
     steps = np.array([np.nan]) if alone else np.angle(np.exp(1j * np.diff(wave.offset)))
     steps_s = steps * period_s / (2 * np.pi)
     change = wave.irregular[wave.window :] - wave.irregular[: -wave.window]
-    bend = np.abs(np.diff(pressed, n=2))
+    bend = np.abs(np.diff(wave.pressed, n=2))
     # Some samples are missing; a sensor may miss every second one.
     mean_bend = np.nansum(bend, axis=1) / np.maximum(np.count_nonzero(bend >= 0, axis=1), 1)
     return WaveTraits(

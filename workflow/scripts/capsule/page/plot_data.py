@@ -12,6 +12,7 @@ from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
 from capsule.detectors.network import SENSORS, SERIES_ROWS, Scorer, standardised
 from capsule.detectors.search import search_beats
+from capsule.detectors.wave import Wave
 from capsule.kinds import Cells, Row, Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.packing import deflated, pack, to_json
@@ -32,6 +33,7 @@ FIRST = (WIDTH - 1) / 2
 def plot_data(
     name: str,
     values: FloatArray,
+    wave: Wave | None,
     check: Row,
     stretches: tuple[float, FloatArray] | None,
     rate_hz: float,
@@ -45,6 +47,8 @@ def plot_data(
         The recording, such as ``3mm/r07``.
     values : (S, K) array
         The readings on an even grid in time; NaN where a sample is missing.
+    wave : Wave or None
+        From `capsule.detectors.wave.wave_of`.
     check : mapping
         The result of its check, with ``header``, ``sha256`` and ``at_ends``.
     stretches : (float, array) or None
@@ -68,7 +72,7 @@ def plot_data(
         name, "", values, rate_hz=rate_hz, window=shape["window"], threshold=threshold
     )
     every = max(1, -(-run.time_s.size // SMOOTH_POINTS))
-    beats, gut = along_gut(run.values, rate_hz, diagonal) or (None, None)
+    beats, gut = along_gut(wave, rate_hz, diagonal) or (None, None)
     facts = {"File": f"raw/{name}.csv", "SHA-256": check["sha256"]}
     drawn = {
         "recording": name,
@@ -113,7 +117,7 @@ def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[li
     return [[round(float(number), 3) for number in row] for row in rows]
 
 
-def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> tuple[Cells, Cells] | None:
+def along_gut(wave: Wave | None, rate_hz: float, settings: Settings) -> tuple[Cells, Cells] | None:
     """Return the beats, and the evidence from which the diagonal detector chooses the best place.
 
     Parameters and None are as in `capsule.detectors.beats.beats_of`.
@@ -129,7 +133,7 @@ def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> tuple[C
         The packed largest evidence over all mean speeds at each place; ``step_mm`` from place to
         place, the first of which is the recording's start. The largest is the detector's score.
     """
-    beats = beats_of(values, rate_hz, settings)
+    beats = beats_of(wave, settings)
     if beats is None:
         return None
     _, evidence, beyond_mm = search_beats(beats, settings)

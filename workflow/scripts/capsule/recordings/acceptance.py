@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, NumberArray
-from capsule.detectors.wave import fill_missing, missing_wave, window_mean
+from capsule.detectors.wave import fill_missing, missing_wave, wave_of, window_mean
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess
@@ -150,7 +150,8 @@ def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, s
     values = on_full_scale(
         accepted, recording.header, bench["full_scale"], bench["pressing_lowers_reading"]
     )
-    return values, missing_wave(values, rules["rate_hz"], bench, rules["wave_false_rate"])
+    wave = wave_of(values, rules["rate_hz"], bench)
+    return values, missing_wave(wave, bench, rules["wave_false_rate"])
 
 
 def no_evidence_after(recording: Recording) -> str:

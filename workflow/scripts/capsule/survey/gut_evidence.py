@@ -12,6 +12,7 @@ import numpy as np
 from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.beats import beats_of
 from capsule.detectors.search import averages, standardised_beats, unit_of_place
+from capsule.detectors.wave import wave_of
 from capsule.kinds import Settings
 
 # Half the width of the range that counts as the top of the evidence.
@@ -87,7 +88,7 @@ def evidence_along(
     """
     if np.any(np.isnan(values).all(axis=1)):
         return None
-    beats = beats_of(values, rate_hz, settings)
+    beats = beats_of(wave_of(values, rate_hz, settings), settings)
     if beats is None:
         return None
     weighted = standardised_beats(beats, settings)
