@@ -224,7 +224,8 @@ def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new, tmp_path):
                 os.killpg(process.pid, signal.SIGINT)
         status = process.wait()
     assert status != 0
-    assert "Traceback" not in "".join(lines)
+    # Snakemake itself may be interrupted where Python can only print that.
+    assert not re.search(r'File ".*workflow/scripts', "".join(lines))
     assert project.snakemake(*TABLES).status == 0
 
 

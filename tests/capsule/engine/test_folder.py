@@ -120,6 +120,9 @@ def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(
         (["recordings.csv"], ["metadata/a"], False),
         (["recordings.csv"], ["incomplete/a"], False),
         (["recordings.csv"], [], True),
+        # A run that has just begun.
+        (["checks/3mm/"], [], False),
+        (["checks/3mm/r01.json"], [], True),
         (["recordings.csv"], ["log/a", "metadata/"], True),
     ],
 )

@@ -4,6 +4,7 @@ The Snakefile uses this module at every start, so it imports only fast modules.
 """
 
 import contextlib
+import itertools
 import os
 import secrets
 import time
@@ -87,7 +88,7 @@ def refuse_unknown_results(results: Path, notes: Path) -> None:
     CapsuleError
         The notes are missing, or on other results; the message says what to do.
     """
-    if not results.is_dir() or {path.name for path in results.iterdir()} <= _NOT_MADE:
+    if not results.is_dir() or not any(_made_in(results)):
         return
     if not any(_is_filled(notes / name) for name in ("metadata", "incomplete")):
         raise CapsuleError(
@@ -101,6 +102,13 @@ def refuse_unknown_results(results: Path, notes: Path) -> None:
             "elsewhere or from before, so nobody knows whether these results fit the recordings; "
             f"remove {results}/ and run again, or put back what that run has left"
         )
+
+
+def _made_in(results: Path) -> Iterator[Path]:
+    """Yield the files that jobs have made; a run that has just begun has made folders alone."""
+    for path in results.iterdir():
+        if path.name not in _NOT_MADE:
+            yield from (each for each in itertools.chain([path], path.rglob("*")) if each.is_file())
 
 
 def sign_results(results: Path, notes: Path) -> None:
