@@ -204,6 +204,23 @@ READ = {
         options="--time 1 --sensors 2 3 4 5",
         note="line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
     ),
+    "a rate in a comment": Read("# fs: 10 Hz\n" + NO_TIME),
+    "a mark of missing samples in a comment": Read(
+        f"# fill value: {COUNTS[0, 0]:g}\n" + PLAIN,
+        values=np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS),
+        note="lack a sensor and count as missing",
+    ),
+    "a scaling in a comment": Read(
+        "# scale factor: 0.1\n" + PLAIN,
+        note="the file says scale factor: 0.1; that is not applied to the readings",
+    ),
+    "a scaling that changes nothing": Read("# gain: 1\n# offset: 0\n" + PLAIN),
+    "all in quotes": Read(
+        lines(
+            *([f'"{cell:.3f}"' for cell in row] for row in (TIME_S, *COUNTS)),
+            head='"t","a","b","c","d"',
+        )
+    ),
     "an empty cell in quotes": Read(
         lines(TIME_S, *COUNTS, head="t a b c d", sign=" ")
         .replace("\n4 ", '\n4 "" ')
@@ -288,6 +305,33 @@ ASKED = {
             ("Pressure in mmHg", "mmHg"),
         )
     },
+    **{
+        f"unit behind a number, {behind}": Asked(
+            lines(
+                TIME_S,
+                *COUNTS,
+                head=";".join(["time_s", *(f"{name}{behind}" for name in SENSORS)]),
+                sign=";",
+            ),
+            f"the file names {unit} of 'S1{behind}' and all others",
+            "--unit counts",
+        )
+        for behind, unit in (
+            (" %", "%"),
+            ("_percent", "percent"),
+            ("_N", "N"),
+            (", cN", "cN"),
+            ("/g", "g"),
+            ("_uS", "uS"),
+            (" *10", "*10"),
+            ("_mV_x10", "mV_x10"),
+        )
+    },
+    "a rate in a comment that the times do not have": Asked(
+        "# sampling rate = 20 Hz\n" + PLAIN,
+        "usual step of 0.1 s is 10 Hz, but the file states sampling rate = 20; give --time-unit s",
+        "--unit counts --time-unit s",
+    ),
     "unit between name and number": Asked(
         lines(TIME_S, *COUNTS, head="time_s," + ",".join(f"pressure kPa {n}" for n in range(4))),
         "names kPa of 'pressure kPa 0' and all others",

@@ -4,7 +4,6 @@ What a file says of an array counts for it: its unit, start, sampling rate and s
 """
 
 import io
-import re
 import struct
 import zlib
 from collections import defaultdict
@@ -15,7 +14,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import UNSURE_RATE, Channel, Table, with_stamps
+from capsule.importing.table import RATE, UNSURE_RATE, Channel, Table, with_stamps
 from capsule.importing.times import later
 
 # The word for a table of these formats.
@@ -28,9 +27,6 @@ _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
 # A longer text is no unit and no date.
 _LONGEST_TEXT = 100
-_RATE = re.compile(
-    rf"(fs|s?rate|samp(le|ling)?_?(rate|freq(uency)?)|{UNSURE_RATE.pattern})(_?hz)?", re.IGNORECASE
-)
 # NetCDF writes an array under this name for an axis without values.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 
@@ -102,7 +98,7 @@ def _rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
     rates: dict[str, float] = {}
     for said in scopes:
         for name, value in said.items():
-            numbers = np.ravel(value) if _RATE.fullmatch(name) else np.empty(0)
+            numbers = np.ravel(value) if RATE.fullmatch(name) else np.empty(0)
             if numbers.size == 1 and numbers.dtype.kind in "iuf" and numbers[0] > 0:
                 rates.setdefault(name, float(numbers[0]))
         if any(not UNSURE_RATE.fullmatch(name) for name in rates):

@@ -173,8 +173,10 @@ def _distinct(lines: Sequence[Line], plain: Dialect, keys: Keys) -> list[Dialect
             and (delimiter != "comma" or "comma" not in style or quotes)
             and (way := table_in(rows, plain._replace(style=style), keys.sensor_count))
         ]
-        # With the same delimiter, the style that reads more cells as numbers is the right one.
-        ways += [way for way in same if way.share == max(other.share for other in same)]
+        # With the same delimiter, the style that reads more cells as numbers is the right one: a
+        # number below 1 shows that the point before its three decimals separates no thousands.
+        read = [(way.share, np.count_nonzero(~np.isinf(way.numbers))) for way in same]
+        ways += [way for way, count in zip(same, read, strict=True) if count == max(read)]
     # The line above the first sample may name several columns.
     if any(way.first and len(way.split(lines[way.first - 1][1])) == way.cells > 1 for way in ways):
         ways = [way for way in ways if way.cells > 1]

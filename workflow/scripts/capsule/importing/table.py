@@ -17,6 +17,10 @@ _NAMED_AT_MOST = 20
 _LEAST_LONE, _LONE_STEPS = 50, 4.0
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
+RATE = re.compile(
+    rf"(fs|s?rate|samp(le|ling)?[_ ]?(rate|freq(uency)?)|{UNSURE_RATE.pattern})([_ ]?hz)?",
+    re.IGNORECASE,
+)
 
 
 @contextlib.contextmanager

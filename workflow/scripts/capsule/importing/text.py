@@ -26,7 +26,7 @@ from capsule.importing.dialects import (
     table_in,
 )
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import Channel, Table, not_a_number, with_stamps
+from capsule.importing.table import RATE, Channel, Table, not_a_number, with_stamps
 from capsule.importing.units import is_time_name, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
@@ -57,6 +57,10 @@ _IN_UNIT = re.compile(
     re.IGNORECASE,
 )
 _UNIT_LINE = re.compile(r"\W*(units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE)
+# Keys of comments that tell a mark of missing samples, and a scaling that only a person can undo.
+_MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
+_HERTZ = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(hz|sps|samples/s|/s)?", re.IGNORECASE)
+_SCALING = re.compile(r"(scal|gain|offset|multipl|factor|lsb|calibrat).*", re.IGNORECASE)
 # Number and cells of each row.
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 
@@ -73,6 +77,8 @@ def read_text(content: bytes, keys: Keys) -> Table:
     comments, stamps = dict[int, str](), dict[int, str]()
     lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=TRIED // 2)]
+    marks = [value for key, value in _notes(comments).items() if _MARK.fullmatch(key)]
+    keys = replace(keys, missing=[*(keys.missing or ()), *marks]) if marks else keys
     tried = {number: labels_of(line) for number, line in _bare(known[:TRIED], stamps)}
     logged = stamps.keys() | {number for number, labels in tried.items() if labels}
     is_log, labels = len(logged) > _LEAST_SHARE * len(known[:TRIED]), tuple[str, ...]()
@@ -107,9 +113,26 @@ def read_text(content: bytes, keys: Keys) -> Table:
         notes=_notes(comments),
         reading=reading,
     )
+    if told := [
+        f"{key}: {value[:60]}" for key, value in table.notes.items() if _scales(key, value)
+    ]:
+        said_so = f"the file says {'; '.join(told)}; that is not applied to the readings"
+        table = replace(table, remark="; ".join(filter(None, (table.remark, said_so))))
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
     return table if ends else _checked_end(table, known, dialect)
+
+
+def _rates_in(notes: Mapping[str, str]) -> dict[str, float]:
+    """Return the sampling rates in Hz that comments tell, by their keys."""
+    found = {key: _HERTZ.fullmatch(value) for key, value in notes.items() if RATE.fullmatch(key)}
+    return {key: float(match[1]) for key, match in found.items() if match and float(match[1]) > 0}
+
+
+def _scales(key: str, value: str) -> bool:
+    """Return whether a comment tells a scaling of the readings, other than one by 1 and 0."""
+    plain = ("0", "0.0") if key.lower().startswith("offset") else ("1", "1.0")
+    return bool(_SCALING.match(key)) and value.strip() not in plain
 
 
 def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table:
@@ -342,6 +365,8 @@ def _table(
     ]
     if said:
         channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
+    rates_hz = _rates_in(told.get("notes", {}))
+    channels = [replace(each, rates_hz={**rates_hz, **each.rates_hz}) for each in channels]
     channels = _with_own_times(channels, keys)
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):

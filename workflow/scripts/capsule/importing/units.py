@@ -42,6 +42,11 @@ _NAMES_TIME = re.compile(
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\])>}]*?)\s*[\])>}]\s*")
 # As in "pressure kPa 1".
 _NUMBER = re.compile(r"[\s_.#-]+[0-9]+$")
+# What follows the number of a sensor and is short, or a share, or a multiple: no name, but a unit.
+_BEHIND_NUMBER = re.compile(
+    r"\D*[0-9]+[\s_/,:;-]*"
+    r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|.+[\s_*][x\u00d7] ?[0-9.]+)"
+)
 _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
@@ -142,6 +147,8 @@ def _named(table: Table, index: int) -> str:
     is_word = unit_of(unit) not in (None, *WRITTEN) and bare.endswith(unit)
     if is_unit(name := table.names[index]) and table.names.count(name) > 1:
         unit, is_word = name, False
+    if match := _BEHIND_NUMBER.fullmatch(name):
+        unit, is_word = match[1], False
     return table.channels[index].unit.strip() or ("" if is_word else unit)
 
 
