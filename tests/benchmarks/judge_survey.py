@@ -24,12 +24,12 @@ sys.path[:0] = map(str, FOLDERS)
 from judge_rates import table
 
 from capsule.arguments import natural
-from capsule.bench.simulated_bench import SimulatedBench, bench_with
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
+from capsule.phantom.simulated_bench import SimulatedBench, bench_with
 from capsule.seeding import generator
 from capsule.survey.pilot import Pilot
 
@@ -135,7 +135,7 @@ def surveyed(job: Job) -> dict:
         changes["folding.speed_mm_s"] = speed
     phantom = with_values(PHANTOM, changes)
     bench = bench_with(phantom, seed=job.seed, length_mm=length_mm, nodules=nodules, sensors=4)
-    pilot = Pilot(SETTINGS["diagonal"], RATE_HZ)
+    pilot = Pilot(SETTINGS["diagonal"], RATE_HZ, 4)
     row = lead(pilot, bench)
     moments = [(event.time_s, event.after) for event in pilot.log]
     ends_s = [moment for moment, _ in moments[1:]] + [row["time_s"]]
@@ -174,7 +174,7 @@ def gone(job: Job) -> dict:
     from_mm = numbers.uniform(min(target_mm + 20.0, 520.0), 560.0)
     phantom = with_values(PHANTOM, {"folding.speed_mm_s": speed})
     bench = bench_with(phantom, seed=job.seed, length_mm=2000.0, nodules=[], sensors=4)
-    pilot = Pilot(SETTINGS["diagonal"], RATE_HZ, targets_mm=[from_mm, target_mm])
+    pilot = Pilot(SETTINGS["diagonal"], RATE_HZ, 4, targets_mm=[from_mm, target_mm])
     row = lead(pilot, bench)
     # The wave runs on until the drive stands.
     bench.read(2 * pilot.every)

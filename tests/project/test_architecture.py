@@ -41,6 +41,7 @@ FLOORS = (
     "capsule.engine.configuration",
     "capsule.phantom.command",
     "capsule.survey",
+    "capsule.phantom.simulated_bench",
     "capsule.figures.style",
     "capsule.parts.drawings",
     "capsule.evaluation",

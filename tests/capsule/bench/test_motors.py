@@ -209,7 +209,7 @@ def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
     boards["logger"] = board(Line(), Identity("logger", ENTRIES))
     stop = SimpleNamespace(reason="")
     bench = BoardBench(boards, WAVE, LOG, lambda text: None, stop, patience_s=60.0)
-    pilot = Pilot(DETECTOR, 10.0)
+    pilot = Pilot(DETECTOR, 10.0, 4)
     pilot.cycle, pilot._leg = Cycle(state), Leg(0.0, begun_s=0.0, planned_s=30.0)
     time_s, nothing = np.arange(pilot.every) / 10.0, np.full((4, pilot.every), np.nan)
     fold = FOLDED if state == "returning" else FOLDING

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.bench.simulated_bench import LEASE_S, bench_with
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
+from capsule.phantom.simulated_bench import LEASE_S, bench_with
 from capsule.survey.cycle import FOLD, UNFOLD
 from capsule.survey.pilot import Pilot
 
@@ -36,7 +36,7 @@ class Bench:
 
     def lead(self, **options):
         """Run a survey to its end; return the pilot."""
-        pilot = Pilot(DETECTOR, 10.0, **options)
+        pilot = Pilot(DETECTOR, 10.0, 4, **options)
         while not pilot.cycle.over:
             if self.bench.at_end:
                 for command in pilot.tell("gut_ended", "the end of the gut"):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.bench.simulated_bench import bench_with
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulated_bench import bench_with
 from capsule.survey.sensing import Sensing
 
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]

@@ -23,7 +23,6 @@ from capsule.bench.growing_file import FrameLog
 from capsule.bench.live import opened_page
 from capsule.bench.logger import check_fits, header_of, moment_text
 from capsule.bench.pass_sizes import PassSizes
-from capsule.bench.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import (
@@ -41,6 +40,7 @@ from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.kinds import Settings
 from capsule.phantom.files import read_phantom
+from capsule.phantom.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.recordings.recording import Recording
 from capsule.survey.cycle import STATUSES
 from capsule.survey.pilot import Pilot
@@ -448,7 +448,7 @@ def _run(
     about = task.about
     raw = None if about["raw"] is None else Path(about["raw"])
     disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
-    pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
+    pilot = Pilot(detector, rate_hz, task.sensors, targets_mm=about["goto"])
     sizes = PassSizes(task.options.results, task.settings["diagonal"], rate_hz)
     state = State(1.0 / rate_hz, title, length_mm=task.length_mm)
     view = SurveyView(sys.stdout)

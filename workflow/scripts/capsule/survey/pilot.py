@@ -21,7 +21,6 @@ from capsule.survey.suspects import Suspects
 from capsule.survey.way_back import Leg, WayBack
 
 _UNKNOWN = float("nan")
-_SENSORS = 4
 # Distance before the place at which the first sensor should begin a repeated pass, and the smallest
 # at which it can begin.
 _RUN_UP_MM, _TOO_NEAR_MM = 7.0, 3.0
@@ -47,6 +46,8 @@ class Pilot:
         Section ``diagonal`` of the configuration.
     rate_hz : float
         Sampling rate.
+    sensors : int
+        Number of sensors S.
     targets_mm : sequence of float
         Places to go to, one after the other, instead of a survey.
 
@@ -61,12 +62,12 @@ class Pilot:
     """
 
     def __init__(
-        self, detector: Settings, rate_hz: float, targets_mm: Sequence[float] = ()
+        self, detector: Settings, rate_hz: float, sensors: int, targets_mm: Sequence[float] = ()
     ) -> None:
         self.cycle = Cycle()
         self.log: list[Event] = []
         self.sensing = Sensing(detector, rate_hz)
-        self.suspects = Suspects((_SENSORS - 1) * detector["pitch_mm"])
+        self.suspects = Suspects((sensors - 1) * detector["pitch_mm"])
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
         self._since_s = self._now_s = 0.0
