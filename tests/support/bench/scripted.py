@@ -74,7 +74,7 @@ class ScriptedBench:
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
         self.part = PartFile(final, {"started": "2026-01-01T00:00:00Z"}, 4, self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
-        self.logger = Logger(mine, self.part, self.log, self.told.append, limit=duration, kept=1001)
+        self.logger = Logger(mine, self.log, self.told.append, limit=duration, kept=1001)
         self.recorder = Recorder(
             mine, self.logger, self.part, self.log, self.told.append, patience_s, self._stop
         )

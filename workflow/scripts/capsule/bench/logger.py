@@ -1,14 +1,11 @@
 """The logger board: start it, check its samples, place them in time, and hand them on."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import datetime
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
-import numpy as np
-
-from capsule.arrays import FloatArray
-from capsule.bench.bench_errors import AcquisitionError, BoardLostError
+from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
@@ -21,20 +18,6 @@ START_AGAIN_S = 0.5
 # A reset board waits in its boot loader, which must not get a byte (see identification.QUIET_S).
 SILENT_AFTER_S = 2.5
 ASK_AGAIN_S = 1.0
-FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, not kept in memory
-# A sample that is later than this is missing: a survey does not wait for it.
-LATE_S = 2.0
-Number = TypeVar("Number", float, np.ndarray)
-
-
-class Rows(Protocol):
-    """A destination of samples, such as the file of a recording."""
-
-    def add(self, time_s: float, values: Sequence[float] | None) -> None:
-        """Add a sample; None is a missing one."""
-
-    def flush(self) -> None:
-        """Write the added samples."""
 
 
 class Logger:
@@ -44,8 +27,6 @@ class Logger:
     ----------
     board : Board
         The board.
-    rows : Rows
-        Destination of the samples.
     log : FrameLog
         Log of gaps, damaged frames and refused samples.
     tell : callable
@@ -74,7 +55,6 @@ class Logger:
     def __init__(
         self,
         board: Board,
-        rows: Rows,
         log: FrameLog,
         tell: Callable[[str], None],
         *,
@@ -82,7 +62,7 @@ class Logger:
         kept: int = 0,
         to_end_stop: bool = True,
     ) -> None:
-        self._board, self._rows, self._log, self._tell = board, rows, log, tell
+        self._board, self._log, self._tell = board, log, tell
         self._identity = board.identity
         rate_hz = float(self._identity.entries["rate_hz"])
         self.sensors = int(self._identity.entries["channels"])
@@ -93,6 +73,7 @@ class Logger:
         self._sieve = Sieve(self._timeline, self._accept, self._refuse)
         self.state = State(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
         self.samples: list[tuple[float, ...] | None] = []
+        self._new: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
         self._connections, self._connected = board.connections, True
         self._foreign = ""
@@ -148,6 +129,11 @@ class Logger:
             self.sampled_s = AWAKE.now_s()
             self._granted = False
         return [arrival.event for arrival in arrivals]
+
+    def take(self) -> list[tuple[float, ...] | None]:
+        """Return the samples since the last call, up to the newest; None is a missing one."""
+        new, self._new = self._new, []
+        return new
 
     def settle(self) -> None:
         """Decide on samples in doubt, because no more samples of this board will follow."""
@@ -229,22 +215,18 @@ class Logger:
             return
         if slot.missing:
             self._note_gap(slot)
-        for index in range(slot.index - slot.missing, slot.index):
-            self._keep(index, None)
-        self._keep(slot.index, sample.counts)
+        for _ in range(slot.missing):
+            self._keep(None)
+        self._keep(sample.counts)
         if sample.at_end:
             self.at_end = True
             self.complete = self.complete or self._to_end_stop
 
-    def _keep(self, index: int, counts: tuple[float, ...] | None) -> None:
-        # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
-        self._rows.add(round(index * self.state.period_s, 6), counts)
+    def _keep(self, counts: tuple[float, ...] | None) -> None:
+        self._new.append(counts)
         if len(self.samples) < self._kept:
             self.samples.append(counts)
-        self.state.recent.append(counts)
-        self.state.samples = index + 1
-        if index % FLUSH_EVERY == 0:
-            self._rows.flush()
+        self.state.add(counts)
 
     def _note_gap(self, slot: Slot) -> None:
         self.state.gaps += 1
@@ -252,90 +234,6 @@ class Logger:
         clock = "this computer's clock" if slot.by_computer_clock else "the board's clock"
         start_s = (slot.index - slot.missing) * self.state.period_s
         self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
-
-
-class SampleFeed(Logger):
-    """The source of a survey's samples, in columns on an even grid; a late sample is missing.
-
-    Parameters
-    ----------
-    board, log, tell
-        As in `Logger`.
-    """
-
-    def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
-        super().__init__(board, self, log, tell, to_end_stop=False)
-        self._period_s = self.state.period_s
-        # Samples that were not taken yet, and the number of the first one.
-        self._columns: list[Sequence[float] | None] = []
-        self._first = 0
-
-    @property
-    def rate_hz(self) -> float:
-        """Samples per second."""
-        return 1.0 / self._period_s
-
-    def take(self, count: int) -> tuple[FloatArray, FloatArray] | None:
-        """Take the next samples; return None while some have not arrived and are not late.
-
-        Parameters
-        ----------
-        count : int
-            Number of samples K.
-
-        Returns
-        -------
-        values : (S, K) array
-            Readings; NaN is a missing sample.
-        moments_s : (K,) array
-            Times of the samples by the computer's clock.
-        """
-        if len(self._columns) < count and not self._late(count):
-            return None
-        columns, self._columns = self._columns[:count], self._columns[count:]
-        values = np.full((self.sensors, count), np.nan)
-        for number, column in enumerate(columns):
-            if column is not None:
-                values[:, number] = column
-        moments_s = self._moment_s(self._first + np.arange(count))
-        self._first += count
-        return values, moments_s
-
-    def trouble(self, patience_s: float) -> AcquisitionError | None:
-        """Return the error that ends the survey; None if it can continue."""
-        silent_s = self.silent_s
-        if silent_s <= patience_s:
-            return None
-        return BoardLostError(
-            f"the logger at {self._board.port} sent no sample for {silent_s:.0f} s (--patience)"
-        )
-
-    def close(self) -> None:
-        """Pause the board and close its port."""
-        self._board.send("pause")
-        self._board.close()
-
-    # The interface `Rows` of `Logger`.
-
-    def add(self, time_s: float, values: Sequence[float] | None) -> None:
-        """Add a sample; None is a missing one. A sample that was late stays missing."""
-        number = round(time_s / self._period_s)
-        if number == self._first + len(self._columns):
-            self._columns.append(values)
-
-    def flush(self) -> None:
-        """Do nothing, because `take` reads the samples from memory."""
-
-    def _late(self, count: int) -> bool:
-        """Return whether the last of the next samples is late."""
-        if self.received == 0:
-            return False
-        return elapsed_s() > self._moment_s(self._first + count - 1) + LATE_S
-
-    def _moment_s(self, number: Number) -> Number:
-        """Return the times of samples, past or future, by the computer's clock."""
-        newest = self.state.samples - 1
-        return self.taken_s + (number - newest) * self._period_s
 
 
 def check_fits(identity: Identity, settings: dict[str, Any]) -> None:

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 JUDGE_EVERY_S = 0.5
 LAST_FRAMES_S = 0.5
 LOOK_EVERY_S = 0.05
+FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces
 # An end stop that is pressed in so many samples was never open.
 AT_ONCE = 3
 
@@ -94,6 +95,7 @@ class Recorder:
         self.state = logger.state
         self.ended = ""
         self._told_of_length = False
+        self._written = 0
         self.beside = Beside("the recording", log.note)
         self._begun_s = elapsed_s()
         self._dated = False
@@ -119,9 +121,10 @@ class Recorder:
             self.ended, lost = str(reason), reason
         except AcquisitionError:
             with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
-                part.flush()
+                self._write()
             part.close()
             raise
+        self._write()
         self._note_wave()
         self.state.ended = self.ended
         self._log.note(f"ended: {self.ended}")
@@ -148,7 +151,7 @@ class Recorder:
             self._logger.serve(LOOK_EVERY_S)
             self._check_patience()
             self._date()
-            self._part.flush()
+            self._write()
             self._part.sync()
             self._serve_wave()
             self._tell_of_length()
@@ -156,6 +159,16 @@ class Recorder:
             self.beside.attempt_all()
             self.ended = self._completed() or self._stop.reason
         self._pause()
+
+    def _write(self) -> None:
+        """Write the new samples to the file."""
+        for counts in self._logger.take():
+            # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
+            self._part.add(round(self._written * self.state.period_s, 6), counts)
+            self._written += 1
+            if self._written % FLUSH_EVERY == 0:
+                self._part.flush()
+        self._part.flush()
 
     def _date(self) -> None:
         """Write the time of the first sample into the header, once it is known."""
@@ -249,7 +262,7 @@ class Recorder:
         for piece in self._board.close():
             self._logger.note_damaged(piece)
         self._logger.settle()
-        self._part.flush()
+        self._write()
 
 
 #: Returns the detectors, None while they still learn; if True is given, it waits for them.
@@ -353,7 +366,7 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         board = Board(line, identity, tell)
         limit = round(options.duration * rate_hz) if options.duration else None
         kept = settings["preprocessing"]["length"] + 1
-        logger = Logger(board, part, log, tell, limit=limit, kept=kept)
+        logger = Logger(board, log, tell, limit=limit, kept=kept)
         recorder = Recorder(board, logger, part, log, tell, options.patience, stop, drive)
         state = recorder.state
         state.title, state.full_scale = f"{folder}/{name}", full_scale

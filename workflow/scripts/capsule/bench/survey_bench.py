@@ -4,19 +4,22 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
+from capsule.arrays import FloatArray, IntArray
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.board import Board
-from capsule.bench.clock import AWAKE, StopRequest
+from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect, find
-from capsule.bench.logger import SILENT_AFTER_S, SampleFeed
+from capsule.bench.logger import SILENT_AFTER_S, Logger
 from capsule.bench.wave import LEASE_S, SurveyDrive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
 # Interval at which the lines are read while the survey waits for samples.
 LOOK_EVERY_S = 0.02
+# A sample that is later than this is missing: the survey does not wait for it.
+LATE_S = 2.0
 
 
 class BoardBench:
@@ -54,13 +57,15 @@ class BoardBench:
     ) -> None:
         resumed = begin_s > 0
         self._boards = boards
-        self._logger = SampleFeed(boards["logger"], log, tell)
+        self._logger = Logger(boards["logger"], log, tell, to_end_stop=False)
         self._drive = SurveyDrive(
             boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed
         )
         self._fold = FoldBoard(boards["fold"], log, tell)
         self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0
+        # Samples that were not read yet.
+        self._columns: list[tuple[float, ...] | None] = []
         self._left = False
         self._away_s = AWAKE.away_s
 
@@ -72,10 +77,13 @@ class BoardBench:
     @property
     def trouble(self) -> AcquisitionError | None:
         """The fault that ends the survey; None if it can continue."""
-        for board in (self._logger, self._fold, self._drive):
-            if trouble := board.trouble(self._patience_s):
-                return trouble
-        return None
+        silent_s = self._logger.silent_s
+        if silent_s > self._patience_s:
+            return BoardLostError(
+                f"the logger at {self._boards['logger'].port} sent no sample for {silent_s:.0f} s "
+                "(--patience)"
+            )
+        return self._fold.trouble(self._patience_s) or self._drive.trouble(self._patience_s)
 
     @property
     def faults(self) -> list[str]:
@@ -139,7 +147,7 @@ class BoardBench:
             The first sample did not arrive, or the program was stopped for longer than the leases.
         """
         self._look_whether_it_goes_on()
-        while (taken := self._logger.take(samples)) is None:
+        while not self._has(samples):
             self._look_whether_it_goes_on()
             if self._read == 0 and self._stop.reason:
                 raise KeyboardInterrupt
@@ -148,13 +156,34 @@ class BoardBench:
             self._logger.serve(LOOK_EVERY_S)
             if self._read == 0 and (trouble := self.trouble):
                 raise trouble
-        values, moments_s = taken
+        columns, self._columns = self._columns[:samples], self._columns[samples:]
+        values = np.full((self._logger.sensors, samples), np.nan)
+        for number, column in enumerate(columns):
+            if column is not None:
+                values[:, number] = column
         numbers = self._read + np.arange(samples)
         self._read += samples
+        rate_hz = 1.0 / self._logger.state.period_s
         # Rounded as in the file: a resumed pilot must decide the same from the stored values.
-        time_s = np.round(self._begin_s + numbers / self._logger.rate_hz, 3)
-        wave_mm = np.round(self._drive.wave_mm(moments_s), 2)
+        time_s = np.round(self._begin_s + numbers / rate_hz, 3)
+        wave_mm = np.round(self._drive.wave_mm(self._moments_s(numbers)), 2)
         return Readings(time_s, values, wave_mm, self._fold.state)
+
+    def _has(self, samples: int) -> bool:
+        """Return whether so many samples have arrived, or the last of them is late."""
+        new, state = self._logger.take(), self._logger.state
+        # A sample that was late stays missing.
+        late = self._read + len(self._columns) - (state.samples - len(new))
+        self._columns += new[late:]
+        if len(self._columns) >= samples:
+            return True
+        last = np.array([self._read + samples - 1])
+        return self._logger.received > 0 and elapsed_s() > self._moments_s(last)[0] + LATE_S
+
+    def _moments_s(self, numbers: IntArray) -> FloatArray:
+        """Return the times of samples, past or future, by the computer's clock."""
+        state = self._logger.state
+        return self._logger.taken_s + (numbers - (state.samples - 1)) * state.period_s
 
     def start(self) -> None:
         """Unfold the origami, and start the wave.
@@ -187,7 +216,8 @@ class BoardBench:
         # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
         warnings = [self._drive.leave(), self._fold.leave_unfolded()]
         self._fold.close()
-        self._logger.close()
+        self._boards["logger"].send("pause")
+        self._boards["logger"].close()
         return [warning for warning in warnings if warning]
 
 
