@@ -57,9 +57,9 @@ def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
     with tempfile.TemporaryDirectory() as folder:
         bench = ScriptedBench(Path(folder), monkeypatch)
         accepted = []
-        add = bench.part.add
+        keep = bench.logger.state.add
         monkeypatch.setattr(
-            bench.part, "add", lambda time_s, counts: (accepted.append(counts), add(time_s, counts))
+            bench.logger.state, "add", lambda counts: (accepted.append(counts), keep(counts))
         )
         reason = ends(bench, script)
         endings = ("Ctrl-C", "(--patience)", "the end stop", "(docs/bench.md)")

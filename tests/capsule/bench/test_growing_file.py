@@ -8,7 +8,8 @@ import pytest
 
 from capsule.bench import growing_file
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
-from capsule.recordings.recording import read_recording
+from capsule.bench.recorder import head_of
+from capsule.recordings.recording import format_sample, read_recording
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
 
@@ -21,11 +22,11 @@ def final(tmp_path):
 def fill(part, count):
     for index in range(count):
         missing = index % 5 == 3
-        part.add(index / 10, None if missing else (index, 2, 3, 4))
+        part.add(format_sample(index / 10, None if missing else (index, 2, 3, 4)))
 
 
 def test_a_recording_appears_whole(final):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 10)
     part.flush()
     assert not final.exists()
@@ -39,21 +40,21 @@ def test_a_recording_appears_whole(final):
 
 # Kills: an entry that is written where the samples are, and one that a killed recorder loses.
 def test_an_entry_is_amended_in_its_place_at_any_moment(final):
-    part = growing_file.PartFile(final, HEADER | {"wave_until_s": "end"}, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER | {"wave_until_s": "end"}, 4))
     for number, until in enumerate(("44.8", "end", "123456.7")):
-        part.add(number / 10, (number, 2, 3, 4))
+        part.add(format_sample(number / 10, (number, 2, 3, 4)))
         part.flush()
-        part.amend("wave_until_s", until)
+        part.amend(head_of(HEADER | {"wave_until_s": until}, 4))
         with part.path.open("rb") as stream:
             assert read_recording(stream, 4).header["wave_until_s"] == until
-    with pytest.raises(ValueError, match="length of the former entry source"):
-        part.amend("source", "another")
+    with pytest.raises(ValueError, match="length of the former first lines"):
+        part.amend(head_of(HEADER | {"source": "another"}, 4))
     part.finish()
     assert final.read_text().endswith("\n0,0,2,3,4\n0.1,1,2,3,4\n0.2,2,2,3,4\n")
 
 
 def test_samples_are_in_the_file_once_flushed(final):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 7)
     part.flush()
     assert part.path.read_text().endswith("0.6,6,2,3,4\n")
@@ -65,7 +66,7 @@ def test_synced_every_second_and_not_more_often(final, monkeypatch):
     now_s = [100.0]
     monkeypatch.setattr(growing_file.os, "fsync", synced.append)
     monkeypatch.setattr(growing_file.time, "monotonic", lambda: now_s[0])
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     synced.clear()
     for _ in range(50):
         now_s[0] += 0.1
@@ -75,9 +76,9 @@ def test_synced_every_second_and_not_more_often(final, monkeypatch):
 
 
 def test_a_name_is_never_taken_twice(final):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     with pytest.raises(NameExistsError, match="unfinished"):
-        growing_file.PartFile(final, HEADER, 4)
+        growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 3)
     # Somebody copies a recording of that name in while this one runs.
     final.write_text("precious")
@@ -94,11 +95,11 @@ def test_file_systems_without_links_serve_too(final, monkeypatch):
         raise OSError(errno.EPERM, "no links here")
 
     monkeypatch.setattr(growing_file.os, "link", refuse)
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 3)
     assert part.finish().exists()
     assert not part.path.exists()
-    second = growing_file.PartFile(final.with_name("r02.csv"), HEADER, 4)
+    second = growing_file.GrowingFile(final.with_name("r02.csv"), head_of(HEADER, 4))
     fill(second, 3)
     second.final.write_text("precious")
     with pytest.raises(NameExistsError):
@@ -108,7 +109,7 @@ def test_file_systems_without_links_serve_too(final, monkeypatch):
 
 @pytest.mark.parametrize("room", range(0, 48, 5))
 def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 5)
     part.flush()
     before = part.path.read_bytes()
@@ -134,7 +135,7 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
 
 
 def whole_part(final):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
     fill(part, 6)
     part.flush()
     part.close()
@@ -155,7 +156,7 @@ def going_on(final, monkeypatch, tmp_path):
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
     monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told = []
-    part = growing_file.PartFile(final, HEADER, 4, told.append)
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4), tell=told.append)
     fill(part, 3)
     part.flush()
     return part, told
@@ -165,16 +166,14 @@ def finish_after(going_on, expected):
     part, told = going_on
     part.sync()
     assert part.path == expected.with_name(expected.name + ".part")
-    part.add(0.3, (3, 2, 3, 4))
+    part.add(format_sample(0.3, (3, 2, 3, 4)))
     part.flush()
     part.sync()
     assert part.finish() == expected
     with expected.open("rb") as stream:
         assert read_recording(stream, 4).values[0].tolist() == [0, 1, 2, 3]
     (text,) = told
-    assert (
-        f"copied all samples so far to {expected}.part, and the recording continues there" in text
-    )
+    assert f"all samples so far were copied to {expected}.part, and go on there" in text
 
 
 @pytest.mark.parametrize("what", ["file", "folder", "raw"])

@@ -7,7 +7,7 @@ import pytest
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.recordings.recording import read_recording
+from capsule.recordings.recording import format_header, format_sample, read_recording
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
 
@@ -18,9 +18,9 @@ def final(tmp_path):
 
 
 def whole_part(final, count=6):
-    part = growing_file.PartFile(final, HEADER, 4)
+    part = growing_file.GrowingFile(final, format_header(HEADER, 4))
     for index in range(count):
-        part.add(index / 10, None if index % 5 == 3 else (index, 2, 3, 4))
+        part.add(format_sample(index / 10, None if index % 5 == 3 else (index, 2, 3, 4)))
     part.flush()
     part.close()
     return part.path.read_bytes()
@@ -49,11 +49,11 @@ def test_what_a_killed_recorder_left_is_recovered(final, tail):
 
 # Kills: a reader of ADC counts alone.
 def test_a_recording_in_volts_is_recovered(final):
-    part = growing_file.PartFile(final, HEADER | {"unit": "V"}, 4)
+    part = growing_file.GrowingFile(final, format_header(HEADER | {"unit": "V"}, 4))
     readings = np.random.default_rng(1).normal(2.5, 1.0, (525, 4))
     readings[7] = [1e-7, -0.25, 3.0, 12345.678901234567]
     for index, values in enumerate(readings):
-        part.add(index / 10, tuple(values))
+        part.add(format_sample(index / 10, tuple(values)))
     part.flush()
     part.close()
     content = part.path.read_bytes()
@@ -94,8 +94,8 @@ def test_recovery_overwrites_nothing(final):
 
 
 def test_a_running_recording_is_not_recovered(final):
-    part = growing_file.PartFile(final, HEADER, 4)
-    part.add(0.0, (1, 2, 3, 4))
+    part = growing_file.GrowingFile(final, format_header(HEADER, 4))
+    part.add(format_sample(0.0, (1, 2, 3, 4)))
     part.flush()
     with pytest.raises(AcquisitionError, match=r"a recorder is writing .* at this moment"):
         recovery.recover(part.path, 4)

@@ -87,7 +87,7 @@ def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, 
     bench.run(lambda: bool(recorder.parts()), limit_s=3)
     recorder.press_ctrl_c()
     bench.run(recorder.done)
-    recorder.expect(0, "was deleted", "the recording continues there")
+    recorder.expect(0, "was deleted", "go on there")
     check_complete(recorder.recording(), cable, ended_early=True)
     assert recorder.recording().time_s.size >= 30
 

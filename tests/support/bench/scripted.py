@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from capsule.bench import board, clock, logger, recorder
 from capsule.bench.board import Board
-from capsule.bench.growing_file import FrameLog, PartFile
+from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import Arrival
 from capsule.bench.logger import Logger
 from capsule.bench.protocol import FrameParser, Identity, encode
@@ -72,11 +72,12 @@ class ScriptedBench:
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
-        self.part = PartFile(final, {"started": "2026-01-01T00:00:00Z"}, 4, self.told.append)
+        header = {"started": "2026-01-01T00:00:00Z"}
+        self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
         self.logger = Logger(mine, self.log, self.told.append, limit=duration, kept=1001)
         self.recorder = Recorder(
-            mine, self.logger, self.part, self.log, self.told.append, patience_s, self._stop
+            mine, self.logger, self.part, header, self.log, self.told.append, patience_s, self._stop
         )
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:

@@ -5,7 +5,7 @@ import errno
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,13 +13,10 @@ from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExis
 from capsule.bench.protocol import Damaged
 from capsule.engine.locks import lock_file
 from capsule.recordings.names import PART
-from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample
 
 SYNC_EVERY_S = 1.0
 RECOVER, RESUME = "capsule record --recover", "capsule survey --resume"
 _LARGEST_LOG_BYTES = 50_000_000  # a faulty line must not fill the disk within days
-# Characters of "# ", ": " and a time in s, which lasts for years.
-_ROOM = 4 + 11
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -28,19 +25,110 @@ class GrowingFile:
 
     Parameters
     ----------
-    descriptor : int
-        Descriptor of the open and locked file; lines are written at its position.
-    path : Path
-        Its present path.
+    final : Path
+        Path of the complete file.
+    head : str
+        The first lines.
     remedy : str
         Command that continues after a fault of the disk.
+    tell : callable
+        Function that shows a warning if the file continues in another place.
+    resumed : bool
+        Whether a killed program left the file; then `go_on` must come before `flush`.
+
+    Attributes
+    ----------
+    path : Path
+        The present path.
+
+    Raises
+    ------
+    NameExistsError
+        A complete or unfinished file of that name exists.
+    DiskFullError
+        The disk is full.
+    AcquisitionError
+        Another program is writing the file, or it cannot be written.
     """
 
-    def __init__(self, descriptor: int, path: Path, remedy: str) -> None:
-        self._descriptor, self.path, self._remedy = descriptor, path, remedy
-        self.final = path.with_name(path.name.removesuffix(PART))
-        self._pending: list[str] = []
+    def __init__(
+        self,
+        final: Path,
+        head: str,
+        remedy: str = RECOVER,
+        tell: Callable[[str], None] = print,
+        *,
+        resumed: bool = False,
+    ) -> None:
+        if not resumed:
+            check_free(final)
+        self.final, self._remedy, self._tell = final, remedy, tell
+        self.path = final.with_name(final.name + PART)
+        try:
+            self._descriptor = _open(self.path, 0 if resumed else os.O_EXCL)
+        except BlockingIOError as fault:
+            raise AcquisitionError(
+                f"another program is writing {self.path}; stop that program first"
+            ) from fault
+        except OSError as fault:
+            if isinstance(fault, FileExistsError):
+                check_free(final)
+            raise explain_write_fault(fault, self.path, remedy) from fault
+        self._head = head.encode("utf-8")
+        self._pending = [head]
         self._synced_s = 0.0
+        if not resumed:
+            self.flush()
+            self.sync()
+            _sync_folder(final.parent)
+
+    def add(self, line: str) -> None:
+        """Add a line, which ends in a line feed; the next `flush` writes it."""
+        self._pending.append(line)
+
+    def repeated(self) -> int:
+        """Return how many bytes of a resumed file the added lines repeat; the rest is new.
+
+        Raises
+        ------
+        AcquisitionError
+            The file has other lines.
+        """
+        added = "".join(self._pending).encode("utf-8")
+        content = self.path.read_bytes()
+        # What the disk has lost of the last lines is written again.
+        same = min(len(added), content.rfind(b"\n") + 1)
+        if added[:same] != content[:same]:
+            raise AcquisitionError(
+                f"{self.path} differs in the resumed session, so another version or other "
+                "parameters made the file; it is unchanged. Start a new session with --out"
+            )
+        return same
+
+    def go_on(self, repeated: int) -> None:
+        """Drop what the added lines do not repeat, and go on behind it."""
+        os.ftruncate(self._descriptor, repeated)
+        os.lseek(self._descriptor, repeated, os.SEEK_SET)
+        added = "".join(self._pending).encode("utf-8")
+        self._pending = [added[repeated:].decode("utf-8")]
+
+    def amend(self, head: str) -> None:
+        """Write the first lines anew, in their place: the file is complete at any moment.
+
+        Raises
+        ------
+        AcquisitionError
+            The disk cannot be written.
+        """
+        new = head.encode("utf-8")
+        if len(new) != len(self._head):
+            raise ValueError(f"{head!r} does not have the length of the former first lines")
+        self._head = new
+        with writing(self.path, self._remedy):
+            end = os.lseek(self._descriptor, 0, os.SEEK_CUR)
+            os.lseek(self._descriptor, 0, os.SEEK_SET)
+            os.write(self._descriptor, new)
+            os.lseek(self._descriptor, end, os.SEEK_SET)
 
     def flush(self) -> None:
         """Write the added lines to the file, so that a killed program does not lose them.
@@ -102,95 +190,12 @@ class GrowingFile:
         os.close(self._descriptor)
 
     def _sync_now(self) -> None:
+        self._hold_place()
         with writing(self.path, self._remedy):
             os.fsync(self._descriptor)
 
-
-class PartFile(GrowingFile):
-    """A recording in progress: ``<name>.csv.part`` until it is complete.
-
-    Parameters
-    ----------
-    final : Path
-        Path of the complete recording.
-    header : mapping of str to str
-        Header of the recording.
-    sensors : int
-        Number of sensors S.
-    tell : callable, optional
-        Function that shows a warning if the recording continues in another file.
-
-    Attributes
-    ----------
-    header : dict of str to str
-        The header as it is in the file.
-
-    Raises
-    ------
-    NameExistsError
-        A complete or unfinished recording of that name exists.
-    DiskFullError
-        The disk is full.
-    """
-
-    def __init__(
-        self,
-        final: Path,
-        header: Mapping[str, str],
-        sensors: int,
-        tell: Callable[[str], None] = print,
-    ) -> None:
-        self._tell, self._sensors = tell, sensors
-        check_free(final)
-        path = final.with_name(final.name + PART)
-        try:
-            super().__init__(_create(path), path, RECOVER)
-        except OSError as fault:
-            if isinstance(fault, FileExistsError):
-                check_free(final)
-            raise explain_write_fault(fault, path) from fault
-        self.header = dict(header)
-        self._head = self._formatted().encode("utf-8")
-        self._pending.append(self._head.decode("utf-8"))
-        self.flush()
-        self.sync()
-        _sync_folder(final.parent)
-
-    def amend(self, key: str, value: str) -> None:
-        """Write an entry of the header anew, in its place: the file is complete at any moment.
-
-        Raises
-        ------
-        AcquisitionError
-            The disk cannot be written.
-        """
-        self.header[key] = value
-        head = self._formatted().encode("utf-8")
-        if len(head) != len(self._head):
-            raise ValueError(f"{value!r} does not have the length of the former entry {key}")
-        self._head = head
-        with writing(self.path, self._remedy):
-            end = os.lseek(self._descriptor, 0, os.SEEK_CUR)
-            os.lseek(self._descriptor, 0, os.SEEK_SET)
-            os.write(self._descriptor, head)
-            os.lseek(self._descriptor, end, os.SEEK_SET)
-
-    def _formatted(self) -> str:
-        """Return the header; the time until which the wave ran has room for another one."""
-        text = format_header(self.header, self._sensors)
-        line = f"# {WAVE_UNTIL}: {self.header.get(WAVE_UNTIL)}"
-        return text.replace(f"{line}\n", f"{line:<{len(WAVE_UNTIL) + _ROOM}}\n")
-
-    def add(self, time_s: float, values: Sequence[float] | None) -> None:
-        """Add a sample; None is a missing one. The next `flush` writes it."""
-        self._pending.append(format_sample(time_s, values, self._sensors))
-
-    def _sync_now(self) -> None:
-        self._hold_place()
-        super()._sync_now()
-
     def _hold_place(self) -> None:
-        """Copy all samples to a new file if the file or its folder was deleted or renamed."""
+        """Copy all lines to a new file if the file or its folder was deleted or renamed."""
         try:
             if os.path.samestat(self.path.stat(), os.fstat(self._descriptor)):
                 return
@@ -200,7 +205,7 @@ class PartFile(GrowingFile):
         fault: OSError | None = None
         for path in _places(self.path):
             try:
-                copy = _create(path)
+                copy = _open(path, os.O_EXCL)
             except OSError as reason:
                 fault = fault or reason
                 continue
@@ -215,81 +220,14 @@ class PartFile(GrowingFile):
             self._descriptor, self.path = copy, path
             self.final = path.with_name(path.name.removesuffix(PART))
             self._tell(
-                f"warning: {lost} was deleted, renamed or replaced; the recorder has copied all "
-                f"samples so far to {path}, and the recording continues there"
+                f"warning: {lost} was deleted, renamed or replaced; all samples so "
+                f"far were copied to {path}, and go on there"
             )
             return
         fault = fault or OSError(
             errno.EEXIST, "recordings of this name and of its alternative names exist"
         )
         raise explain_write_fault(fault, lost) from fault
-
-
-class RepeatedFile(GrowingFile):
-    """The file of a survey, which may hold lines of a killed session.
-
-    Added lines are first compared with these, and not written again.
-
-    Parameters
-    ----------
-    final : Path
-        Path of the complete file.
-
-    Raises
-    ------
-    AcquisitionError
-        Another program is writing the file, or it cannot be written.
-    """
-
-    def __init__(self, final: Path) -> None:
-        path = final.with_name(final.name + PART)
-        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
-        try:
-            super().__init__(os.open(path, flags, 0o666), path, RESUME)
-            lock_file(self._descriptor)
-        except BlockingIOError as fault:
-            raise AcquisitionError(
-                f"another program is writing {path}; stop that program first"
-            ) from fault
-        except OSError as fault:
-            raise explain_write_fault(fault, path, RESUME) from fault
-        # The session adds an incomplete last line again.
-        content = path.read_bytes()
-        self._known = content[: content.rfind(b"\n") + 1].splitlines(keepends=True)
-        self._compared = len(self._known)
-        self.cut()
-        self._compared = 0
-
-    @property
-    def caught_up(self) -> bool:
-        """Return whether all stored lines were added again."""
-        return self._compared == len(self._known)
-
-    def add(self, text: str) -> None:
-        """Add one line, which ends in a line feed; the next `flush` writes it.
-
-        Raises
-        ------
-        AcquisitionError
-            The line differs from the stored one.
-        """
-        if self.caught_up:
-            self._pending.append(text)
-            return
-        if text.encode("utf-8") != self._known[self._compared]:
-            raise AcquisitionError(
-                f"{self.path}: line {self._compared + 1} differs in the resumed session, so "
-                "another version or other parameters made the file; it is unchanged. Start a new "
-                "session with --out"
-            )
-        self._compared += 1
-
-    def cut(self) -> None:
-        """Drop the stored lines that were not added again."""
-        self._known = self._known[: self._compared]
-        length = sum(map(len, self._known))
-        os.ftruncate(self._descriptor, length)
-        os.lseek(self._descriptor, length, os.SEEK_SET)
 
 
 class FrameLog:
@@ -340,19 +278,24 @@ class FrameLog:
         self._stream.close()
 
 
-def _create(path: Path) -> int:
-    """Create and lock a new file, with its folder; return its descriptor."""
+def _open(path: Path, flag: int) -> int:
+    """Open and lock a file, with its folder; return its descriptor. ``O_EXCL``: a new file."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    flags = os.O_RDWR | os.O_CREAT | flag | getattr(os, "O_BINARY", 0)
     descriptor = os.open(path, flags, 0o666)
-    lock_file(descriptor)
+    try:
+        lock_file(descriptor)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise
     return descriptor
 
 
 def _places(part: Path) -> Iterator[Path]:
-    """Yield paths for an unfinished recording: its own, others beside it, the temporary folder."""
-    name = part.name.removesuffix(f".csv{PART}")
-    beside = [part, *(part.with_name(f"{name}-{n}.csv{PART}") for n in range(2, 10))]
+    """Yield paths for an unfinished file: its own, others beside it, the temporary folder."""
+    final = part.with_name(part.name.removesuffix(PART))
+    names = (f"{final.stem}-{n}{final.suffix}{PART}" for n in range(2, 10))
+    beside = [part, *map(part.with_name, names)]
     elsewhere = Path(tempfile.gettempdir()) / "capsule-recordings" / part.parent.name
     for path in (*beside, *(elsewhere / path.name for path in beside)):
         if not path.with_name(path.name.removesuffix(PART)).exists():

@@ -18,7 +18,7 @@ from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.beside import Beside
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
-from capsule.bench.growing_file import FrameLog, PartFile
+from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.identification import connect, find
 from capsule.bench.line import BAUD, AnyLine
 from capsule.bench.live import LivePage, opened_page
@@ -31,7 +31,13 @@ from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
 from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
-from capsule.recordings.recording import TO_THE_END, WAVE_UNTIL, read_recording
+from capsule.recordings.recording import (
+    TO_THE_END,
+    WAVE_UNTIL,
+    format_header,
+    format_sample,
+    read_recording,
+)
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
@@ -43,6 +49,15 @@ LOOK_EVERY_S = 0.05
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces
 # An end stop that is pressed in so many samples was never open.
 AT_ONCE = 3
+# Characters of "# ", ": " and a time in s, which lasts for years.
+_ROOM = 4 + 11
+
+
+def head_of(header: Mapping[str, str], sensors: int) -> str:
+    """Return the first lines of a recording; the time until which the wave ran has room."""
+    text = format_header(header, sensors)
+    line = f"# {WAVE_UNTIL}: {header.get(WAVE_UNTIL)}"
+    return text.replace(f"{line}\n", f"{line:<{len(WAVE_UNTIL) + _ROOM}}\n")
 
 
 class Recorder:
@@ -54,8 +69,10 @@ class Recorder:
         The logger.
     logger : Logger
         The samples of the board.
-    part : PartFile
+    part : GrowingFile
         The file of the samples.
+    header : dict of str to str
+        Header of the recording, as it is in the file.
     log : FrameLog
         Log of the recording.
     tell : callable
@@ -81,7 +98,8 @@ class Recorder:
         self,
         board: Board,
         logger: Logger,
-        part: PartFile,
+        part: GrowingFile,
+        header: dict[str, str],
         log: FrameLog,
         tell: Callable[[str], None],
         patience_s: float,
@@ -89,7 +107,7 @@ class Recorder:
         drive: WatchedDrive | None = None,
     ) -> None:
         self._board, self._logger, self._part = board, logger, part
-        self._log, self._tell = log, tell
+        self.header, self._log, self._tell = header, log, tell
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self._wave_until = TO_THE_END
         self.state = logger.state
@@ -164,7 +182,8 @@ class Recorder:
         """Write the new samples to the file."""
         for counts in self._logger.take():
             # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
-            self._part.add(round(self._written * self.state.period_s, 6), counts)
+            time_s = round(self._written * self.state.period_s, 6)
+            self._part.add(format_sample(time_s, counts, self._logger.sensors))
             self._written += 1
             if self._written % FLUSH_EVERY == 0:
                 self._part.flush()
@@ -177,7 +196,12 @@ class Recorder:
         self._dated = True
         first_s = self._logger.taken_s - (self.state.samples - 1) * self.state.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
-        self._part.amend("started", moment_text(started))
+        self._amend("started", moment_text(started))
+
+    def _amend(self, key: str, value: str) -> None:
+        """Write an entry of the header anew."""
+        self.header[key] = value
+        self._part.amend(head_of(self.header, self._logger.sensors))
 
     def _start_wave(self) -> None:
         """Start the wave; leave no file if the board refuses."""
@@ -222,7 +246,7 @@ class Recorder:
         until = self._drive.until if self._drive else TO_THE_END
         if until != self._wave_until:
             self._wave_until = until
-            self._part.amend(WAVE_UNTIL, until)
+            self._amend(WAVE_UNTIL, until)
             self._log.note(f"the wave runs until {until} (s of the recording)")
 
     def _completed(self) -> str:
@@ -355,7 +379,7 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         at_end.callback(log.close)
-        part = PartFile(final, header, int(sensors), terminal.note)
+        part = GrowingFile(final, head_of(header, int(sensors)), tell=terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
 
@@ -367,7 +391,7 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         limit = round(options.duration * rate_hz) if options.duration else None
         kept = settings["preprocessing"]["length"] + 1
         logger = Logger(board, log, tell, limit=limit, kept=kept)
-        recorder = Recorder(board, logger, part, log, tell, options.patience, stop, drive)
+        recorder = Recorder(board, logger, part, header, log, tell, options.patience, stop, drive)
         state = recorder.state
         state.title, state.full_scale = f"{folder}/{name}", full_scale
         state.longest = settings["preprocessing"]["length"]
@@ -376,7 +400,7 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         if outlet:
             recorder.beside.acts["its stream"] = partial(outlet.send, state)
         if learned:
-            recorder.beside.acts["verdicts"] = _running_verdict(learned, logger, part.header)
+            recorder.beside.acts["verdicts"] = _running_verdict(learned, logger, header)
         recorder.beside.acts["its display"] = partial(terminal.show, state)
         if page:
             recorder.beside.acts["its live page"] = partial(page.show, state)

@@ -183,7 +183,8 @@ class BoardBench:
     def _moments_s(self, numbers: IntArray) -> FloatArray:
         """Return the times of samples, past or future, by the computer's clock."""
         state = self._logger.state
-        return self._logger.taken_s + (numbers - (state.samples - 1)) * state.period_s
+        behind: FloatArray = (numbers - (state.samples - 1)) * state.period_s
+        return self._logger.taken_s + behind
 
     def start(self) -> None:
         """Unfold the origami, and start the wave.

@@ -3,7 +3,7 @@
 import contextlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule.arrays import plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.growing_file import RESUME, FrameLog, RepeatedFile, writing
+from capsule.bench.growing_file import RESUME, FrameLog, GrowingFile, writing
 from capsule.kinds import Row, Settings
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.recordings.recording import Recording, column_names, format_recording
@@ -84,14 +84,9 @@ class SessionFolder:
         if not resumed:
             _begin(folder, about)
         self.folder, self._raw, self._about = folder, raw, dict(about)
-        self._stream = RepeatedFile(folder / STREAM)
-        self._events = RepeatedFile(folder / EVENTS)
-        self._stream.add(stream_columns(sensors) + "\n")
-
-    @property
-    def caught_up(self) -> bool:
-        """Return whether a resumed session has reached the point at which it was killed."""
-        return self._stream.caught_up
+        columns = stream_columns(sensors) + "\n"
+        self._stream = GrowingFile(folder / STREAM, columns, RESUME, resumed=resumed)
+        self._events = GrowingFile(folder / EVENTS, "", RESUME, resumed=resumed)
 
     def note_index(self, index_mm: float | None) -> None:
         """Store the phase of the wave at the index, once it is known."""
@@ -131,10 +126,17 @@ class SessionFolder:
         for event in events:
             self._events.add(json.dumps(plain(asdict(event))) + "\n")
 
-    def go_on_from_here(self) -> None:
-        """Drop the stored lines that were not repeated: new readings on boards differ from them."""
-        self._stream.cut()
-        self._events.cut()
+    def go_on(self) -> None:
+        """Go on behind the repeated lines; the lines of a judgement that was cut off are dropped.
+
+        Raises
+        ------
+        AcquisitionError
+            The repeated lines differ from those of the files, which are unchanged.
+        """
+        files = self._stream, self._events
+        for file, repeated in [(file, file.repeated()) for file in files]:
+            file.go_on(repeated)
 
     def keep(self) -> None:
         """Write all lines to the files, and once a second to the disk."""
@@ -241,19 +243,9 @@ def _cell(value: float, digits: int) -> str:
     return "" if np.isnan(value) else f"{value:.{digits}f}"
 
 
-@dataclass(frozen=True)
-class Told:
-    """An event that the pilot got from outside, with its reason and its number in the log."""
-
-    number: int
-    time_s: float
-    event: str
-    reason: str
-
-
 def read_stored(
     folder: Path, sensors: int, rate_hz: float, every: int
-) -> tuple[list[tuple[Readings, float]], list[Told]]:
+) -> tuple[list[tuple[Readings, float]], dict[int, Event]]:
     """Read a killed survey up to the last complete judgement that can be read.
 
     Parameters
@@ -272,8 +264,8 @@ def read_stored(
     judged : list of (Readings, float)
         Readings of each judgement, whose times do not count interruptions, and the total time of
         interruptions before it, in seconds.
-    told : list of Told
-        Events that may have come from outside.
+    told : dict of int to Event
+        Events that may have come from outside, by their numbers in the log.
     """
     rows = list(_rows(folder / (STREAM + PART), sensors))
     judged = []
@@ -285,7 +277,7 @@ def read_stored(
         # The same order in memory as at first: another order of sums changes the last digits.
         numbers = np.array([row[1] for row in some]).T.copy()
         judged.append((Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]), away_s))
-    return judged, list(_told(folder / (EVENTS + PART)))
+    return judged, dict(_told(folder / (EVENTS + PART)))
 
 
 def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
@@ -304,12 +296,13 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
             return
 
 
-def _told(path: Path) -> Iterator[Told]:
+def _told(path: Path) -> Iterator[tuple[int, Event]]:
     lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
     for number, line in enumerate(lines):
         try:
-            event = json.loads(line)
+            values = json.loads(line)
         except ValueError:
             return
-        if event["event"] in _TOLD:
-            yield Told(number, event["time_s"], event["event"], event["reason"])
+        if values["event"] in _TOLD:
+            named = ("time_s", "before", "event", "after", "reason")
+            yield number, Event(*(values[name] for name in named))

@@ -29,7 +29,6 @@ from capsule.bench.survey_folder import (
     BOARDS_LOG,
     INDEX,
     SessionFolder,
-    Told,
     check_new,
     read_about,
     read_stored,
@@ -44,7 +43,7 @@ from capsule.phantom.simulated_bench import SOURCE, SimulatedBench, simulated_be
 from capsule.recordings.recording import Recording
 from capsule.survey.cycle import STATUSES
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
+from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Event, Readings
 from capsule.survey.suspects import Place
 
 Bench = BoardBench | SimulatedBench
@@ -104,6 +103,7 @@ class SurveyRun:
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
+        self._repeating = False
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
         # Total time of interruptions; the pilot's clock does not count it.
         self._away_s = 0.0
@@ -150,7 +150,7 @@ class SurveyRun:
         self.beside.attempt("the end of its display", lambda: self._view.end(self.state))
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
-    def repeat(self, judged: Sequence[tuple[Readings, float]], told: list[Told]) -> None:
+    def repeat(self, judged: Sequence[tuple[Readings, float]], told: Mapping[int, Event]) -> None:
         """Repeat what `read_stored` returns, so that the pilot has its former state.
 
         Raises
@@ -158,19 +158,17 @@ class SurveyRun:
         AcquisitionError
             The pilot's decisions differ from the stored ones.
         """
-        pilot, now_s = self.pilot, 0.0
+        pilot, now_s, self._repeating = self.pilot, 0.0, True
         for readings, away_s in judged:
-            while told and told[0].number <= len(pilot.log):
-                if told[0].number == len(pilot.log):
-                    # A later event was the pilot's own; the readings below cause it again.
-                    if told[0].time_s > now_s + away_s + _CLOCK_STEP_S:
-                        break
-                    pilot.tell(told[0].event, told[0].reason)
-                del told[0]
+            # A later event was the pilot's own; the readings cause it again.
+            until_s = now_s + away_s + _CLOCK_STEP_S
+            while (event := told.get(len(pilot.log))) and event.time_s <= until_s:
+                pilot.tell(event.event, event.reason)
             self._away_s = away_s
             self._take(readings)
             now_s = float(readings.time_s[-1])
-        self._disk.go_on_from_here()
+        self._repeating = False
+        self._disk.go_on()
 
     def _outside(self, bench: Bench, stop: StopRequest) -> list[tuple[str, str]]:
         """Return events that no reading shows, with their reasons."""
@@ -248,7 +246,7 @@ class SurveyRun:
             ]
         self._disk.add_events(events)
         for event in events:
-            if self._disk.caught_up:
+            if not self._repeating:
                 self.beside.attempt("the line of an event", partial(self._view.tell, event))
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
