@@ -434,23 +434,23 @@ UNUSABLE = [
     ),
     Case(
         "the same content under two names",
-        "3mm/zz-copy.csv",
+        "1mm/zz-copy.csv",
         lambda path: path.write_bytes((path.parent / "r01.csv").read_bytes()),
-        "the same content as 3mm/r01",
+        "the same content as 1mm/r01",
     ),
     Case(
         "the same readings, other line ends and another header",
-        "3mm/zz-edited.csv",
+        "1mm/zz-edited.csv",
         lambda path: path.write_bytes(
-            b"# source: copied\r\n" + (path.parent / "r03.csv").read_bytes()
+            b"# source: copied\r\n" + (path.parent / "r02.csv").read_bytes()
         ),
-        "the same content as 3mm/r03",
+        "the same content as 1mm/r02",
     ),
     Case(
         "the same, under a name that comes first in the order",
-        "3mm/a-copy-of-r01.csv",
+        "1mm/a-copy-of-r01.csv",
         lambda path: path.write_bytes((path.parent / "r01.csv").read_bytes()),
-        "the same content as 3mm/r01",
+        "the same content as 1mm/r01",
     ),
     Case(
         "the same content under two sizes, first file",

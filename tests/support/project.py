@@ -104,10 +104,13 @@ class Project:
         project.configure(fit=fit, evaluation={"held_out": []})
         return project
 
-    def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
-        """Return a copy of everything, with the results; without times as after a new checkout."""
+    def copy(self, folder: Path, *, keep_times: bool = True, results: bool = True) -> "Project":
+        """Return a copy; without times as after a new checkout, or without results and notes."""
         function = shutil.copy2 if keep_times else shutil.copyfile
         shutil.copytree(self.folder, folder, copy_function=function, symlinks=True)
+        if not results:
+            for made in ("results", ".snakemake"):
+                shutil.rmtree(folder / made)
         return Project(folder)
 
     def configure(self, **changes: object) -> None:

@@ -8,30 +8,33 @@ from support.surveys import write_session
 HEALTHY = [f"0mm/r{run:02d}" for run in (1, 2, 3, 4)]
 NODULES = [f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in (1, 2)]
 RECORDINGS = [*HEALTHY, *NODULES, "unlabelled/patient"]
-
-
-def make_new(folder):
-    """Make a project with recordings and a survey, without results."""
-    Project.create(folder, RECORDINGS, particles=20, iterations=20)
-    write_session(folder / "sessions/first")
+# Notes each file that a job, or a fork of it, opens for reading. A fork ends without a last word.
+TRACE = """
+import json, os, sys
+def note(event, arguments):
+    if event == "open" and isinstance(arguments[0], (str, os.PathLike)):
+        path, mode, flags = arguments
+        if not (flags or 0) & (os.O_WRONLY | os.O_RDWR):
+            line = json.dumps([sys.orig_argv[1:], os.path.relpath(os.fspath(path))])
+            os.write(notes, line.encode() + b"\\n")
+notes = os.open(os.environ["TRACED"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+sys.addaudithook(note)
+"""
 
 
 def make_finished(folder):
-    """Make the project, and run it once."""
-    make_new(folder)
-    run = Project(folder).snakemake()
+    """Make the project, and run it once; the file `traced` beside it tells what its jobs read."""
+    project = Project.create(folder, RECORDINGS, particles=20, iterations=20)
+    write_session(folder / "sessions/first")
+    tracing = folder.with_name("tracing")
+    tracing.mkdir()
+    (tracing / "sitecustomize.py").write_text(TRACE)
+    traced = {"PYTHONPATH": str(tracing), "TRACED": str(folder.with_name("traced"))}
+    run = project.snakemake(environment=traced)
     assert run.status == 0, run.output
     expected = {"preprocess": 9, "fit": 4, "describe": 4, "plot": 4, "list": 1, "list_labelled": 1}
     expected |= dict.fromkeys(("templates", "evaluate", "detect", "draw", "survey", "report"), 1)
     assert run.jobs == expected
-
-
-@pytest.fixture(scope="session")
-def new(tmp_path_factory):
-    """Return a project without results; tests copy it and do not change it."""
-    folder = tmp_path_factory.mktemp("new") / "project"
-    make_new(folder)
-    return Project(folder)
 
 
 @pytest.fixture(scope="session")
@@ -44,3 +47,9 @@ def finished(tmp_path_factory):
 def project(finished, tmp_path):
     """Return a copy of the project with its results."""
     return finished.copy(tmp_path / "project")
+
+
+@pytest.fixture
+def new(finished, tmp_path):
+    """Return a copy of the project as it was before its first run."""
+    return finished.copy(tmp_path / "new", results=False)

@@ -4,63 +4,41 @@
 """
 
 import csv
-import json
 import os
 import re
-import subprocess
 import sys
 
 import numpy as np
 import pytest
-import yaml
 
-from capsule.detectors.described import read_features
 from capsule.recordings.names import as_cell
-from capsule.store import files
 from capsule.store.results import Results
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED
-from support.packed import inflated
-from support.project import ROOT, Project
-from support.same_recordings import results_of_all
 
 pytestmark = [
     pytest.mark.workflow,
+    pytest.mark.slow,
     pytest.mark.skipif(
         sys.platform != "linux", reason="only Linux lets a file have every name that is tried here"
     ),
 ]
 
-TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
-GOOD = ["0mm/r01", "0mm/r02", "unlabelled/patient"]
-GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
-
-FOLDERS = {name.partition("/")[0] for name in GOOD}
-# A process for each of a hundred bad files would tell nothing new.
-TOGETHER = 200
-
-
-def create(folder):
-    """Make a project with the good recordings alone."""
-    project = Project.create(folder, GOOD, samples=525, particles=10, iterations=10)
-    project.configure(recordings_per_job=TOGETHER)
-    return project
+GOOD = [f"0mm/r{run:02d}" for run in (1, 2, 3, 4)]
+GOOD += ["1mm/r01", "1mm/r02", "2.5mm/r01", "2.5mm/r02", "unlabelled/patient"]
+# Results that hold all recordings; the others have a file for each batch, which the lists name.
+OF_ALL = ("evaluation/", "figures/", "templates", "detections.csv", "detectors.json", "sites.csv")
 
 
 @pytest.fixture(scope="module")
-def good(tmp_path_factory):
-    """Run the workflow with only the good recordings, and return the project."""
-    project = create(tmp_path_factory.mktemp("good") / "project")
-    drawn = [f"results/plot_data/{label}/batch.json" for label in FOLDERS]
-    run = project.snakemake(*TABLES, *drawn)
-    assert run.status == 0, run.output
-    return project
+def mixed(finished, tmp_path_factory):
+    """Run the workflow with harmless variants of the good recordings beside every bad file.
 
-
-@pytest.fixture(scope="module")
-def mixed(tmp_path_factory):
-    """Run the workflow with harmless variants of the good recordings beside every bad file."""
+    Its jobs take many recordings each, and those of the finished project one.
+    """
     # The folder of the project has a strange name, too.
-    project = create(tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é")
+    folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
+    project = finished.copy(folder, results=False)
+    project.configure(recordings_per_job=20)
     for case in REJECTED + PASSED_OVER:
         path = os.fsencode(project.raw) + b"/" + os.fsencode(case.name)
         os.makedirs(os.path.dirname(path), exist_ok=True)  # noqa: PTH103, PTH120
@@ -94,49 +72,21 @@ def test_what_is_no_recording_is_named(mixed):
         assert f"  passed over: raw/{row['path']}: {row['reason']}\n" in run.output
 
 
-def described(project, kind, suffix, read):
-    """Return what the rule describe has written on the good recordings."""
-    found = {}
-    for label in FOLDERS:
-        found |= read(project.results / kind / label / f"batch{suffix}")
-    return {name: found[name] for name in GOOD}
-
-
-def signals_drawn(project):
-    """Return what the report draws of the good recordings, without the facts on their files."""
-    drawn = {
-        name: json.loads(inflated(each["drawn"]))
-        for name, each in described(project, "plot_data", ".json", files.read_json).items()
-    }
-    for each in drawn.values():
-        del each["facts"]
-    return drawn
-
-
-def test_the_others_results_are_the_same_to_the_bit(mixed, good):
+def test_the_others_results_are_the_same_to_the_bit(mixed, finished):
     project, _ = mixed
-    before, after = good.result_bytes(), project.result_bytes()
-    compared = list(results_of_all(good))
-    assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
-    assert [name for name in compared if after[name] != before[name]] == []
+    before, after = finished.result_bytes(), project.result_bytes()
+    of_all = [name for name in before if name.startswith(OF_ALL)]
+    assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(of_all)
+    assert [name for name in of_all if after[name] != before[name]] == []
     ours, theirs = (
-        Results.of_table(each.results, each.results / "recordings.csv") for each in (project, good)
+        Results.of_table(each.results, each.results / "recordings.csv")
+        for each in (project, finished)
     )
     for name in GOOD:
         np.testing.assert_array_equal(ours.signal(name), theirs.signal(name))
         np.testing.assert_array_equal(ours.matrix(name), theirs.matrix(name))
-    for label in FOLDERS:
-        places = project.table(f"best_places/{label}/batch.csv")
-        found = [row for row in places if row["recording"] in GOOD]
-        assert found == good.table(f"best_places/{label}/batch.csv")
-    kept = [row for row in project.table("recordings.csv") if row["status"] == "accepted"]
-    for row, other in zip(kept, good.table("recordings.csv"), strict=True):
-        for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
-            assert row[column] == other[column]
-    scored, alone = (described(each, "features", ".npz", read_features) for each in (project, good))
-    for name in GOOD:
-        np.testing.assert_equal(vars(scored[name]), vars(alone[name]))
-    assert signals_drawn(project) == signals_drawn(good)
+    nodules = [name for name in GOOD if not name.startswith(("0mm", "unlabelled"))]
+    assert ours.fits(nodules) == theirs.fits(nodules)
     for row in project.table("recordings.csv"):
         if row["status"] == "rejected" and row["batch"] and "same content" not in row["reason"]:
             assert np.isnan(ours.matrix(row["recording"])).all()
@@ -179,10 +129,8 @@ def test_no_cell_of_any_table_is_a_formula(mixed):
     assert [cell for cell in starts if not re.fullmatch(r"-[0-9.]+(e-?[0-9]+)?", cell)] == []
 
 
-@pytest.mark.slow
 def test_on_request_the_run_stops_before_any_fit_and_names_them_all(mixed):
     project, _ = mixed
-    assert project.snakemake().did_nothing
     run = project.snakemake("--config", "on_rejected=fail")
     assert run.status != 0
     assert not run.jobs["fit"]
@@ -191,79 +139,11 @@ def test_on_request_the_run_stops_before_any_fit_and_names_them_all(mixed):
     assert "set on_rejected: report in config/config.yaml" in run.output
 
 
-TELL_MEMORY = """
-import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-"""
-
-
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no such measure")
-def test_a_gigabyte_is_rejected_in_little_memory(tmp_path):
-    recording = tmp_path / "3mm/huge.csv"
-    recording.parent.mkdir()
-    with recording.open("wb") as stream:
-        stream.truncate(1_000_000_000)
-    config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
-    settings = {name: config[name] for name in ("recording", "preprocessing")}
-    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), "3mm/huge"]
-    command += ["--contents", f"{recording}=too large", "--batch", "3mm/huge"]
-    command += ["--settings", json.dumps(settings)]
-    command += ["--signals", str(tmp_path / "s.npy"), "--matrices", str(tmp_path / "m.npy")]
-    command += ["--checks", str(tmp_path / "c.json")]
-    # From a small process: what a large one starts counts that one's memory as its own.
-    told = subprocess.run(
-        [sys.executable, "-c", TELL_MEMORY, *command], check=True, capture_output=True, text=True
-    )
-    assert "larger than 16 MB" in (tmp_path / "c.json").read_text(encoding="utf-8")
-    largest_kilobytes = int(told.stdout.splitlines()[-1])
-    assert largest_kilobytes < 500_000
-
-
-@pytest.mark.slow
-def test_without_any_usable_nodule_the_run_says_so(tmp_path):
-    project = Project.create(tmp_path / "project", ["0mm/r01", "unlabelled/patient"], samples=525)
-    (project.raw / "3mm").mkdir()
-    (project.raw / "3mm/bad.csv").touch()
-    run = project.snakemake()
+def test_without_any_usable_nodule_the_run_says_so(new):
+    for path in new.raw.glob("*mm/*.csv"):
+        path.write_bytes(b"")
+    run = new.snakemake("results/templates.npz")
     assert run.status != 0
     assert "error: no recording of a nodule can be used" in run.output
-    assert "  rejected: raw/3mm/bad: the file is empty" in run.output
-    assert "Traceback" not in run.output
-
-
-@pytest.mark.parametrize(
-    ("mine", "arguments", "told"),
-    [
-        (
-            "fit: {particles: many}\n",
-            ["--configfile", "mine.yaml", "--config", "on_rejected=stop"],
-            "--configfile: on_rejected: 'stop' is not allowed; must be one of report, fail",
-        ),
-        (None, ["--config", "fit={sed: 3}"], ": fit.sed: there is no such key; did you mean"),
-        ("fit: {seed: 3}\nfit: {particles: 5}\n", [], "line 2: the key 'fit' appears twice"),
-    ],
-    ids=["a file beside", "a word of the command", "the file itself"],
-)
-def test_a_mistake_in_the_configuration_is_told_before_anything_runs(
-    tmp_path, mine, arguments, told
-):
-    project = Project.create(tmp_path / "project", ["3mm/r01"], samples=525)
-    if mine:
-        file = "mine.yaml" if arguments else "config/config.yaml"
-        (project.folder / file).write_text(mine, encoding="utf-8")
-    run = project.snakemake(*arguments)
-    assert run.status != 0
-    assert told in run.output
-    assert "Traceback" not in run.output
-    assert not project.results.exists()
-
-
-def test_a_folder_that_snakemake_cannot_work_in_is_refused(tmp_path):
-    run = Project.create(tmp_path / "{x}").snakemake()
-    assert run.status != 0
-    assert (
-        "rename this folder; Snakemake cannot work in a folder whose name holds { or }"
-        in run.output
-    )
+    assert "  rejected: raw/1mm/r01: the file is empty" in run.output
     assert "Traceback" not in run.output

@@ -1,11 +1,19 @@
 """The first run makes every result, and the library makes the same; a second run has no work."""
 
+import csv
 import json
 import math
+import os
+import re
+import shlex
+import subprocess
+import sys
 import zipfile
 from itertools import product
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from threadpoolctl import threadpool_limits
 
@@ -15,9 +23,24 @@ from capsule.engine.configuration import read_config_file
 from capsule.figures.registry import FIGURES
 from capsule.judging.judged import as_plain_values, judge_file, taught_recordings
 from capsule.judging.verdict import FinalVerdict
-from support.same_table import assert_same_table
+from capsule.recordings.recording import format_recording
+from capsule.store.results import BATCH_COLUMNS
+from support.project import ROOT
+from support.synthetic import make_recording
 
 pytestmark = pytest.mark.workflow
+
+
+# Inputs of which a job reads some: near copies are compared if their marks are alike, two
+# recordings stand for all in a figure, passes of one place are combined if there are any, and a
+# page shows nothing of a figure's data.
+IN_PART = {
+    "list": ("results/signals/",),
+    "list_labelled": ("results/signals/",),
+    "draw": ("results/signals/", "results/evaluation/"),
+    "detect": ("results/matrices/", "results/evaluation/predictions.csv"),
+    "report": ("results/matrices/", "results/figures/", "results/surveys/"),
+}
 
 
 def is_nodule(name):
@@ -108,6 +131,22 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     assert judge_file(labelled, final, settings, taught).taught_as == "0mm/r01"
 
 
+def assert_same_table(table, path):
+    """Check that a table and a file have the same columns, rows in the same order, and cells.
+
+    The file may go on with the columns that say where the results of a recording stand.
+    """
+    with path.open(encoding="utf-8", newline="") as stream:
+        columns, *rows = csv.reader(stream)
+    if columns[-len(BATCH_COLUMNS) :] == [*BATCH_COLUMNS]:
+        columns, *rows = (row[: -len(BATCH_COLUMNS)] for row in (columns, *rows))
+    assert list(table.columns) == columns, path
+    for made, stored in zip(table.itertuples(index=False), rows, strict=True):
+        for column, value, other in zip(columns, made, stored, strict=True):
+            text = "" if pd.isna(value) else str(value)
+            assert text == other or float(text) == float(other), (path, column, text, other)
+
+
 @pytest.fixture(scope="module")
 def loaded(finished):
     """Load the same recordings with the library, which uses the settings beside them."""
@@ -165,38 +204,157 @@ def test_a_detector_as_an_estimator_gives_the_workflows_verdicts(finished, loade
         np.testing.assert_allclose(made[column], stored, rtol=1e-9, err_msg=column)
 
 
-def test_a_fresh_checkout_with_new_dates_runs_nothing_again(finished, tmp_path):
-    assert finished.copy(tmp_path / "checkout", keep_times=False).snakemake().did_nothing
+# What the jobs have read.
+
+
+@pytest.fixture(scope="module")
+def jobs(finished):
+    """Return rule, declared inputs and read files of each job of the first run."""
+    read = {}
+    for line in finished.folder.with_name("traced").read_text(encoding="utf-8").splitlines():
+        words, path = json.loads(line)
+        read.setdefault(tuple(words), set()).add(path)
+    made = {}
+    for path in (finished.folder / ".snakemake/metadata").iterdir():
+        job = json.loads(path.read_text(encoding="utf-8"))
+        words = tuple(shlex.split(job["shellcmd"].partition(" > ")[0])[1:])
+        # What is no input because its content alone decides is named in the command.
+        named = {word.partition("=")[0] for word in words}
+        named = {word for word in named if word.startswith(("raw/", "sessions/"))}
+        made[words] = job["rule"], {*job["input"], *named}, read[words]
+    return list(made.values())
+
+
+def below(path, names):
+    """Return whether a path is one of some names, or lies below one."""
+    return any(path == name or path.startswith(f"{name.rstrip('/')}/") for name in names)
+
+
+def test_each_rule_has_its_jobs(jobs):
+    assert {rule for rule, *_ in jobs} == {
+        *("preprocess", "list", "list_labelled", "fit", "describe", "plot", "templates"),
+        *("evaluate", "detect", "draw", "survey", "report"),
+    }
+
+
+def test_a_job_reads_nothing_that_its_rule_does_not_declare(jobs):
+    undeclared = {
+        (rule, path)
+        for rule, declared, read in jobs
+        for path in read
+        if Path(path).parts[0] in ("results", "raw", "sessions") and not below(path, declared)
+    }
+    assert undeclared == set()
+
+
+def test_a_job_reads_what_its_rule_declares(jobs):
+    unread = {
+        (rule, path)
+        for rule, declared, read in jobs
+        for path in declared - read
+        if not path.startswith("sessions/") and not below(path, IN_PART.get(rule, ()))
+    }
+    assert unread == set()
+
+
+def test_a_job_that_needs_no_table_imports_no_package_but_numpy(jobs):
+    """Imports take most of the time of such a job."""
+    package = re.compile(r"site-packages/(?:__pycache__/)?([A-Za-z]\w*)(?:/|\.py|\.cpython)")
+    imported = {}
+    for rule, _, read in jobs:
+        imported.setdefault(rule, set()).update(
+            each[1] for each in map(package.search, read) if each
+        )
+    assert "pandas" in imported["evaluate"]
+    for rule in ("preprocess", "fit", "describe", "plot", "list", "templates", "detect"):
+        assert imported[rule] - {"coverage"} == {"numpy"}, rule
+
+
+# What a further call does.
+
+
+def test_the_reason_shows_a_setting_a_recording_and_a_script_before_and_now(project):
+    project.configure(fit={"seed": 2})
+    project.append("workflow/scripts/capsule/method/particle.py", "\n# an edit\n")
+    other = format_recording(make_recording(3.0, "3mm/other"))
+    (project.raw / "2.5mm/r01.csv").write_bytes(other)
+    run = project.snakemake("--dry-run")
+    single = ("list", "list_labelled", "templates", "evaluate", "detect", "draw", "report")
+    expected = dict.fromkeys(single, 1) | {"preprocess": 1, "fit": 4, "describe": 1, "plot": 1}
+    assert run.jobs == expected
+    reasons = dict(re.findall(r"^Job \d+: (.+)\nReason: (.+)", run.output, re.MULTILINE))
+    before, now = reasons["fit 1mm/r01"].split(" now: ")
+    assert '"seed": 1' in before and '"seed": 2' in now
+    assert "'fit.py " in before and "'fit.py " in now
+    for told in reasons["preprocess 2.5mm/r01"].split(" now: "):
+        assert "raw/2.5mm/r01.csv=" in told
+
+
+def test_a_fresh_checkout_with_new_dates_makes_nothing_again(finished, tmp_path):
+    checkout = finished.copy(tmp_path / "checkout", keep_times=False)
+    os.utime(checkout.raw / "1mm/r01.csv", (4e9, 4e9))
+    assert checkout.snakemake().did_nothing
+
+
+# What is refused.
+
+
+def test_a_mistake_in_the_configuration_is_told_before_anything_runs(new):
+    (new.folder / "mine.yaml").write_text("fit: {particles: many}\n", encoding="utf-8")
+    run = new.snakemake("--configfile", "mine.yaml", "--config", "on_rejected=stop")
+    assert run.status != 0
+    source = "--config or --configfile"
+    assert f"{source}: on_rejected: 'stop' is not allowed; must be one of report, f" in run.output
+    assert f"{source}: fit.particles: 'many' is not allowed" in run.output
+    assert "Traceback" not in run.output
+    assert not new.results.exists()
+
+
+TELL_MEMORY = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such measure")
+def test_a_gigabyte_is_rejected_in_little_memory(tmp_path):
+    recording = tmp_path / "3mm/huge.csv"
+    recording.parent.mkdir()
+    with recording.open("wb") as stream:
+        stream.truncate(1_000_000_000)
+    config = read_config_file(ROOT / "config/config.yaml")
+    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), "3mm/huge"]
+    command += ["--contents", f"{recording}=too large", "--batch", "3mm/huge"]
+    command += ["--settings", json.dumps(config)]
+    command += ["--signals", str(tmp_path / "s.npy"), "--matrices", str(tmp_path / "m.npy")]
+    command += ["--checks", str(tmp_path / "c.json")]
+    # From a small process: what a large one starts counts that one's memory as its own.
+    told = subprocess.run(
+        [sys.executable, "-c", TELL_MEMORY, *command], check=True, capture_output=True, text=True
+    )
+    assert "larger than 16 MB" in (tmp_path / "c.json").read_text(encoding="utf-8")
+    largest_kilobytes = int(told.stdout.splitlines()[-1])
+    assert largest_kilobytes < 500_000
 
 
 @pytest.mark.slow
-def test_an_archive_too_small_for_rates_has_its_report(new, tmp_path):
-    """One healthy recording and one nodule give verdicts; the page says how far to trust them."""
-    project = new.copy(tmp_path / "few")
-    for name in recordings_of(project):
-        if name not in ("0mm/r01", "1mm/r01", "unlabelled/patient"):
-            (project.raw / f"{name}.csv").unlink()
-    run = project.snakemake()
+def test_an_archive_without_a_healthy_recording_has_its_report(new):
+    """One nodule gives verdicts and a page, and the page claims no rate that needs others."""
+    for name in set(recordings_of(new)) - {"1mm/r01", "unlabelled/patient"}:
+        (new.raw / f"{name}.csv").unlink()
+    run = new.snakemake()
     assert run.status == 0, run.output
-    said = project.table("detections.csv")
+    said = new.table("detections.csv")
     assert [row["detector"] for row in said] == list(DETECTORS)
-    # The only healthy score is the threshold.
-    assert all(row["predicted_mm"] for row in said)
-    page = (project.results / "report.html").read_text(encoding="utf-8")
-    assert "this takes 19 healthy places, and this archive has 1." in page
-    # Without the one healthy recording there is none to learn a threshold from.
-    assert "taught has given no verdict" in page
-    (project.raw / "0mm/r01.csv").unlink()
-    run = project.snakemake()
-    assert run.status == 0, run.output
-    page = (project.results / "report.html").read_text(encoding="utf-8")
+    page = (new.results / "report.html").read_text(encoding="utf-8")
     assert "No healthy recording, so no false alarm can occur." in page
-    (row,) = [r for r in project.table("evaluation/specificity.csv") if "leave" in r["scheme"]]
+    (row,) = [r for r in new.table("evaluation/specificity.csv") if "leave" in r["scheme"]]
     assert (row["healthy"], row["specificity"]) == ("0", "")
 
 
 @pytest.mark.slow
-def test_snakemakes_own_report_and_the_figures_for_print_are_made_on_request(project):
+def test_snakemakes_own_report_is_made_on_request_and_figures_for_print_are_planned(project):
     # Snakemake's own use of docutils warns.
     run = project.snakemake("--report", "own.zip", environment={"PYTHONWARNINGS": ""})
     assert run.status == 0, run.output
@@ -204,11 +362,4 @@ def test_snakemakes_own_report_and_the_figures_for_print_are_made_on_request(pro
         shown = {name.rpartition("/")[2] for name in archive.namelist()}
     assert {"report.html", "detections.csv", "recordings.csv", "detection.csv"} <= shown
     assert {f"{name}.svg" for name in FIGURES} <= shown
-    assert project.snakemake("figures").jobs == {"figures": 1}
-    for row in FIGURES.values():
-        shown, printed = (project.results / folder for folder in ("figures", "print"))
-        data = f"{row.name}.csv"
-        assert (printed / data).read_bytes() == (shown / data).read_bytes()
-        for width in ("", "_column"):
-            assert (printed / f"{row.name}{width}.pdf").read_bytes().startswith(b"%PDF")
-    assert project.snakemake().did_nothing
+    assert project.snakemake("figures", "-n").jobs == {"figures": 1}
