@@ -35,7 +35,7 @@ def oldest_numpy():
 def compute(target, *path):
     """Return the results with the numpy in a folder; warnings are errors."""
     search = os.pathsep.join([*map(str, path), str(ROOT / "workflow/scripts")])
-    command = [sys.executable, "-W", "error", str(ROOT / "tests/support/numpy_results.py")]
+    command = [sys.executable, "-W", "error", str(ROOT / "tests/project/numpy_results.py")]
     subprocess.run(
         [*command, str(target), json.dumps(CONFIG)],
         env={**os.environ, "PYTHONPATH": search},

@@ -5,7 +5,6 @@ import importlib.util
 import json
 import os
 import re
-import shlex
 import subprocess
 import sys
 import tomllib
@@ -228,26 +227,6 @@ def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypa
     assert how_to_install("learn") == f'in {ROOT}: pip install -e ".[learn]"'
     monkeypatch.setattr(project, "PROJECT", tmp_path)
     assert how_to_install("learn") == 'pip install "scikit-learn>=1.6"'
-
-
-@pytest.mark.packages
-@pytest.mark.takes(30)
-def test_the_lines_that_errors_give_can_be_typed():
-    """What can be installed together can be installed by any one of the lines, too."""
-    wanted = []
-    for extra in sorted(hinted_extras()):
-        folder, line = how_to_install(extra).removeprefix("in ").split(": ")
-        *command, editable, what = shlex.split(line)
-        assert (Path(folder), command) == (ROOT, ["pip", "install"])
-        wanted += [editable, what]
-    done = subprocess.run(
-        [sys.executable, "-m", *command, *wanted, "--dry-run", "-q"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.packages
