@@ -2,7 +2,7 @@
 
 PYTHON ?= python3
 CORES ?= 2
-# One more than the cores, since some tests wait for a cluster or an emulated board.
+# One more than the cores, since some slow tests wait for a cluster or an emulated board.
 TEST_WORKERS ?= $(shell expr $(CORES) + 1)
 ENVIRONMENT := .venv
 BIN := $(ENVIRONMENT)/bin
@@ -23,17 +23,17 @@ report: $(BIN)/capsule  ## set up the environment and make results/report.html
 	$(BIN)/snakemake -c$(CORES)
 
 # Where Python may keep nothing, each test worker, command and job would compile its modules anew.
-PYTEST := env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
+PYTEST := env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder
 
 test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests but the slow ones
-	$(PYTEST) -m "not slow" $(PYTEST_FLAGS)
+	$(PYTEST) -n $(CORES) -m "not slow" $(PYTEST_FLAGS)
 
 test-slow: $(ENVIRONMENT)/test-ready  ## run the slow tests; some need programs that .ci/run installs
-	$(PYTEST) -m slow $(PYTEST_FLAGS)
+	$(PYTEST) -n $(TEST_WORKERS) -m slow $(PYTEST_FLAGS)
 
 # The floor is today's share. pyproject.toml says which branches count.
 coverage: $(ENVIRONMENT)/test-ready  ## run all tests and measure which branches of the code they run
-	$(PYTEST) $(PYTEST_FLAGS) --cov --cov-fail-under=89.5
+	$(PYTEST) -n $(TEST_WORKERS) $(PYTEST_FLAGS) --cov --cov-fail-under=89.5
 
 lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files, and the types
 	$(BIN)/ruff check .
