@@ -29,12 +29,11 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.engine.configuration import read_config_file
-from capsule.page.packing import deflated, to_json
+from capsule.page.packing import deflated, inflated, to_json
 from capsule.store.batches import described_together
 from capsule.store.files import read_csv, read_json, write_json
 from capsule.store.results import FITS, MATRICES, PLOT_DATA, Results
 from support.browser import MISSING, Browser
-from support.packed import inflated
 from support.stored import rows_of
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
@@ -124,7 +123,7 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
 
 def _renamed(plotted: dict[str, str], name: str) -> dict[str, str]:
     """Return the plot data of a recording under another name."""
-    drawn = json.loads(inflated(plotted["drawn"])) | {"recording": name}
+    drawn = inflated(plotted["drawn"]) | {"recording": name}
     return plotted | {"drawn": deflated(to_json(drawn))}
 
 

@@ -1,6 +1,5 @@
 """Stored results of recordings for the page, without files."""
 
-from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
@@ -22,11 +21,10 @@ class Named(dict):
 
 
 class StoredResults:
-    """Results for `capsule.page.evidence`, with the given templates for every recording."""
+    """Results for `capsule.page.evidence`."""
 
-    def __init__(self, matrix=None, **templates):
+    def __init__(self, matrix=None):
         self._matrix = np.zeros((4, 1000)) if matrix is None else matrix
-        self.templates = defaultdict(lambda: templates)
         self.drawn = Named(lambda name: deflated(to_json({"recording": name, "peaks": []})))
         self.qualities = Named(lambda name: f"{name}: no gap, no loose sensor")
 

@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from capsule.evaluation.lead import Lead
 from capsule.page import cards
 from capsule.page.plot_data import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
@@ -50,7 +51,7 @@ def shown(name):
     known = cards.Known([0.1, 0.2, 1.5], [3.0, 4.0])
     drawn = [cards.with_sketches(c, StoredResults().felt, known) for c in made_of(**CHANGES)]
     (card,) = [each for each in drawn if each["patient"] == name]
-    page = {"cards": [card], "results": [{"detector": "taught"}], "ours": None, "first": None}
+    page = {"cards": [card], "lead": Lead("taught", False, NAN, 2)}
     page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
     page |= {"most_cards": 6, "most_listed": 20}
     return " ".join(section("cards", **page).split())

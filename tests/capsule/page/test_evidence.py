@@ -1,7 +1,6 @@
 """Tests of the data that the page holds of each recording: complete, and small."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,27 +9,21 @@ from capsule.detectors.beats import WINDOWS_A_WAVE
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.method.particle import Particle, render
-from capsule.method.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
-from capsule.method.templates import build_templates
+from capsule.method.sliding import rmse_at_lag
 from capsule.page.evidence import (
     EVIDENCE,
-    NearestTemplate,
     StoredRecordings,
     archive_evidence,
     evidence_among_others,
-    fold_templates,
     in_words,
-    nearest_template,
-    particle_of,
+    nearest_size,
     surface,
-    verdicts_by_recording,
 )
-from capsule.page.packing import to_json
+from capsule.page.packing import inflated, to_json
 from capsule.page.plot_data import STEP, plot_data
 from capsule.store import files
 from capsule.store.results import FITS, PLOT_DATA, Results
-from support.evaluated import DETECTIONS, UNKNOWN, evaluated
-from support.packed import inflated
+from support.evaluated import UNKNOWN
 from support.project import ROOT
 from support.stored import StoredResults, rows_of
 from support.synthetic import make_recording
@@ -41,16 +34,14 @@ FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepte
 ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
 
 
-def test_1200_recordings_of_full_length_stay_below_25_megabytes():
-    values = make_recording(3, "3mm/r01", samples=1000).values
-    said = {"detector": "diagonal", "scheme": "leave_one_out", "predicted_mm": 3.0}
+def test_1200_recordings_of_full_length_stay_below_8_megabytes():
+    values = make_recording(3, "3mm/r01", samples=525).values
+    said = {"detector": "diagonal", "scheme": "leave-one-out", "predicted_mm": 3.0}
     said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
-    said |= dict.fromkeys(EVIDENCE, 1234.567)
-    verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
-    verdicts += [said | {"distances": []}] * 6
-    schemes = ("leave_one_out", "resubstitution")
-    nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in schemes}
-    beats = int(1000 / 32 * WINDOWS_A_WAVE)
+    said |= dict.fromkeys(EVIDENCE, 1234.567) | {"outcome": "within tolerance"}
+    verdicts = [said | {"distances": [0.1234567] * 6}] + [said | {"distances": []}] * 2
+    nearest = {"size_mm": 3.0, **surface(PARTICLE, 150, 981, 1000)}
+    beats = int(525 / 32 * WINDOWS_A_WAVE)
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
     check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
     made = plot_data(
@@ -62,73 +53,84 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
         10.0,
         SETTINGS,
     )
-    assert None not in json.loads(inflated(made["drawn"])).values()
-    added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), SETTINGS)
+    assert None not in inflated(made["drawn"]).values()
+    added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), 1000)
     assert None not in added.values()
     one = len(to_json({"drawn": made["drawn"], **added}))
-    # The figures take 1.3 MB, a recording's rows in the tables less than 900 bytes.
-    assert 1200 * (one + 900) + 1.3e6 < 25e6
+    # The figures take 0.9 MB, a recording's row in the table less than 500 bytes.
+    assert 1200 * (one + 500) + 0.9e6 < 8e6
 
 
 def test_the_fit_is_drawn_where_it_lies_and_said_in_words():
-    settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | {"length": 500}}
     particle = Particle(np.ones(4), np.full(4, 0.3), np.full(3, 100.0), np.full(4, 9.0))
     fit = FIT | {"first_peak": 50, "lag": 501}
-    added = evidence_among_others(ROW, [], {}, (fit, particle), settings)
+    added = evidence_among_others(ROW, [], None, (fit, particle), 500)
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     assert added["fitted"]["peak"] == [49, 149, 249, 349]
     assert added["fit"].startswith("RMSE 0.1000; ") and added["fit"].endswith("; lag 501")
-    without = evidence_among_others(ROW, [], {}, None, settings)
+    without = evidence_among_others(ROW, [], None, None, 500)
     assert without["fitted"] is without["fit"] is None
 
 
-def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_templates():
+def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_template():
     rows = [
         ROW | {"recording": "0mm/r01", "size_mm": 0.0, "nodule_at_mm": None},
-        ROW | {"recording": "3mm/r01", "place": 2},
+        ROW | {"recording": "3mm/r01"},
     ]
     first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
-    said = dict.fromkeys(EVIDENCE) | verdict
+    said = dict.fromkeys(EVIDENCE) | verdict | {"scheme": "leave-one-out"}
     said |= {"distances": [0.2, 0.1], "details": "place 15.0 s"}
     matrix = render(PARTICLE, first_peak, length)
-    stored = StoredResults(matrix, leave_one_out={3.0: PARTICLE.to_vector().tobytes()})
-    made = dict(archive_evidence(rows, verdicts, 3.0, stored, SETTINGS))
+    parameters = {name: getattr(PARTICLE, name).tolist() for name in PARTICLE.__dataclass_fields__}
+    templates = [
+        {"size_mm": 0.0, "parameters": None},
+        {"size_mm": 3.0, "parameters": parameters},
+    ]
+    made = dict(archive_evidence(rows, verdicts, templates, StoredResults(matrix), SETTINGS))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     healthy, nodule = map(json.loads, made.values())
-    assert json.loads(inflated(nodule["drawn"]))["recording"] == "3mm/r01"
+    assert inflated(nodule["drawn"])["recording"] == "3mm/r01"
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
-    assert (healthy["row"], nodule["row"]) == (0, 2)
     assert (healthy["nodule_at_mm"], nodule["nodule_at_mm"]) == (None, 4.5)
-    assert healthy["verdicts"] == [said] and nodule["verdicts"] == [said] * 2
+    assert healthy["verdicts"] == [said | {"outcome": "false alarm"}]
+    assert nodule["verdicts"] == [said | {"outcome": "exact"}] * 2
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    drawn = nodule["templates"]["leave_one_out"]
+    drawn = nodule["template"]
     assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
+    without = dict(archive_evidence(rows, {}, templates, StoredResults(matrix), SETTINGS))
+    assert json.loads(without["3mm/r01"])["template"] is None
 
 
-def test_every_verdict_on_a_recording_is_found_in_the_order_of_the_tables():
-    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
-    verdicts = verdicts_by_recording(evaluation.predictions, DETECTIONS)
-    assert [(each["detector"], each["scheme"]) for each in verdicts["2mm/a"]] == [
-        ("template", "leave_one_out"),
-        ("diagonal", "leave_one_out"),
-    ]
-    assert in_words(verdicts["2mm/a"][0])["predicted_mm"] == 3.0
+@pytest.mark.parametrize(
+    ("distances", "nearest"),
+    [
+        # The template of no nodule is not drawn.
+        ({"rmse_0mm": 0.1, "rmse_2.5mm": 0.3, "rmse_3mm": 0.2}, 3.0),
+        ({"rmse_0mm": 0.1, "rmse_2.5mm": 0.3, "rmse_3mm": UNKNOWN}, 2.5),
+        ({"rmse_0mm": 0.1, "rmse_3mm": UNKNOWN}, None),
+    ],
+)
+def test_the_nearest_template_is_that_of_the_shortest_distance(distances, nearest):
+    assert (
+        nearest_size([{"detector": "diagonal"}, {"detector": "template", **distances}]) == nearest
+    )
+    assert nearest_size([{"detector": "diagonal", **distances}]) is None
 
 
 def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     row = dict.fromkeys(("predicted_mm", "estimate_mm", "probability", "location_s"), UNKNOWN)
     row |= {"detector": "template", "scheme": "all", "score": 1 / 3, "threshold": float("inf")}
     row |= {"rmse_0mm": 0.25, "rmse_3mm": UNKNOWN}
-    said = in_words(row)
-    assert (said["predicted_mm"], said["details"]) == (None, "")
-    assert in_words(row | {"no_verdict": "no wave"})["details"] == "no wave"
+    said = in_words(row, 3.0, 1.0)
+    assert (said["predicted_mm"], said["outcome"], said["details"]) == (None, "not judged", "")
+    assert in_words(row | {"no_verdict": "no wave"}, 3.0, 1.0)["details"] == "no wave"
     assert (said["score"], said["threshold"]) == (0.3333333, None)
     assert said["distances"] == [0.25, None]
     # The detector by beats compares with no template.
-    assert in_words(row | {"detector": "diagonal"})["distances"] == []
+    assert in_words(row | {"detector": "diagonal"}, None, 1.0)["distances"] == []
 
 
 U, LENGTH = 30, 120
@@ -136,36 +138,6 @@ U, LENGTH = 30, 120
 
 def two_sensors(height, spacing=40.0):
     return Particle(np.full(2, height), np.full(2, 0.3), np.array([spacing]), np.full(2, 8.0))
-
-
-def test_a_fold_has_the_templates_of_the_recordings_that_taught():
-    wide = replace(two_sensors(0.8, 44), horizontal_spread=np.full(2, 20.0))
-    taught = {"1mm/a": two_sensors(0.2), "3mm/a": two_sensors(1.0), "3mm/b": wide}
-    blank = dict.fromkeys(["near_copies", "site", "session", "readings_sha256"], "")
-    accepted = {name: {"size_mm": name[0], **blank} for name in taught}
-    accepted["unlabelled/p"] = {"size_mm": "", **blank}
-    rules = {"schemes": ["leave_one_out"], "most_folds": 500, "held_out": [], "groups": []}
-    by_size = {1.0: [taught["1mm/a"]], 3.0: [taught["3mm/a"], taught["3mm/b"]]}
-    templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
-    found = fold_templates(templates, taught, accepted, rules)
-    for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
-        assert np.allclose(
-            render(particle_of(found["unlabelled/p"]["all"][size]), U, LENGTH), matrix
-        )
-    # Without its only recording a size has no template.
-    assert list(found["1mm/a"]["leave_one_out"]) == [3.0]
-    fold = found["3mm/a"]["leave_one_out"]
-    assert np.frombuffer(fold[3.0]) == pytest.approx(taught["3mm/b"].to_vector())
-
-
-def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
-    particles = {1.0: two_sensors(0.2), 3.0: two_sensors(1.0), 5.0: two_sensors(2.0)}
-    templates = {
-        size_mm: RepeatedParticle(render(particle, U, LENGTH))
-        for size_mm, particle in particles.items()
-    }
-    matrix = render(two_sensors(0.9), U, LENGTH)
-    assert nearest_template(SlidingComparison(matrix).gain_of, templates) == (3.0, LENGTH + 1)
 
 
 def drawn(values, sensors, samples):

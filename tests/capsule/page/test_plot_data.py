@@ -1,7 +1,5 @@
 """Tests of what the page holds of one recording alone: its signals and what was judged by."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import WEIGHTS
+from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import (
     STEP,
     WIDTH,
@@ -23,7 +22,6 @@ from capsule.page.plot_data import (
 )
 from capsule.recordings.recording import read_recording
 from capsule.recordings.units import shares_at_ends
-from support.packed import inflated, unpack
 from support.project import ROOT
 from support.synthetic import make_recording
 from support.waves import wave_readings
@@ -45,7 +43,7 @@ def evidence_of(values, check=CHECK, stretches=None, **shape):
         settings,
     )
     assert made["quality"] == "no gap, no loose sensor"
-    return json.loads(inflated(made["drawn"]))
+    return inflated(made["drawn"])
 
 
 def test_peaks_say_how_high_when_and_how_long():
@@ -58,8 +56,8 @@ def test_the_readings_stay_exact_and_the_smooth_signals_are_thinned():
     values = make_recording(3, "3mm/r01", samples=600).values
     drawn = evidence_of(values)
     assert np.array_equal(unpack(drawn["readings"]), values)
-    assert drawn["envelope"]["every"] == drawn["matrix"]["every"] == 3
-    assert unpack(drawn["envelope"]).shape == unpack(drawn["matrix"]).shape == (4, 200)
+    assert drawn["envelope"]["every"] == 3
+    assert unpack(drawn["envelope"]).shape == (4, 200)
     assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
 
 

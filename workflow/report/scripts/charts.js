@@ -3,7 +3,7 @@
 const Charts = ((Signals, Palette, uPlot, ChartFrame) => {
   "use strict";
 
-  const { atLeastTwoRows, contourSegments, highest, surfaceRows, unpack } = Signals;
+  const { atLeastTwoRows, contourSegments, highest, matrixOf, surfaceRows, unpack } = Signals;
   const { themeColour } = Palette;
   const { chartOptions, drawScaleBar, evenly, roundLength, sensorSeries, sensorsBelow } = ChartFrame;
   const CONTOURS = [0.25, 0.5, 0.75];
@@ -112,9 +112,10 @@ const Charts = ((Signals, Palette, uPlot, ChartFrame) => {
 
   /** Draw the matrix as shades, with a particle's contours over it. */
   function drawMatrix(container, evidence, particle) {
-    const rows = unpack(evidence.matrix);
-    const laid = particle ? surfaceRows(particle, rows.length, rows[0].length, evidence.matrix.every) : null;
-    const time = evenly(rows[0].length, 0, evidence.matrix.every * evidence.interval_s);
+    const rows = matrixOf(evidence);
+    const { every } = evidence.envelope;
+    const laid = particle ? surfaceRows(particle, rows.length, rows[0].length, every) : null;
+    const time = evenly(rows[0].length, 0, every * evidence.interval_s);
     const sensors = rows.length;
     const [first, last] = sensors > 1 ? [1, sensors] : [0.5, 1.5];
     const options = chartOptions(container.clientWidth, 190, "sensor", {

@@ -10,9 +10,7 @@ const Chooser = ((Elements, Palette, Viewer) => {
   /** Return the data of a recording; its signals are deflated in the page. */
   async function read(name) {
     const { drawn, ...others } = Elements.readData(carried.get(name));
-    const bytes = Uint8Array.from(atob(drawn), (character) => character.charCodeAt(0));
-    const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return { ...(await new Response(inflated).json()), ...others };
+    return { ...(await Elements.inflated(drawn)), ...others };
   }
 
   const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
@@ -59,7 +57,7 @@ const Chooser = ((Elements, Palette, Viewer) => {
         change(content);
       };
       const show = (evidence) => {
-        title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current, data)}`;
+        title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current.detector)}`;
         redraw = Viewer.show(viewer, evidence, { ...current, recording: wanted }, data);
       };
       const explain = () => {
@@ -72,7 +70,9 @@ const Chooser = ((Elements, Palette, Viewer) => {
     };
 
     const bringIntoView = () => {
-      title.scrollIntoView({ block: "start" });
+      // The row stands in the box of the table, right above.
+      list.bringIntoView(list.of(chosen));
+      title.scrollIntoView({ block: "center" });
       title.focus({ preventScroll: true });
     };
 

@@ -27,6 +27,13 @@ const Elements = (() => {
     return JSON.parse(node.textContent);
   }
 
+  /** Return, later, JSON content that was deflated. */
+  async function inflated(text) {
+    const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).json();
+  }
+
   /** Return an element with a class and a text. */
   function element(tag, className = "", text = "") {
     const made = document.createElement(tag);
@@ -94,5 +101,5 @@ const Elements = (() => {
     return { figure, canvas };
   }
 
-  return { UNKNOWN, number, significant, sizeWords, readData, element, button, svgElement, textTable, chartFigure };
+  return { UNKNOWN, number, significant, sizeWords, readData, inflated, element, button, svgElement, textTable, chartFigure };
 })();

@@ -54,9 +54,7 @@ const EvidenceList = ((uPlot, Palette, ChartFrame, Elements, Signals, Charts) =>
   }
 
   function duration(evidence) {
-    const { data, bits, rows } = evidence.readings;
-    const count = atob(data).length / (bits / 8) / rows;
-    return (count - 1) * evidence.interval_s;
+    return (evidence.readings.rows[0].length - 1) * evidence.interval_s;
   }
 
   /** Draw the depth of each sensor's beats, its usual depth, and the time at which it passes the place. */
@@ -215,20 +213,19 @@ const EvidenceList = ((uPlot, Palette, ChartFrame, Elements, Signals, Charts) =>
     return {
       title: "Nearest template",
       caption:
-        `The template of ${sizeWords(template.size_mm)} at its best lag (lines) over the matrix (shades). The score is the ` +
-        `margin: by how much this template reduces the squared difference from the matrix.${nearer}`,
+        `The template of ${sizeWords(template.size_mm)}, from all recordings that teach, at its best lag (lines) over the matrix ` +
+        `(shades). The score is by how much the nearest template that this place did not teach reduces the squared difference.${nearer}`,
       description: `Matrix with the contours of the template of ${sizeWords(template.size_mm)} over it.`,
       draw: (canvas) => Charts.drawMatrix(canvas, evidence, template),
     };
   }
 
   /** Return the charts of a detector in order; charts without data are left out. */
-  function chartsOf(evidence, verdict, detector, marks) {
+  function chartsOf(evidence, verdict, detector) {
     const charts = [];
-    if (verdict.score !== null) charts.push(scoreChart(verdict, marks));
+    if (verdict.score !== null) charts.push(scoreChart(verdict, detector.scores));
     const drawn = (name) => detector.drawn.includes(name);
-    const template = evidence.templates[verdict.scheme];
-    if (drawn("template") && template) charts.push(templateChart(evidence, verdict, template));
+    if (drawn("template") && evidence.template) charts.push(templateChart(evidence, verdict, evidence.template));
     if (drawn("beats") && evidence.beats) charts.push(beatsChart(evidence, drawn("passing")));
     if (drawn("gut") && evidence.gut) charts.push(gutChart(evidence, verdict));
     if (drawn("stretches") && evidence.stretches) charts.push(stretchesChart(evidence, verdict));

@@ -5,7 +5,7 @@ const Glossary = (() => {
 
   const TEXT = "p, li, figcaption, caption, td, th, h4";
   // Other scripts write into these. A link inside would be lost, or would divide a text that they replace.
-  const OWNED = "[data-shown], #viewer, #recordings-table, output";
+  const OWNED = "#viewer, #recordings-table, output";
   const APART = `${OWNED}, a, button, code, pre, blockquote, .terms, #configuration`;
 
   /** Yield the page's text nodes in order. */

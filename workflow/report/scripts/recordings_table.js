@@ -23,11 +23,14 @@ const RecordingsTable = ((Elements) => {
     more.hidden = true;
     if (further) document.getElementById("none-shown").before(more);
 
+    const status = document.getElementById("shown");
     const list = () => {
-      if (!further) return;
       const rows = fitting();
-      body.replaceChildren(...rows.slice(0, limit));
-      more.hidden = rows.length <= limit;
+      const left = further ? Math.max(0, rows.length - limit) : 0;
+      if (further) body.replaceChildren(...rows.slice(0, limit));
+      more.hidden = left === 0;
+      status.textContent = `${rows.length} of ${all.length} ${left ? `fit, the first ${limit} are listed` : "shown"}`;
+      document.getElementById("none-shown").hidden = rows.length > 0;
     };
 
     more.addEventListener("click", () => {
@@ -48,40 +51,36 @@ const RecordingsTable = ((Elements) => {
         limit = step;
         list();
       },
+      /** Scroll the box of the table to a row, which is listed if it fits. */
+      bringIntoView: (row) => {
+        limit = Math.max(limit, fitting().indexOf(row) + 1);
+        list();
+        row.scrollIntoView({ block: "center" });
+      },
       sort: (rows) => {
         ordered = rows;
         if (!further) body.append(...rows);
       },
-      /** Return the number of rows that fit but are not in the table. */
-      unlisted: () => (further ? Math.max(0, fitting().length - limit) : 0),
     };
   }
 
-  /** Let a reader sort, filter and search the rows of `list`. `onChange` is called after each change. Return a function to call when outcomes change. */
+  /** Let a reader sort, filter and search the rows of `list`. `onChange` is called after each change. */
   function setUp(table, list, onChange) {
     const rows = list.all;
     const search = document.getElementById("search");
     const size = document.getElementById("filter-size");
     const outcome = document.getElementById("filter-outcome");
-    const status = document.getElementById("shown");
 
     const filter = () => {
       const wanted = search.value.trim().toLowerCase();
-      let shown = 0;
       for (const row of rows) {
         row.hidden = !(
           (!size.value || row.dataset.size === size.value) &&
           (!outcome.value || row.dataset.outcome === outcome.value) &&
           (!wanted || `${row.dataset.text} ${row.dataset.outcome}`.includes(wanted))
         );
-        if (!row.hidden) shown += 1;
       }
       list.refresh();
-      const left = list.unlisted();
-      status.textContent = left
-        ? `${shown} of ${rows.length} fit, the first ${shown - left} are listed`
-        : `${shown} of ${rows.length} shown`;
-      document.getElementById("none-shown").hidden = shown > 0;
       onChange();
     };
 
@@ -118,14 +117,6 @@ const RecordingsTable = ((Elements) => {
       head.querySelector("button").addEventListener("click", () => sortBy(head, column));
     });
     filter();
-    return () => {
-      // Offer only the outcomes that occur.
-      const present = [...new Set(rows.map((row) => row.dataset.outcome))];
-      const before = outcome.value;
-      outcome.replaceChildren(outcome.options[0], ...present.map((name) => new Option(name)));
-      outcome.value = present.includes(before) ? before : "";
-      filter();
-    };
   }
 
   return { rowsOf, setUp };

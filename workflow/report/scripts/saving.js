@@ -16,11 +16,10 @@ const Saving = ((Palette) => {
       let column = 0;
       for (const cell of row.cells) {
         while (laid[at][column]) column += 1;
-        const wide = Number(cell.dataset.span ?? cell.colSpan);
         for (let down = 0; down < cell.rowSpan && at + down < rows.length; down += 1) {
-          for (let across = 0; across < wide; across += 1) laid[at + down][column + across] = cell;
+          for (let across = 0; across < cell.colSpan; across += 1) laid[at + down][column + across] = cell;
         }
-        column += wide;
+        column += cell.colSpan;
       }
     });
     return laid;
@@ -53,25 +52,19 @@ const Saving = ((Palette) => {
     return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
   }
 
-  /** Return the visible rows and columns of a table. A rate becomes three columns. */
+  /** Return the visible rows of a table. A rate becomes three columns. */
   function tableRows(table) {
-    const [head] = [...(table.tHead?.rows ?? [])];
     const titles = columnTitles(table);
-    const leaves = head ? lay([...table.tHead.rows]).at(-1) : [];
-    const visible = titles.map((_, column) => column).filter((column) => !leaves[column].hidden);
     const bodies = [...table.tBodies].map((body) => lay([...body.rows]).filter((_, at) => !body.rows[at].hidden));
     const body = bodies.flat();
     const isRate = (column) => body.some((row) => row[column]?.querySelector(".value"));
-    const heads = visible.flatMap((column) => {
-      const title = titles[column];
-      return isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title];
-    });
+    const heads = titles.flatMap((title, column) => (isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title]));
     const part = (cell, name) => textOf(cell.querySelector(name) ?? document.createElement("i"));
     const written = body.map((row) =>
-      visible.flatMap((column, place) => {
+      titles.flatMap((_, column) => {
         const cell = row[column];
         // A cell that covers several columns is written once.
-        const again = place > 0 && row[visible[place - 1]] === cell;
+        const again = column > 0 && row[column - 1] === cell;
         if (!cell || again) return isRate(column) ? ["", "", ""] : [""];
         if (!isRate(column)) return [cell.dataset.value ?? textOf(cell)];
         return [cell.dataset.value ?? "", part(cell, ".bounds"), part(cell, ".count")];
@@ -126,8 +119,7 @@ const Saving = ((Palette) => {
 
   /** Save a figure as the SVG file that it is. */
   function saveSvg(image, name) {
-    const bytes = Uint8Array.from(atob(image.src.split(",")[1]), (character) => character.charCodeAt(0));
-    save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
+    save(new Blob([decodeURIComponent(image.src.replace(/^[^,]*,/, ""))], { type: "image/svg+xml" }), `${name}.svg`);
   }
 
   /** Save a figure as PNG at twice its size, on white. */

@@ -22,11 +22,11 @@ const Shown = (() => {
   /** Set up the state, beginning with the address. `data` is the page's data on all recordings. */
   function setUp(data) {
     const listeners = [];
-    const plain = { recording: null, detector: data.detectors[0]?.name ?? null, scheme: data.main_scheme };
+    const plain = { recording: null, detector: data.detectors[0]?.name ?? null, scheme: data.schemes[0] ?? null };
     const known = {
       recording: (name) => data.recordings.includes(name),
       detector: (name) => data.detectors.some((each) => each.name === name),
-      scheme: (name) => data.schemes.some((each) => each.name === name),
+      scheme: (name) => data.schemes.includes(name),
     };
     let shown = { ...plain };
 

@@ -5,23 +5,19 @@ const Signals = (() => {
 
   /** Return the rows of values of packed numbers; a missing sample is null. */
   function unpack(packed) {
-    const binary = atob(packed.data);
-    const bytes = Uint8Array.from(binary, (character) => character.charCodeAt(0));
-    const view = new DataView(bytes.buffer);
-    const size = packed.bits / 8;
-    const missing = 2 ** packed.bits - 1;
-    const columns = packed.rows ? bytes.length / size / packed.rows : 0;
-    const rows = [];
-    for (let row = 0; row < packed.rows; row += 1) {
-      const values = new Array(columns);
-      for (let column = 0; column < columns; column += 1) {
-        const offset = (row * columns + column) * size;
-        const number = size === 1 ? view.getUint8(offset) : view.getUint16(offset, true);
-        values[column] = number === missing ? null : packed.low + packed.scale * number;
-      }
-      rows.push(values);
-    }
-    return rows;
+    return packed.rows.map((row) => {
+      let sum = 0;
+      return row.map((difference) => {
+        if (difference === null) return null;
+        sum += difference;
+        return packed.low + packed.scale * sum;
+      });
+    });
+  }
+
+  /** Return the recording's matrix: by how much the envelope exceeds the threshold (eq. ReLU). */
+  function matrixOf({ envelope, threshold }) {
+    return unpack(envelope).map((row) => row.map((value) => Math.max((value ?? 0) - threshold, 0)));
   }
 
   /** Return a particle's height over a recording (eq. G), in rows. Where surfaces overlap, the higher one counts. */
@@ -80,5 +76,5 @@ const Signals = (() => {
     return segments;
   }
 
-  return { unpack, surfaceRows, highest, atLeastTwoRows, contourSegments };
+  return { unpack, matrixOf, surfaceRows, highest, atLeastTwoRows, contourSegments };
 })();

@@ -1,6 +1,6 @@
 // Set up the interactive parts of the page, if the page has them.
 
-((RecordingsTable, Chooser, Shown, Switches, Tools, Folds, Glossary, Surveys, Meaning, Elements) => {
+((RecordingsTable, Chooser, Shown, Schemes, Tools, Folds, Glossary, Surveys, Meaning, Elements) => {
   "use strict";
 
   Tools.setUp();
@@ -15,6 +15,9 @@
   const shown = Shown.setUp(data);
   document.getElementById("filters").hidden = false;
   const list = RecordingsTable.rowsOf(table);
-  const outcomesChanged = RecordingsTable.setUp(table, list, Chooser.setUp(list, shown, data));
-  Switches.setUp(list, shown, data, outcomesChanged);
-})(RecordingsTable, Chooser, Shown, Switches, Tools, Folds, Glossary, Surveys, Meaning, Elements);
+  // The chooser lists the row of the address, so the table is set up before it.
+  let rowsChanged = () => {};
+  RecordingsTable.setUp(table, list, () => rowsChanged());
+  rowsChanged = Chooser.setUp(list, shown, data);
+  Schemes.setUp(shown);
+})(RecordingsTable, Chooser, Shown, Schemes, Tools, Folds, Glossary, Surveys, Meaning, Elements);

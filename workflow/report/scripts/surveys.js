@@ -140,8 +140,9 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
   }
 
   /** Set up one survey. */
-  function setUpOne(node) {
-    const { player, title, places, frame } = readData(node);
+  async function setUpOne(node) {
+    const { player: packed, title, places, frame } = readData(node);
+    const player = await Elements.inflated(packed);
     player.scores = Signals.unpack(player.score)[0] ?? [];
     const box = element("div", "player");
     const label = element("label", "", `Moment of the survey ${title}`);
@@ -194,12 +195,18 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
     slider.addEventListener("input", show);
     Palette.onChange(box, signals.redraw);
     // Begin at a nodule, which shows more than the start.
-    const first = places.find(({ status }) => status === "confirmed") ?? places[0];
+    const first = places.find(({ status }) => status === "nodule") ?? places[0];
     goTo(first ? first.suspected_s : player.from_s);
   }
 
   function setUp() {
-    document.querySelectorAll("script[data-survey]").forEach(setUpOne);
+    for (const node of document.querySelectorAll("script[data-survey]")) {
+      const article = node.closest("article");
+      article.setAttribute("aria-busy", "true");
+      const done = () => article.removeAttribute("aria-busy");
+      // A browser that is too old to unpack a survey shows its picture without the slider.
+      setUpOne(node).then(done, done);
+    }
   }
 
   return { setUp };

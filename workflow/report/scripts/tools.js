@@ -15,7 +15,7 @@ const Tools = ((Elements, Saving) => {
 
   /** Write the head of its column into each cell, for narrow screens, where a row is a card. */
   function label(table) {
-    const groups = [...table.querySelectorAll("thead th[data-span]")].flatMap((head) => Array(Number(head.dataset.span)).fill(`${head.textContent}, `));
+    const groups = [...table.querySelectorAll('thead th[scope="colgroup"]')].flatMap((head) => Array(head.colSpan).fill(`${head.textContent}, `));
     const leaves = [...(table.tHead?.rows[table.tHead.rows.length - 1].cells ?? [])].map((head) => (head.querySelector("code") ?? head).textContent.trim());
     const heads = groups.length ? ["", ...leaves.map((text, place) => `${groups[place]}${text}`)] : leaves;
     for (const row of [...table.tBodies].flatMap((body) => [...body.rows])) {

@@ -7,16 +7,8 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   const { sensorLine } = Palette;
 
   /** Return a verdict's detector and scheme in words. */
-  function labelOf(verdict, data) {
-    const scheme = data.schemes.find((each) => each.name === verdict.scheme);
-    return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
-  }
-
-  /** Return the verdicts of a scheme, or of the first one that stands in for it, as for an unlabelled or a held-out recording. */
-  function ofScheme(evidence, scheme, data) {
-    const candidates = data.schemes.find((each) => each.name === scheme).stand_in;
-    const judged = candidates.find((name) => evidence.verdicts.some((verdict) => verdict.scheme === name));
-    return evidence.verdicts.filter((verdict) => verdict.scheme === judged);
+  function labelOf(verdict) {
+    return `${verdict.detector}, ${verdict.scheme}`;
   }
 
   /** Return a verdict's size in words, or that there is no verdict; its details then tell the reason. */
@@ -37,9 +29,9 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   }
 
   /** Return the table of distances to all templates, for each detector that uses them. */
-  function distances(evidence, data, scheme) {
-    const shown = ofScheme(evidence, scheme, data).filter((verdict) => verdict.distances.length);
-    const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
+  function distances(evidence, data) {
+    const shown = evidence.verdicts.filter((verdict) => verdict.distances.length);
+    const heads = ["Template", ...shown.map(labelOf)];
     const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
     const longest = Math.max(0, ...known.flat());
     const rows = data.sizes.map((size, index) => [
@@ -51,16 +43,13 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   }
 
   /** Return the table of all detectors' verdicts. */
-  function verdicts(evidence, data, scheme) {
-    const listed = ofScheme(evidence, scheme, data);
-    const rows = listed.map((verdict) => [
-      labelOf(verdict, data),
+  function verdicts(evidence) {
+    const rows = evidence.verdicts.map((verdict) => [
+      labelOf(verdict),
       element("strong", "", verdictWords(verdict)),
       verdict.details,
     ]);
-    const taught = listed.some((verdict) => verdict.scheme === "resubstitution") ? "All recordings teach, including this one" : "Only recordings of other places teach";
-    const caption = `Every detector’s verdict. ${taught}.`;
-    return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
+    return textTable("verdicts", "verdicts", "Every detector’s verdict.", ["Detector", "Verdict", "Details"], rows);
   }
 
   /** Return the table of the envelopes in numbers. */
@@ -100,7 +89,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
 
   /** Return the charts of the signals in order, each with title, caption, description and drawing function. */
   function signalCharts(evidence) {
-    const { rows: sensors } = evidence.readings;
+    const sensors = evidence.peaks.length;
     const strongest = evidence.peaks
       .map(([value, at], sensor) => `sensor ${sensor + 1} ${number(value, 2)} SD at ${number(at, 1)} s`)
       .join(", ");
@@ -135,18 +124,17 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     ];
   }
 
-  /** Return a detector's verdict for a scheme. */
-  function verdictOf(evidence, { detector, scheme }, data) {
-    return ofScheme(evidence, scheme, data).find((each) => each.detector === detector);
+  /** Return a detector's verdict. */
+  function verdictOf(evidence, detector) {
+    return evidence.verdicts.find((each) => each.detector === detector);
   }
 
   /** Return the recording's truth and the chosen detector's verdict in words. */
-  function titleOf(evidence, shown, data) {
-    const verdict = verdictOf(evidence, shown, data);
+  function titleOf(evidence, detector) {
+    const verdict = verdictOf(evidence, detector);
     if (!verdict || verdict.predicted_mm === null) return `${evidence.title}, not judged`;
-    const outcome = data.outcomes[data.verdicts[`${shown.detector}|${shown.scheme}`]?.outcome[evidence.row]];
-    const judged = verdict.scheme === "all" || !outcome ? "" : ` (${outcome})`;
-    return `${evidence.title}, taken for ${sizeWords(verdict.predicted_mm)} by ${shown.detector}${judged}`;
+    const outcome = verdict.outcome === "unlabelled" ? "" : ` (${verdict.outcome})`;
+    return `${evidence.title}, taken for ${sizeWords(verdict.predicted_mm)} by ${detector}${outcome}`;
   }
 
   /** Return links to the same recording with other detectors. */
@@ -154,7 +142,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     const list = element("ul", "judges");
     list.setAttribute("aria-label", "Detectors");
     for (const { name } of data.detectors) {
-      const verdict = verdictOf(evidence, { ...shown, detector: name }, data);
+      const verdict = verdictOf(evidence, name);
       if (!verdict) continue;
       const link = element("a", "", name);
       link.href = Shown.format({ ...shown, detector: name });
@@ -167,7 +155,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   }
 
   /** Return the heading of a detector's evidence, with the verdict in words. */
-  function evidenceHead(evidence, verdict, detector, data) {
+  function evidenceHead(verdict, detector) {
     const head = element("h4", "", "What ");
     head.append(element("code", "", detector.name), " judged by");
     const said = element("p", "verdict");
@@ -175,21 +163,20 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     else {
       const parts = [verdictWords(verdict), verdict.details].filter(Boolean).join(": ");
       const needs = verdict.score === null && detector.needs ? ` It needs ${detector.needs}.` : "";
-      said.append(element("strong", "", `${parts}.`), ` ${labelOf(verdict, data)}.${needs}`);
+      said.append(element("strong", "", `${parts}.`), ` ${labelOf(verdict)}.${needs}`);
     }
     return [head, said];
   }
 
   /** Fill the viewer with one recording. Return a function to call when width or theme changes. */
   function show(viewer, evidence, shown, data) {
-    const verdict = verdictOf(evidence, shown, data);
+    const verdict = verdictOf(evidence, shown.detector);
     const detector = data.detectors.find((each) => each.name === shown.detector);
-    const marks = data.scores[`${shown.detector}|${shown.scheme}`] ?? [];
-    const listed = verdict ? EvidenceList.chartsOf(evidence, verdict, detector, marks) : [];
+    const listed = verdict ? EvidenceList.chartsOf(evidence, verdict, detector) : [];
     const file = (title) => `${shown.recording} ${title}`;
     const prepare = (chart) => {
       const made = { ...chart, ...chartFigure(chart) };
-      const sensors = chart.bySensor ? evidence.readings.rows : 0;
+      const sensors = chart.bySensor ? evidence.peaks.length : 0;
       const title = `${shown.recording}: ${chart.title}${chart.judged ? `, ${shown.detector}` : ""}`;
       Tools.forChart(made.figure, made.canvas, { title, sensors, name: file(`${chart.judged ? `${shown.detector} ` : ""}${chart.title}`) });
       return made;
@@ -203,13 +190,13 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     fold.append(element("summary", "", "Envelope, matrix, every detector’s verdict and the header"));
     const tables = element("div", "tables");
     tables.append(
-      Tools.forTable(distances(evidence, data, shown.scheme), file("distances")),
+      Tools.forTable(distances(evidence, data), file("distances")),
       Tools.forTable(peaks(evidence), file("envelopes")),
     );
     const key = element("ul", "key");
     viewer.replaceChildren(
       detectorLinks(evidence, shown, data),
-      ...evidenceHead(evidence, verdict, detector, data),
+      ...evidenceHead(verdict, detector),
       key,
       ...judged.map(({ figure }) => figure),
       readings.figure,
@@ -217,13 +204,13 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     );
     fold.append(
       ...derived.map(({ figure }) => figure),
-      Tools.forTable(verdicts(evidence, data, shown.scheme), file("verdicts")),
+      Tools.forTable(verdicts(evidence), file("verdicts")),
       tables,
       facts(evidence),
     );
     let drawn = [];
     const redraw = () => {
-      key.replaceChildren(...keyEntries(evidence.readings.rows));
+      key.replaceChildren(...keyEntries(evidence.peaks.length));
       drawn.forEach((chart) => chart.destroy());
       // Draw no chart in a closed fold, because it has no width there.
       drawn = [...judged, readings, ...(fold.open ? derived : [])].map(({ draw, canvas }) => draw(canvas));

@@ -22,6 +22,7 @@ _SCHEMES = {
     "leave_one_session_out": "leave-one-session-out",
     "leave_one_setup_out": "leave-one-set-up-out",
     "resubstitution": "resubstitution",
+    "all": "all labelled",
     "paper": "paper, as printed",
 }
 

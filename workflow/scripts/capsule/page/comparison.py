@@ -165,27 +165,15 @@ def page_values(
     Returns
     -------
     dict
-        ``compared`` (from `_compared`). ``calibration``, stated and observed frequencies of
-        nodules: ``detector``, ``stated`` (the range), ``recordings``, ``mean`` and the
-        ``observed`` cell. ``silent``, which detectors gave no verdict, and ``needs``, what some
-        of them need. ``prevalence``.
+        ``compared``, one for each scheme (from `_compared`). ``silent``, which detectors gave no
+        verdict, and ``needs``, what some of them need. ``prevalence``.
     """
-    judged, calibration = settings["evaluation"], judgements["calibration"]
+    judged = settings["evaluation"]
     verdicts = judgements["summary"].query("scheme == @schemes[0]")
     # By resubstitution a detector is better the more it remembers: it compares nothing.
     honest = [name for name in schemes if name != RESUBSTITUTION] or list(schemes)
     return {
         "compared": _compared(judgements, honest, judged, lead),
-        "calibration": [
-            {
-                "detector": row["detector"],
-                "stated": words.interval(row["stated_low"], row["stated_high"]),
-                "recordings": int(row["recordings"]),
-                "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
-                "observed": rate_cell_of(row, "observed"),
-            }
-            for row in calibration[calibration["scheme"] == schemes[0]].to_dict("records")
-        ],
         "silent": [
             name for name in settings["detectors"] if name not in verdicts["detector"].array
         ],
@@ -221,9 +209,23 @@ def _compared(
                     ],
                     "groups": _filled(GROUPS, tables, names, settings),
                     "folded_groups": _filled(FOLDED_GROUPS, tables, names, settings),
+                    "calibration": [
+                        _calibrated(row) for row in tables["calibration"].to_dict("records")
+                    ],
                 }
             )
     return compared_schemes
+
+
+def _calibrated(row: Row) -> Cells:
+    """Return a row of stated and observed frequencies of nodules."""
+    return {
+        "detector": row["detector"],
+        "stated": words.interval(row["stated_low"], row["stated_high"]),
+        "recordings": int(row["recordings"]),
+        "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
+        "observed": rate_cell_of(row, "observed"),
+    }
 
 
 def _filled(

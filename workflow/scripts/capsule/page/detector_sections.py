@@ -43,7 +43,7 @@ def page_values(rates: Rates, lead: Lead) -> Cells:
     -------
     dict
         ``ours``, the leading detector's answers, and ``not_reliable``, why no size is reliably
-        found. ``results`` from `_result_of`, the leading detector first, as ``lead`` says;
+        found. ``lead``, and its ``confusion``, ``rates`` and ``negatives`` by ``scheme``;
         ``headline_confidence``, the level of its first intervals. ``held_out``, whether held-out
         sessions judge. ``threshold``, what a learned one promises. ``rates_hold``, a sentence on
         the recordings; ``figure_series`` and ``sizes`` in words; ``judged_origin``.
@@ -57,8 +57,9 @@ def page_values(rates: Rates, lead: Lead) -> Cells:
         "ours": ours,
         "not_reliable": ours.not_reliable(reliable),
         "held_out": scheme == HELD_OUT,
-        "results": [_result_of(rates, each) for each in lead_first(evaluation.detectors(), lead)],
+        **_by_size(rates, detector, scheme),
         "lead": lead,
+        "scheme": words.scheme(scheme),
         "headline_confidence": words.percent(
             headline_confidence(lead, scheme, rules["confidence"])
         ),
@@ -75,31 +76,22 @@ def lead_first(detectors: Iterable[str], lead: Lead) -> list[str]:
     return list(dict.fromkeys([lead.detector, *detectors]))
 
 
-def _result_of(rates: Rates, detector: str) -> Cells:
-    """Return a detector's confusions and tables of rates."""
-    evaluation, settings = rates.evaluation, rates.settings
-    sizes_mm = evaluation.sizes_mm()
-    both = {name: evaluation.of(name, detector, with_paper=True) for name in RATES}
+def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
+    """Return a detector's confusions and rates by one scheme, the rates beside the paper's."""
+    sizes_mm = rates.evaluation.sizes_mm()
+    tables = {
+        name: rows[rows["scheme"].isin([scheme, paper.NAME])]
+        for name in RATES
+        for rows in [rates.evaluation.of(name, detector, with_paper=True)]
+    }
     return {
-        "detector": detector,
-        "words": detector_row(detector).sentence,
-        "scheme": words.scheme(rates.schemes[0]),
-        "confusions": [
-            {
-                "title": words.scheme(name),
-                "rows": confusion_rows(both["confusion"], name, sizes_mm),
-            }
-            for name in rates.schemes
-        ],
-        "rates": {"detector": detector, **_rates_by_size(both, sizes_mm, settings["evaluation"])},
-        "negatives": {
-            "detector": detector,
-            **rate_table(
-                paper.negative_points(both["confusion"]),
-                {"classified": "Share of the recordings without a nodule"},
-                sizes_mm,
-            ),
-        },
+        "confusion": confusion_rows(tables["confusion"], scheme, sizes_mm),
+        "rates": _rates_by_size(tables, sizes_mm, rates.settings["evaluation"]),
+        "negatives": rate_table(
+            paper.negative_points(tables["confusion"]),
+            {"classified": "Share of the recordings without a nodule"},
+            sizes_mm,
+        ),
     }
 
 

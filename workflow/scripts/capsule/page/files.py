@@ -1,11 +1,11 @@
 """Read the parts of the report: results, figures, the template and the versions of packages."""
 
-import base64
 import hashlib
 import importlib.metadata
 import platform
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from urllib.parse import quote
 
 from capsule.detectors.registry import DETECTORS
 from capsule.engine.keys import imported_files
@@ -30,7 +30,7 @@ STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 # Each script uses only scripts above it.
 _NAMES = (
     *("signals", "palette", "elements", "saving", "tools", "shown", "chart_frame", "charts"),
-    *("evidence_list", "viewer", "switches", "folds", "glossary", "chooser", "recordings_table"),
+    *("evidence_list", "viewer", "schemes", "folds", "glossary", "chooser", "recordings_table"),
     *("surveys", "meaning", "start"),
 )
 SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
@@ -65,8 +65,8 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
 
 def read_figure(folder: Path, name: str) -> str:
     """Read a figure, such as ``roc`` or ``detection_column``, as the address of an image."""
-    content = base64.b64encode((folder / f"{name}.svg").read_bytes())
-    return f"data:image/svg+xml;base64,{content.decode('ascii')}"
+    content = (folder / f"{name}.svg").read_text(encoding="utf-8")
+    return f"data:image/svg+xml,{quote(content, safe=' /:;=,()')}"
 
 
 def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> Cells:

@@ -1,7 +1,8 @@
-"""Pack arrays into short text: integers of one or two bytes in base64, or rounded numbers.
+"""Pack arrays into short text: differences of whole numbers, or rounded numbers.
 
 The page's scripts restore the values with a scale. Readings that are ADC counts stay exact. What
-holds such arrays becomes JSON, and is deflated where it is stored.
+holds such arrays becomes JSON, and is deflated where it is stored: small differences take less room
+than values.
 """
 
 import base64
@@ -16,45 +17,47 @@ from capsule.kinds import Cells, Row
 
 
 def pack(values: RealArray, bits: int = 16) -> Cells:
-    """Return an array as integers of 8 or 16 bits in base64.
+    """Return an array as the differences of whole numbers.
 
     Parameters
     ----------
     values : (S, N) array
         NaN where a sample is missing.
     bits : {8, 16}
-        Bits per value.
+        Bits per number.
 
     Returns
     -------
     dict
-        ``bits``, ``rows``, ``low``, ``scale`` and ``data``: value = low + scale * number, row after
-        row, little-endian. The largest number marks a missing sample. Integer values whose range
-        fits are kept exactly.
+        ``low``, ``scale`` and ``rows`` of S lists: value = low + scale * sum of the differences up
+        to it; None where a sample is missing. Integer values whose range fits are kept exactly.
     """
-    missing = 2**bits - 1
+    most = 2**bits - 2
     known = values[~np.isnan(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
-    whole = bool(np.all(known == np.rint(known))) and high - low < missing
-    scale = 1.0 if whole or high == low else (high - low) / (missing - 1)
-    numbers = np.where(np.isnan(values), missing, np.rint((values - low) / scale))
-    data = numbers.astype(f"<u{bits // 8}").tobytes()
+    whole = bool(np.all(known == np.rint(known))) and high - low <= most
+    scale = 1.0 if whole or high == low else (high - low) / most
     return {
-        "bits": bits,
-        "rows": values.shape[0],
         "low": low,
         "scale": scale,
-        "data": base64.b64encode(data).decode("ascii"),
+        "rows": [_differences(row) for row in (values - low) / scale],
     }
+
+
+def _differences(numbers: RealArray) -> list[int | None]:
+    """Return the first known number, rounded, then the difference of each from the one before."""
+    known = ~np.isnan(numbers)
+    differences = iter(np.diff(np.rint(numbers[known]), prepend=0.0).astype(int).tolist())
+    return [next(differences) if each else None for each in known.tolist()]
 
 
 def unpack(packed: Row) -> FloatArray:
     """Return the (S, N) array that `pack` packed; NaN where a sample is missing."""
-    numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
-    values = packed["low"] + packed["scale"] * numbers.astype(np.float64)
-    values[numbers == 2 ** packed["bits"] - 1] = np.nan
-    rows: FloatArray = values.reshape(packed["rows"], -1)
-    return rows
+    differences = np.array(packed["rows"], dtype=np.float64)
+    numbers = np.nancumsum(differences, axis=1)
+    values: FloatArray = packed["low"] + packed["scale"] * numbers
+    values[np.isnan(differences)] = np.nan
+    return values
 
 
 def rounded(values: Iterable[float], digits: int = 5) -> list[float]:

@@ -62,7 +62,7 @@ def plot_data(
     -------
     dict
         ``quality``, in words, and ``drawn``, as deflated JSON: ``recording``, ``interval_s``,
-        ``threshold``, ``readings``, ``envelope`` and ``matrix``; ``unit`` of the readings;
+        ``threshold``, ``readings`` and ``envelope``; ``unit`` of the readings;
         ``beats`` and ``gut``, from `along_gut`; ``stretches``; ``peaks``; and ``facts``, names and
         texts to list beside the signals. A value that is not known is None.
     """
@@ -80,7 +80,6 @@ def plot_data(
         "threshold": threshold,
         "readings": pack(run.values),
         "envelope": {"every": every, **pack(run.envelope[:, ::every], 8)},
-        "matrix": {"every": every, **pack(run.matrix[:, ::every], 8)},
         "unit": reading_unit(check["header"], run.values),
         "beats": beats,
         "gut": gut,

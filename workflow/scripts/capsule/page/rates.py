@@ -1,6 +1,5 @@
 """The rates that the page shows: by which scheme, and for which recordings they hold."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -115,23 +114,6 @@ class Rates:
         """Return a detector's verdicts by one scheme."""
         rows = self.evaluation.predictions
         return rows[(rows["detector"] == detector) & (rows["scheme"] == scheme)]
-
-
-def standing_in(scheme: str, shown: Sequence[str]) -> list[str]:
-    """Return the schemes whose verdict a recording has under a scheme, the first existing one.
-
-    An unlabelled recording has one verdict for all schemes. A held-out recording always has the one
-    of its own scheme, and the others have none by that scheme: their verdict by leaving out their
-    place stands in.
-
-    Parameters
-    ----------
-    scheme : str
-        The wanted scheme.
-    shown : sequence of str
-        The schemes of the page.
-    """
-    return list(dict.fromkeys([scheme, ALL, *(name for name in _ORDER if name in shown), *shown]))
 
 
 def sets_specificity(detector: str, scheme: str) -> bool:

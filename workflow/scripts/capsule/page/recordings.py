@@ -1,7 +1,7 @@
 """Make the table of all recordings, and the data on them for the page's scripts."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from capsule.detectors.registry import detector_row
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
-from capsule.page.rates import ALL, standing_in
+from capsule.page.rates import ALL
 
 OUTCOMES = (
     *("exact", "within tolerance", "off", "missed"),
@@ -22,14 +22,43 @@ OUTCOMES = (
 MAX_ROWS, FIRST_ROWS = 60, 50
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
+# The verdicts on each recording, one a detector.
+Verdicts = Mapping[str, Sequence[Row]]
+
+
+def verdicts_of(
+    predictions: pd.DataFrame, detections: pd.DataFrame, schemes: Sequence[str]
+) -> dict[str, list[Cells]]:
+    """Return the verdicts on each recording by the first scheme that judged it.
+
+    Parameters
+    ----------
+    predictions, detections : DataFrame
+        results/evaluation/predictions.csv and results/detections.csv.
+    schemes : sequence of str
+        In the order of the page. A held-out recording has no verdict by any other scheme.
+
+    Returns
+    -------
+    dict of str to list of dict
+        Rows of the tables in their order; an unknown number is NaN. Unlabelled recordings have the
+        scheme `ALL`.
+    """
+    rank = predictions["scheme"].map({name: place for place, name in enumerate(schemes)})
+    first = predictions[rank == rank.groupby(predictions["recording"]).transform("min")]
+    verdicts: dict[str, list[Cells]] = {}
+    for table in (first, detections.assign(scheme=ALL)):
+        for row in table.to_dict("records"):
+            verdicts.setdefault(row["recording"], []).append(row)
+    return verdicts
 
 
 def page_values(
     index: pd.DataFrame,
-    verdicts: pd.DataFrame,
+    verdicts: Verdicts,
     detectors: Sequence[str],
     sizes_mm: Sequence[float],
-    schemes: Sequence[str],
+    compared: Sequence[str],
     tolerance_mm: float,
 ) -> Cells:
     """Return the page's values that list the recordings.
@@ -38,14 +67,14 @@ def page_values(
     ----------
     index : DataFrame
         results/recordings.csv.
-    verdicts : DataFrame
-        From `all_verdicts`.
+    verdicts : mapping of str to sequence of mapping
+        From `verdicts_of`.
     detectors : sequence of str
-        In the order of the page; the first is shown until the reader chooses another.
+        In the order of the page; the table shows the verdicts of the first.
     sizes_mm : sequence of float
         Sizes of the templates, 0 first.
-    schemes : sequence of str
-        The schemes of the page; the first is shown until the reader chooses another.
+    compared : sequence of str
+        The schemes by which the page compares detectors.
     tolerance_mm : float
         Allowed error of the size.
 
@@ -56,7 +85,7 @@ def page_values(
         page's script runs; ``recording_sizes`` and ``outcomes`` for the filters; ``first_shown``;
         ``tolerance``; ``data`` for the page's scripts, from `page_data`.
     """
-    rows = recording_rows(index, verdicts, detectors[0], schemes, tolerance_mm)
+    rows = recording_rows(index, verdicts, detectors[0], tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
     # A recording with a nodule shows more at first sight than one without.
     first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
@@ -68,54 +97,8 @@ def page_values(
         "outcomes": [name for name in OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
         "tolerance": f"{tolerance_mm:g} mm",
-        "data": page_data(rows, verdicts, detectors, sizes_mm, schemes, tolerance_mm),
+        "data": page_data(accepted, verdicts, detectors, sizes_mm, compared),
     }
-
-
-def all_verdicts(predictions: pd.DataFrame, detections: pd.DataFrame) -> pd.DataFrame:
-    """Return size and score of all verdicts; those on unlabelled recordings have the scheme `ALL`.
-
-    Parameters
-    ----------
-    predictions, detections : DataFrame
-        results/evaluation/predictions.csv and results/detections.csv.
-    """
-    columns = ["recording", "detector", "scheme", "predicted_mm", "score"]
-    return pd.concat(
-        table.reindex(columns=columns).astype({"predicted_mm": float, "score": float})
-        for table in (predictions, detections.assign(scheme=ALL))
-    )
-
-
-def verdicts_of(
-    verdicts: pd.DataFrame,
-    recordings: Iterable[str],
-    detector: str,
-    scheme: str,
-    schemes: Sequence[str],
-) -> pd.DataFrame:
-    """Return a detector's verdict on each recording under a scheme, or the one that stands in.
-
-    Parameters
-    ----------
-    verdicts : DataFrame
-        From `all_verdicts`.
-    recordings : iterable of str
-        The recordings.
-    detector, scheme : str
-        Their names.
-    schemes : sequence of str
-        The schemes of the page, for `capsule.page.rates.standing_in`.
-
-    Returns
-    -------
-    DataFrame
-        One row per recording; NaN without a verdict.
-    """
-    rank = {name: place for place, name in enumerate(standing_in(scheme, schemes))}
-    rows = verdicts[(verdicts["detector"] == detector) & verdicts["scheme"].isin(rank)]
-    ranked = rows.sort_values("scheme", key=lambda names: names.map(rank), kind="stable")
-    return ranked.drop_duplicates("recording").set_index("recording").reindex(list(recordings))
 
 
 def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
@@ -159,31 +142,24 @@ def known_or_none(value: float | None) -> float | None:
 
 
 def recording_rows(
-    index: pd.DataFrame,
-    verdicts: pd.DataFrame,
-    detector: str,
-    schemes: Sequence[str],
-    tolerance_mm: float,
+    index: pd.DataFrame, verdicts: Verdicts, detector: str, tolerance_mm: float
 ) -> list[Cells]:
-    """Return one row per recording, including rejected recordings.
-
-    Parameters are as in `page_values`; ``tolerance_mm`` is the allowed error of the size.
+    """Return one row per recording, including rejected recordings; parameters as in `page_values`.
 
     Returns
     -------
     list of dict
         The cells of each row, as text and as value to sort by.
     """
-    shown = verdicts_of(verdicts, index["recording"], detector, schemes[0], schemes)
     rows: list[Cells] = []
-    for row, predicted in zip(index.to_dict("records"), shown["predicted_mm"], strict=True):
-        accepted, predicted_mm = row["status"] == "accepted", known_or_none(predicted)
+    for row in index.to_dict("records"):
+        accepted = row["status"] == "accepted"
+        said = {each["detector"]: each for each in verdicts.get(row["recording"], [])}
+        predicted_mm = known_or_none(said[detector]["predicted_mm"]) if detector in said else None
         size_mm, duration = known_or_none(row["size_mm"]), known_or_none(row["duration_s"])
-        reason = _why_not(row)
         rows.append(
             {
                 "recording": row["recording"],
-                "place": len(rows),
                 "accepted": accepted,
                 "size_mm": size_mm,
                 "size": words.size(size_mm) if size_mm is not None else "unlabelled",
@@ -195,7 +171,7 @@ def recording_rows(
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
-                "reason": reason,
+                "reason": _why_not(row),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
             }
         )
@@ -211,56 +187,41 @@ def _why_not(row: Row) -> str:
 
 
 def page_data(
-    rows: Sequence[Row],
-    verdicts: pd.DataFrame,
+    accepted: Sequence[Row],
+    verdicts: Verdicts,
     detectors: Sequence[str],
     sizes_mm: Sequence[float],
-    schemes: Sequence[str],
-    tolerance_mm: float,
+    compared: Sequence[str],
 ) -> Cells:
-    """Return the data on all recordings for the page's scripts: every verdict and score.
+    """Return the data on all recordings for the page's scripts.
 
-    The rows are from `recording_rows`. The other parameters are as in `page_values`.
+    The accepted rows are from `recording_rows`; the other parameters are as in `page_values`.
 
     Returns
     -------
     dict
-        ``sizes``. ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
-        has ``drawn`` and ``needs``, a scheme ``stand_in`` (from `standing_in`). ``main_scheme`` and
-        ``outcomes``. ``verdicts``, for each detector and scheme the size in mm and the outcome's
-        number of every row. ``scores``, from `score_marks`. ``recordings``, the accepted ones.
+        ``sizes``; ``detectors``, each with ``name``, ``drawn``, ``needs`` and ``scores`` (from
+        `score_marks`); ``schemes``, those compared; ``recordings``, the accepted ones.
     """
-    names = [row["recording"] for row in rows]
-    true_mm = np.array([row["size_mm"] for row in rows], dtype=float)
-    columns, scores = {}, {}
-    for detector in detectors:
-        for scheme in schemes:
-            key = f"{detector}|{scheme}"
-            shown = verdicts_of(verdicts, names, detector, scheme, schemes)
-            predicted = list(map(known_or_none, shown["predicted_mm"]))
-            outcomes = [
-                outcome(row["size_mm"], size_mm, tolerance_mm) if row["accepted"] else "rejected"
-                for row, size_mm in zip(rows, predicted, strict=True)
-            ]
-            numbers = [OUTCOMES.index(each) for each in outcomes]
-            columns[key] = {"predicted_mm": predicted, "outcome": numbers}
-            known = list(map(seven_digits, shown["score"]))
-            scores[key] = score_marks(true_mm, np.array(known, dtype=float))
+    scores: dict[str, list[tuple[float, float]]] = {name: [] for name in detectors}
+    for row in accepted:
+        for each in verdicts.get(row["recording"], []) if row["size_mm"] is not None else []:
+            score = seven_digits(each["score"])
+            if score is not None and each["detector"] in scores:
+                scores[each["detector"]].append((row["size_mm"], score))
     return {
         "sizes": list(sizes_mm),
         "detectors": [
-            {"name": row.name, "words": row.sentence, "drawn": row.drawn, "needs": row.needs}
+            {
+                "name": row.name,
+                "drawn": row.drawn,
+                "needs": row.needs,
+                "scores": score_marks(*np.array(scores[row.name]).reshape(-1, 2).T),
+            }
             for row in map(detector_row, detectors)
         ],
-        "schemes": [
-            {"name": name, "words": words.scheme(name), "stand_in": standing_in(name, schemes)}
-            for name in schemes
-        ],
-        "main_scheme": schemes[0],
-        "outcomes": list(OUTCOMES),
-        "verdicts": columns,
-        "scores": scores,
-        "recordings": [row["recording"] for row in rows if row["accepted"]],
+        "schemes": list(compared),
+        "recordings": [row["recording"] for row in accepted],
     }
 
 
@@ -269,10 +230,8 @@ def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
 
     Parameters
     ----------
-    true_mm : (N,) array
-        True sizes; NaN for an unlabelled recording.
-    scores : (N,) array
-        The score of each recording; NaN without a verdict.
+    true_mm, scores : (N,) array
+        True size and score of each recording.
 
     Returns
     -------
@@ -280,9 +239,9 @@ def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
         ``size_mm``, ``of`` (number of recordings) and ``scores``, ascending: all scores, or those
         of evenly spaced ranks.
     """
-    marks, known = [], ~np.isnan(true_mm) & ~np.isnan(scores)
-    for size_mm in np.unique(true_mm[known]):
-        ranked = np.sort(scores[known & (true_mm == size_mm)])
+    marks = []
+    for size_mm in np.unique(true_mm):
+        ranked = np.sort(scores[true_mm == size_mm])
         count = min(len(ranked), MAX_MARKS)
         last = max(count - 1, 1)
         kept = [ranked[round(rank * (len(ranked) - 1) / last)] for rank in range(count)]

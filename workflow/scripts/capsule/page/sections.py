@@ -44,7 +44,7 @@ def page_values(
     settings, evaluation = tables.settings, tables.evaluation
     judged, index = settings["evaluation"], tables.index
     schemes, sizes_mm = tables.schemes, evaluation.sizes_mm()
-    verdicts = recordings.all_verdicts(evaluation.predictions, tables.detections)
+    verdicts = recordings.verdicts_of(evaluation.predictions, tables.detections, schemes)
     lead = leading(
         evaluation.tables["summary"],
         settings["detectors"],
@@ -52,17 +52,21 @@ def page_values(
         settings["report"]["lead"],
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
+    compared = comparison.page_values(evaluation.tables, schemes, settings, lead.detector)
     listed = recordings.page_values(
-        index, verdicts, detectors, sizes_mm, schemes, judged["tolerance_mm"]
+        index,
+        verdicts,
+        detectors,
+        sizes_mm,
+        [each["scheme"] for each in compared["compared"]],
+        judged["tolerance_mm"],
     )
     rows = listed["recordings"]
-    largest_mm = sizes_mm[-1]
     of_detectors = detector_sections.page_values(tables, lead)
     ours = of_detectors["ours"]
     shown = cards.page_values(tables, lead.detector, schemes[0], stored.qualities, stored.felt)
     # The viewer begins with the recording of the first card.
     first = next((name for card in shown["cards"] for name in card["names"]), listed["first_shown"])
-    said = evidence.verdicts_by_recording(evaluation.predictions, tables.detections)
     accepted = [row for row in rows if row["accepted"]]
     return {
         "archive": overview.archive_name(index),
@@ -72,7 +76,7 @@ def page_values(
         **shown,
         "first": first_screen.page_values(tables, ours, lead),
         **first_screen.meaning_values(ours, judged["prevalence"]),
-        **comparison.page_values(evaluation.tables, schemes, settings, lead.detector),
+        **compared,
         **comparison.bench_values(tables.benches, detectors),
         **more_recordings.page_values(tables, tables.learning, lead.detector),
         "methods": detector_sections.methods_values(tables, ours),
@@ -83,13 +87,13 @@ def page_values(
         "sites": tables.sites,
         "retest": cells.retest_rows(evaluation.tables["retest"]),
         "templates": tables.templates,
-        "largest_mm": largest_mm,
-        "detectors": detectors,
-        "schemes": schemes,
+        "largest_mm": sizes_mm[-1],
         **listed,
         "first_shown": first,
         "data": to_json(listed["data"]),
         # Made while the page is written: of a large archive it takes 100 MB.
-        "evidence": evidence.archive_evidence(accepted, said, largest_mm, stored, settings, spread),
+        "evidence": evidence.archive_evidence(
+            accepted, verdicts, tables.templates, stored, settings, spread
+        ),
         **provenance.page_values(rows, settings, schema, printed),
     }

@@ -14,7 +14,7 @@ from capsule import words
 from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.verdicts import OF_SURVEY, VerdictWord
 from capsule.kinds import Cells, Row
-from capsule.page.packing import pack, to_json
+from capsule.page.packing import deflated, pack, to_json
 from capsule.page.provenance import is_simulated
 from capsule.survey.cycle import STATES
 from capsule.survey.files import Session, StoredPlace
@@ -47,17 +47,19 @@ def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells
         ``shown``, for each survey what `survey_values` returns, ``picture`` and ``data`` (JSON for
         the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
     """
-    carried = ("title", "places", "frame", "player")
     readable = [survey for survey in surveys if "problem" not in survey]
     problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]
     return {
-        "shown": [
-            {**survey, "data": to_json({name: survey[name] for name in carried})}
-            for survey in readable
-        ],
+        "shown": [{**survey, "data": _data(survey)} for survey in readable],
         "problems": [*problems, *passed_over.items()],
         "any_simulated": any(survey["simulated"] for survey in readable),
     }
+
+
+def _data(survey: Row) -> str:
+    """Return the JSON of a survey for the page's scripts, in which its player is deflated."""
+    carried = {name: survey[name] for name in ("title", "places", "frame")}
+    return to_json({**carried, "player": deflated(to_json(survey["player"]))})
 
 
 def title_of(session: Session) -> str:
