@@ -14,6 +14,7 @@ from capsule.engine.project_state import ProjectState
 from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
 from capsule.page import provenance, sections, surveys
+from capsule.page.packing import inflated
 from capsule.page.render import render_page
 from capsule.page.tables import Tables
 from capsule.store import files
@@ -132,9 +133,9 @@ def test_the_page_shows_the_interval_of_every_size_and_its_level():
     assert (second["patient"], second["word"]) == ("a", "nodule")
     assert text.count("Nodule, 3.2 mm <small>(2.1 to 4.0)</small>") == 2
     assert "Probability 90 %." in text and "2 passes together." in text
-    assert (
-        "estimated 3.2 mm (2.1 to 4.0), probability 90 %" in dict(page["evidence"])["unlabelled/a"]
-    )
+    judged = inflated(json.loads(dict(page["evidence"])["unlabelled/a"])["judged"])
+    said = {each["details"].partition(", place")[0] for each in judged["verdicts"]}
+    assert said == {"estimated 3.2 mm (2.1 to 4.0), probability 90 %"}
 
 
 def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate():

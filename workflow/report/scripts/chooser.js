@@ -7,10 +7,10 @@ const Chooser = ((Elements, Palette, Viewer) => {
   const nodes = [...document.querySelectorAll("script[data-evidence]")];
   const carried = new Map(nodes.map((node) => [node.dataset.evidence, node]));
 
-  /** Return the data of a recording; its signals are deflated in the page. */
+  /** Return the data of a recording; it is deflated in the page. */
   async function read(name) {
-    const { drawn, ...others } = Elements.readData(carried.get(name));
-    return { ...(await Elements.inflated(drawn)), ...others };
+    const { drawn, judged } = Elements.readData(carried.get(name));
+    return { ...(await Elements.inflated(drawn)), ...(await Elements.inflated(judged)) };
   }
 
   const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";

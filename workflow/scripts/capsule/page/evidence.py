@@ -13,7 +13,7 @@ from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
-from capsule.page.packing import inflated, rounded, to_json
+from capsule.page.packing import deflated, inflated, rounded, to_json
 from capsule.page.recordings import Verdicts, known_or_none, outcome, seven_digits
 from capsule.page.sketches import Felt
 from capsule.recordings import names
@@ -104,7 +104,8 @@ def archive_evidence(
     recording : str
         The recording.
     evidence : str
-        JSON from `evidence_among_others`, with ``drawn`` from `capsule.page.plot_data`.
+        JSON with ``drawn`` from `capsule.page.plot_data`, and ``judged``, what
+        `evidence_among_others` returns; both deflated.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
     named = particles_of({str(each["size_mm"]): each for each in templates})
@@ -129,7 +130,7 @@ def archive_evidence(
             for each in verdicts.get(name, [])
         ]
         content = evidence_among_others(row, said, nearest_to(name), stored.fit(name), length)
-        return name, to_json({"drawn": stored.drawn[name], **content})
+        return name, to_json({"drawn": stored.drawn[name], "judged": deflated(to_json(content))})
 
     def in_turn(some: Sequence[Row]) -> list[tuple[str, str]]:
         return [shown(row) for row in some]
