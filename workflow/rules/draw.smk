@@ -1,9 +1,9 @@
 # Draw the paper's figures and ours: for the report, and on request for print.
 #
 # takes: results/labelled.csv, results/templates.{json,npz}, results/evaluation/, results/signals/ (two);
-#        workflow/report/paper.yaml, config/phantom.yaml, config/parts.yaml
-# gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv; on request (snakemake
-#        -c2 figures) results/print/<figure>{,_column}.pdf, results/print/<figure>.csv
+#        workflow/report/paper.yaml
+# gives: results/figures/<figure>.{svg,csv}; on request (snakemake -c2 figures)
+#        results/print/<figure>{,_column}.pdf, results/print/<figure>.csv
 
 from capsule.figures.registry import FIGURES
 
@@ -12,8 +12,7 @@ DRAW = step(
     sections("recording", "preprocessing", "evaluation", report={"lead": config["report"]["lead"]}),
     lambda _: [TEMPLATES.key(), EVALUATE.key()],
     modules=sorted({row.module for row in FIGURES.values()}),
-    # The design of the capsule is drawn from the tables that also describe its parts.
-    beside=[REPORT_FILES / "paper.yaml", *map(SHIPPED.with_name, ["phantom.yaml", "parts.yaml"])],
+    beside=[REPORT_FILES / "paper.yaml"],
 )
 
 
@@ -25,7 +24,6 @@ rule draw:
         signals=each("preprocess", LABELLED, "signals"),
     output:
         shown(expand("results/figures/{figure}.svg", figure=FIGURES), "figures", "Figures"),
-        expand("results/figures/{figure}_column.svg", figure=FIGURES),
         expand("results/figures/{figure}.csv", figure=FIGURES),
     log:
         "results/logs/draw.log",

@@ -1,7 +1,7 @@
 # Draw each finished survey under sessions/, for the report and for print.
 #
 # takes: sessions/<survey>/
-# gives: results/surveys/<survey>/picture{,_column}.{svg,pdf}, picture.csv, survey.json
+# gives: results/surveys/<survey>/picture.{svg,pdf,csv}, survey.json
 
 from capsule.survey.listed import list_surveys, survey_content
 
@@ -18,8 +18,7 @@ SURVEY = step(
 rule survey:
     output:
         "results/surveys/{survey}/survey.json",
-        multiext("results/surveys/{survey}/picture", ".svg", "_column.svg", ".csv"),
-        multiext("results/surveys/{survey}/picture", ".pdf", "_column.pdf"),
+        multiext("results/surveys/{survey}/picture", ".svg", ".pdf", ".csv"),
     log:
         "results/logs/survey/{survey}.log",
     conda:

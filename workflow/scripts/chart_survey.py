@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capsule.engine.jobs import run
 from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
-from capsule.figures.style import WIDTHS_IN, render_figure
+from capsule.figures.style import render_figure
 from capsule.page.surveys import player, survey_values, title_of
 from capsule.store import files
 from capsule.store.results import SURVEY_VALUES
@@ -41,13 +41,11 @@ def main() -> None:
         table, draw = survey_drawing(session, title_of(session), track, pins, wave)
     # A survey that was changed after the first look may have been read.
     refuse_changed(arguments.session, arguments.content)
-    for suffix, width_in in WIDTHS_IN.items():
-        for kind in ("pdf", "svg"):
-            figure = draw(width_in)
-            with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
-                stream.write(render_figure(figure, kind, f"{name}{suffix}"))
-        # The page shows the wide picture.
-        content.setdefault("frame", frame_of(figure))
+    for kind in ("pdf", "svg"):
+        figure = draw()
+        with files.write_whole(output / f"picture.{kind}", "wb") as stream:
+            stream.write(render_figure(figure, kind, name))
+    content["frame"] = frame_of(figure)
     cells = table.itertuples(index=False, name=None)
     files.write_cells(output / "picture.csv", list(table), cells)
     files.write_json(output / SURVEY_VALUES, content)

@@ -40,6 +40,7 @@ def main() -> None:
     page = {
         **page_values(tables, stored, schema, printed, Forks(arguments.processes)),
         "figure": partial(page_files.read_figure, folder / OfArchive.FIGURES),
+        "shipped_figure": partial(page_files.read_figure, template / "figures"),
         "surveys": page_files.read_surveys(folder / OfArchive.SURVEYS, **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),
         "key": arguments.key,

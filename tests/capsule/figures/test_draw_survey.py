@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 from capsule.figures.draw_survey import frame_of, spread_out, survey_drawing, unreadable_drawing
-from capsule.figures.style import BLUE, COLUMN_WIDTH_IN, INK, ORANGE, PAGE_WIDTH_IN, render_figure
+from capsule.figures.style import BLUE, INK, ORANGE, render_figure
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support import surveys
@@ -50,9 +50,8 @@ def test_the_table_is_the_stream_from_judgement_to_judgement(drawing):
         assert [row[name] for row in table if row["measured"]] == told
 
 
-@pytest.mark.parametrize("width_in", [COLUMN_WIDTH_IN, PAGE_WIDTH_IN])
-def test_the_path_lies_where_the_head_was(drawing, width_in):
-    figure = drawing[1](width_in)
+def test_the_path_lies_where_the_head_was(drawing):
+    figure = drawing[1]()
     space = figure.axes[0]
     explored, (again,) = lines_of(space, BLUE, False), lines_of(space, INK, False)
     assert len(explored) == 2
@@ -67,7 +66,7 @@ def test_the_path_lies_where_the_head_was(drawing, width_in):
 
 
 def test_the_evidence_stands_beside_it_at_the_same_times(drawing):
-    figure = drawing[1](PAGE_WIDTH_IN)
+    figure = drawing[1]()
     space, evidence = figure.axes[:2]
     assert evidence.get_ylim() == space.get_ylim() == (344 / 60, 0)
     (threshold,) = evidence.get_lines()
@@ -76,7 +75,7 @@ def test_the_evidence_stands_beside_it_at_the_same_times(drawing):
 
 
 def test_crests_run_forward_at_the_speed_of_the_wave(drawing):
-    place = drawing[1](PAGE_WIDTH_IN).axes[2]
+    place = drawing[1]().axes[2]
     (crests,) = [line for line in place.get_lines() if line.get_zorder() == 1]
     at_mm, time_s = crests.get_data()
     ends = np.flatnonzero(np.isnan(at_mm)) - 1
@@ -88,7 +87,7 @@ def test_crests_run_forward_at_the_speed_of_the_wave(drawing):
 
 
 def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
-    texts = [text.get_text() for text in drawing[1](PAGE_WIDTH_IN).findobj(Text)]
+    texts = [text.get_text() for text in drawing[1]().findobj(Text)]
     assert "demo, simulated" in texts
     assert "1 nodule, 3.1 mm (2.4 to 3.9)" in texts
     assert "2 uncertain: pass again" in texts
@@ -97,7 +96,7 @@ def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
 
 
 def test_the_frame_tells_where_a_place_and_a_time_are(drawing):
-    figure = drawing[1](PAGE_WIDTH_IN)
+    figure = drawing[1]()
     assert render_figure(figure, "svg", "demo")
     told = frame_of(figure)
     left, top, width, height = told["map"]["box"]
@@ -113,7 +112,7 @@ def test_the_frame_tells_where_a_place_and_a_time_are(drawing):
 
 def test_a_survey_that_cannot_be_read_says_why(drawing):
     table, draw = unreadable_drawing("broken", "stream.csv: there is no column time_s")
-    figure = draw(COLUMN_WIDTH_IN)
+    figure = draw()
     assert "no column time_s" in " ".join(
         " ".join(map(Text.get_text, figure.findobj(Text))).split()
     )

@@ -1,20 +1,29 @@
-"""A figure is written at both widths, with the data that it shows."""
+"""A figure is written for the page, and for print at both widths, with the data that it shows."""
 
 from types import SimpleNamespace
+
+import numpy as np
+import pytest
 
 from capsule.figures.files import write_figure
 from capsule.store.files import read_csv
 
-INPUTS = SimpleNamespace(settings={"recording": {"sensors": 4}})
+INPUTS = SimpleNamespace(
+    templates={0.0: np.zeros((4, 30)), 3.0: np.eye(4, 30)}, template_counts=[0, 1]
+)
 
 
-def test_a_figure_is_written_at_both_widths_with_its_data(tmp_path):
-    line = write_figure("readings", INPUTS, "svg", tmp_path)
-    written = {path.name: path for path in tmp_path.iterdir()}
-    assert set(written) == {"readings.svg", "readings_column.svg", "readings.csv"}
-    assert line == f"readings: {len(read_csv(written['readings.csv']))} rows of data"
-    wide, narrow = (written[f"readings{suffix}.svg"].read_bytes() for suffix in ("", "_column"))
-    assert wide.startswith(b"<?xml") and wide != narrow
-    before = {name: path.read_bytes() for name, path in written.items()}
-    write_figure("readings", INPUTS, "svg", tmp_path)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        ("svg", {"templates.svg", "templates.csv"}),
+        ("pdf", {"templates.pdf", "templates_column.pdf", "templates.csv"}),
+    ],
+)
+def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, names):
+    line = write_figure("templates", INPUTS, kind, tmp_path)
+    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert set(written) == names and len(set(written.values())) == len(names)
+    assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
+    write_figure("templates", INPUTS, kind, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written

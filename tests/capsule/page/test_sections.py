@@ -59,7 +59,16 @@ def filled(page):
     frame = page_files.read_frame(ROOT / "workflow" / "report")
     none = surveys.page_values([], {})
     return "".join(
-        render_page(frame, {**page, "figure": lambda name: "data:,", "surveys": none, **made})
+        render_page(
+            frame,
+            {
+                **page,
+                "figure": lambda name: "data:,",
+                "shipped_figure": lambda name: "data:,",
+                "surveys": none,
+                **made,
+            },
+        )
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.figures.draw_survey import survey_drawing
-from capsule.figures.style import PAGE_WIDTH_IN, render_figure
+from capsule.figures.style import render_figure
 from capsule.page.packing import unpack
 from capsule.page.surveys import page_values, player, survey_values, title_of
 from capsule.survey.files import parse_session
@@ -134,7 +134,7 @@ def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
     content = survey_values(session, track, pins)
     content["player"] = player(session, track)
     _, draw = survey_drawing(session, "two", track, pins, (80.0, crest_mm))
-    picture = render_figure(draw(PAGE_WIDTH_IN), "svg", "two")
+    picture = render_figure(draw(), "svg", "two")
     (shown,) = page_values([content | {"frame": {}, "picture": ""}], {})["shown"]
     assert len(session.places) == len(PLACES)
     assert len(shown["data"]) + 1.1 * len(picture) < 300_000

@@ -5,7 +5,7 @@ went back and looked again. The evidence is beside the map; enlarged suspected p
 """
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -22,18 +22,20 @@ from capsule.arrays import FloatArray, IntArray
 from capsule.detectors.verdicts import OF_SURVEY
 from capsule.figures.style import (
     BLUE,
-    COLUMN_WIDTH_IN,
     GREY,
     INK,
     MUTED,
     ORANGE,
-    Drawing,
+    PAGE_WIDTH_IN,
     figure_style,
     say_nothing_to_show,
 )
 from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
+
+# A survey's data, and a function that draws its picture.
+SurveyDrawing = tuple[pd.DataFrame, Callable[[], Figure]]
 
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
@@ -57,6 +59,8 @@ _BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 22.0, 30.0, 25.0, 20.0
 _MARGIN_MM, _FARTHEST_MM = 3.0, 90.0
 _POINTS_ACROSS, _PATH_MM = 1500, 0.3
 _POINTS_OF_EVIDENCE = 300
+# Of the picture: places side by side, and the heights of the map and of the row of places.
+_ACROSS, _MAP_IN, _ROW_IN = 4, 4.0, 2.15
 # A gap between two pieces of one line.
 _BREAK = np.full((1, 2), np.nan)
 # Least distance between the map's labels, and approximate height of the map, in points.
@@ -83,7 +87,7 @@ def survey_drawing(
     track: Track,
     pins: Sequence[Pin],
     wave: tuple[float, float],
-) -> Drawing:
+) -> SurveyDrawing:
     """Return the drawing of a survey, with a row of data per judgement.
 
     Parameters
@@ -119,13 +123,13 @@ def survey_drawing(
     return table, partial(_draw, picture)
 
 
-def unreadable_drawing(name: str, problem: str) -> Drawing:
+def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
     """Return the drawing of a survey that cannot be read, with the reason."""
 
-    def draw(width_in: float) -> Figure:
+    def draw() -> Figure:
         with figure_style():
-            figure = Figure(figsize=(width_in, 1.0), layout="constrained")
-            text = textwrap.fill(f"{name} cannot be read: {problem}", int(14 * width_in))
+            figure = Figure(figsize=(PAGE_WIDTH_IN, 1.0), layout="constrained")
+            text = textwrap.fill(f"{name} cannot be read: {problem}", 100)
             say_nothing_to_show(figure.subplots(), text)
         return figure
 
@@ -157,35 +161,31 @@ def frame_of(figure: Figure) -> dict[str, Any]:
     return told
 
 
-def _draw(picture: _Picture, width_in: float) -> Figure:
+def _draw(picture: _Picture) -> Figure:
     """Draw the picture; its first axes are the map, and its second axes the evidence."""
-    narrow = width_in <= COLUMN_WIDTH_IN
-    across = 2 if narrow else 4
-    shown = _places_shown(picture, across * (2 if narrow else 1))
-    rows = -(-len(shown) // across)
-    map_in, row_in = (3.6 if narrow else 4.0), (1.9 if narrow else 2.15)
+    shown = _places_shown(picture, _ACROSS)
+    rows = 1 if shown else 0
     with figure_style():
-        figure = Figure(figsize=(width_in, map_in + row_in * rows + 0.35), layout="constrained")
+        size = PAGE_WIDTH_IN, _MAP_IN + _ROW_IN * rows + 0.35
+        figure = Figure(figsize=size, layout="constrained")
         figure.suptitle(picture.title, x=0.01, ha="left", fontsize=8.5)
-        made = figure.subfigures(1 + rows, 1, height_ratios=[map_in, *[row_in] * rows])
+        made = figure.subfigures(1 + rows, 1, height_ratios=[_MAP_IN, _ROW_IN][: 1 + rows])
         parts = np.atleast_1d(np.asarray(made, dtype=object))
-        space, evidence = parts[0].subplots(
-            1, 2, sharey=True, width_ratios=[3.4 if narrow else 4.6, 1]
-        )
+        space, evidence = parts[0].subplots(1, 2, sharey=True, width_ratios=[4.6, 1])
         if picture.track.time_s.size == 0 or not picture.track.known.any():
             say_nothing_to_show(space, "the survey never knew where the capsule was")
             say_nothing_to_show(evidence, "")
             return figure
-        _draw_map(space, picture, narrow=narrow)
+        _draw_map(space, picture)
         _draw_evidence(evidence, picture)
-        for row in range(rows):
-            panels = parts[1 + row].subplots(1, across, squeeze=False)[0]
-            for axes in panels[len(shown[row * across :]) :]:
+        for part in parts[1:]:
+            panels = part.subplots(1, _ACROSS, squeeze=False)[0]
+            for axes in panels[len(shown) :]:
                 axes.set_visible(False)
-            for axes, (place, pin) in zip(panels, shown[row * across :], strict=False):
+            for axes, (place, pin) in zip(panels, shown, strict=False):
                 _draw_place(axes, picture, place, pin)
             panels[0].set_ylabel("time (s)")
-        _add_legend(figure, picture, narrow=narrow)
+        _add_legend(figure, picture)
     return figure
 
 
@@ -198,7 +198,7 @@ def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]
     return sorted(ranked[:most], key=lambda pair: pair[0].number)
 
 
-def _add_legend(figure: Figure, picture: _Picture, *, narrow: bool) -> None:
+def _add_legend(figure: Figure, picture: _Picture) -> None:
     handles = [Line2D([], [], **look) for look in _LOOKS.values()]
     handles += [
         Line2D([], [], label="position not measured", color=MUTED, linestyle=_UNMEASURED),
@@ -213,9 +213,7 @@ def _add_legend(figure: Figure, picture: _Picture, *, narrow: bool) -> None:
         for status, look in _PIN_LOOKS.items()
         if status in present
     ]
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=2 if narrow else 4, handlelength=2.4
-    )
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=2.4)
 
 
 def _draw_path(
@@ -275,7 +273,7 @@ def _draw_waves(
     return every
 
 
-def _draw_map(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
+def _draw_map(axes: Axes, picture: _Picture) -> None:
     """Draw the path of the whole survey, some waves, and a pin for each place."""
     track = picture.track
     span_s = (0.0, float(track.time_s[-1]))
@@ -283,7 +281,7 @@ def _draw_map(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
     within_mm = (-margin_mm, picture.length_mm + margin_mm)
     every = _draw_waves(axes, picture, (0.0, picture.length_mm), span_s, 60.0)
     _draw_path(axes, track, span_s, 60.0, picture.length_mm / _POINTS_ACROSS)
-    _draw_pins(axes, picture, narrow=narrow)
+    _draw_pins(axes, picture)
     axes.set(xlim=within_mm, ylim=(span_s[1] / 60, 0), xlabel="distance along the gut (mm)")
     axes.set_ylabel("time (min)")
     axes.set_title("where the head was", color=MUTED)
@@ -292,7 +290,7 @@ def _draw_map(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
         axes.plot([], [], color=_WAVE, linewidth=0.8, label=label)
 
 
-def _draw_pins(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
+def _draw_pins(axes: Axes, picture: _Picture) -> None:
     """Mark each place on the free side of the path, with its number and its size."""
     # The area to the right is free above the path; the area to the left is free below it.
     for right in (True, False):
@@ -310,7 +308,7 @@ def _draw_pins(axes: Axes, picture: _Picture, *, narrow: bool) -> None:
             )
             axes.plot([at_mm], [label], zorder=4, **_PIN_LOOKS[place.status])
             axes.annotate(
-                f"{place.number}" if narrow else f"{place.number} {verdict_words(place)}",
+                f"{place.number} {verdict_words(place)}",
                 (at_mm, label),
                 xytext=(5 if right else -5, 0),
                 textcoords="offset points",

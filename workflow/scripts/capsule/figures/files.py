@@ -1,4 +1,4 @@
-"""Write a figure in the widths of one and of two columns, with its data."""
+"""Write a figure with its data: for the page, or for print in the widths of one and two columns."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capsule.figures.inputs import FigureInputs
 from capsule.figures.registry import FIGURES
-from capsule.figures.style import WIDTHS_IN, Drawing, render_figure
+from capsule.figures.style import PAGE_WIDTH_IN, WIDTHS_IN, Drawing, render_figure
 from capsule.store import files
 
 
@@ -22,7 +22,8 @@ def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> st
     kind : {"svg", "pdf"}
         The file format.
     folder : Path
-        Folder for ``<figure>.<kind>``, ``<figure>_column.<kind>`` and ``<figure>.csv``.
+        Folder for ``<figure>.<kind>`` and ``<figure>.csv``; a PDF also as
+        ``<figure>_column.<kind>``.
 
     Returns
     -------
@@ -34,7 +35,8 @@ def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> st
     table, draw = make(inputs)
     with files.write_whole(folder / f"{name}.csv") as stream:
         table.to_csv(stream, index=False, lineterminator="\n")
-    for suffix, width_in in WIDTHS_IN.items():
+    widths_in = WIDTHS_IN if kind == "pdf" else {"": PAGE_WIDTH_IN}
+    for suffix, width_in in widths_in.items():
         picture = render_figure(draw(width_in), kind, name + suffix)
         with files.write_whole(folder / f"{name}{suffix}.{kind}", "wb") as stream:
             stream.write(picture)

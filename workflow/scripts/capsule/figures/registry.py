@@ -33,7 +33,5 @@ _ROWS = (
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
     Row("roc", "capsule.figures.draw_curves", "roc_drawing"),
     Row("learning", "capsule.figures.draw_curves", "learning_drawing"),
-    Row("capsule", "capsule.figures.draw_design", "capsule_drawing"),
-    Row("readings", "capsule.figures.draw_design", "readings_drawing"),
 )
 FIGURES = {row.name: row for row in _ROWS}

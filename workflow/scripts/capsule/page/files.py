@@ -64,7 +64,7 @@ def read_tables(results: Path, template: Path, printed: Settings, settings: Sett
 
 
 def read_figure(folder: Path, name: str) -> str:
-    """Read a figure, such as ``roc`` or ``detection_column``, as the address of an image."""
+    """Read a figure, such as ``roc``, as the address of an image."""
     content = (folder / f"{name}.svg").read_text(encoding="utf-8")
     return f"data:image/svg+xml,{quote(content, safe=' /:;=,()')}"
 

@@ -1,26 +1,24 @@
-"""Draw the figures of the capsule's design, and of other designs that the paper's text allows.
+"""Draw the capsule's design, and other designs that the paper's text allows, for the report.
 
-A *reading* here is one interpretation of the paper's text, not a sensor's value.
+No recording changes these figures: workflow/report/figures holds them as this script draws them
+from config/phantom.yaml and config/parts.yaml. A *reading* here is one interpretation of the
+paper's text, not a sensor's value.
 """
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.figures.inputs import FigureInputs
-from capsule.figures.style import (
-    COLUMN_WIDTH_IN,
-    INK,
-    ORANGE,
-    PAGE_WIDTH_IN,
-    Drawing,
-    figure_style,
-)
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
+
+from capsule.figures.style import INK, ORANGE, PAGE_WIDTH_IN, figure_style, render_figure
 from capsule.kinds import Look
 from capsule.parts.design import Design
 from capsule.parts.drawings import draw_bench, draw_row, draw_substructure, true_scale
@@ -29,6 +27,8 @@ from capsule.parts.outlines import points
 from capsule.parts.substructure import outline, shape_of
 from capsule.phantom.origami import Origami, pitch
 
+# The sensors of the shipped configuration.
+SENSORS = 4
 # The chosen reading, and the one beside it.
 _LOOKS: tuple[Look, ...] = (
     {"color": INK, "linewidth": 1.6, "label": "chosen"},
@@ -54,42 +54,17 @@ def other_readings(origami: Origami) -> dict[str, Origami]:
     return readings
 
 
-def outline_table(readings: dict[str, Origami]) -> pd.DataFrame:
-    """Return a figure's outlines, one row per corner, with the pitch of each reading."""
-    rows = []
-    for words, origami in readings.items():
-        boundaries = zip(("outer", "inner"), outline(shape_of(origami)), strict=True)
-        for boundary, each in boundaries:
-            rows += [(words, pitch(origami), boundary, x, y) for x, y in points(each).round(4)]
-    return pd.DataFrame(rows, columns=["reading", "pitch_mm", "boundary", "x_mm", "y_mm"])
-
-
-def capsule_drawing(inputs: FigureInputs) -> Drawing:
-    """Return the drawing of the substructure, the row of sensors, and the bench in section."""
-    design = shipped_design()
-    table = outline_table({"chosen": design.phantom.origami})
-    sensors = inputs.settings["recording"]["sensors"]
-    return table, lambda width_in: draw_capsule(design, sensors, width_in)
-
-
-def readings_drawing(_: FigureInputs) -> Drawing:
-    """Return the drawing that compares the readings of the paper's text."""
-    readings = other_readings(shipped_design().phantom.origami)
-    return outline_table(readings), lambda width_in: draw_other_readings(readings, width_in)
-
-
-def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) -> Figure:
+def draw_capsule(design: Design) -> Figure:
     """Draw the capsule and the bench with their dimensions, in mm."""
     origami, choices = design.phantom.origami, design.parts.choice
     panels: tuple[tuple[str, Callable[[Axes], None]], ...] = (
         ("one substructure", lambda axes: draw_substructure(axes, origami, choices)),
         (
             "sensors, wires (blue), glue (green)",
-            lambda axes: draw_row(axes, origami, choices, sensors),
+            lambda axes: draw_row(axes, origami, choices, SENSORS),
         ),
         ("the bench in section across the gut", lambda axes: draw_bench(axes, design)),
     )
-    rows = ([0], [1], [2]) if width_in <= COLUMN_WIDTH_IN else ([0, 1], [2])
     with figure_style():
         figure = Figure()
         drawn = []
@@ -98,14 +73,13 @@ def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) 
             draw(axes)
             axes.set_title(f"{title}, in mm", loc="center")
             drawn.append(axes)
-        _stack(figure, [[drawn[number] for number in row] for row in rows], width_in)
+        _stack(figure, [drawn[:2], drawn[2:]])
     return figure
 
 
 def _stack(
     figure: Figure,
     rows: Sequence[Sequence[Axes]],
-    width_in: float,
     title_in: float = 0.28,
     below_in: float = 0.0,
 ) -> None:
@@ -119,12 +93,12 @@ def _stack(
         Room in inches for the titles of a row, and below all rows.
     """
     spans = [[(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) for axes in row] for row in rows]
-    scales = [width_in / sum(wide for wide, _ in row) for row in spans]
+    scales = [PAGE_WIDTH_IN / sum(wide for wide, _ in row) for row in spans]
     heights = [
         max(tall for _, tall in row) * scale for row, scale in zip(spans, scales, strict=True)
     ]
     total = sum(heights) + title_in * len(rows) + below_in
-    figure.set_size_inches(width_in, total)
+    figure.set_size_inches(PAGE_WIDTH_IN, total)
     top = total
     for row, sizes, scale, height in zip(rows, spans, scales, heights, strict=True):
         # All drawings of a row get the same height, so that their titles align.
@@ -132,13 +106,13 @@ def _stack(
         top -= title_in + height
         left = 0.0
         for axes, (wide, _) in zip(row, sizes, strict=True):
-            axes.set_position((left, top / total, wide * scale / width_in, height / total))
+            axes.set_position((left, top / total, wide * scale / PAGE_WIDTH_IN, height / total))
             middle = np.mean(axes.get_ylim())
             axes.set_ylim(middle - half, middle + half)
-            left += wide * scale / width_in
+            left += wide * scale / PAGE_WIDTH_IN
 
 
-def draw_other_readings(readings: dict[str, Origami], width_in: float = PAGE_WIDTH_IN) -> Figure:
+def draw_other_readings(readings: Mapping[str, Origami]) -> Figure:
     """Draw each other reading over the chosen reading, which is the first; C at the same place."""
     outlines = {
         words: [points(boundary) for boundary in outline(shape_of(each))]
@@ -163,10 +137,27 @@ def draw_other_readings(readings: dict[str, Origami], width_in: float = PAGE_WID
         for axes in panels:
             # Leave room for the title.
             axes.set_xlim(left - 1.5, right + 1.5)
-        half = len(panels) // 2
-        narrow = width_in <= COLUMN_WIDTH_IN
-        rows = [panels[:half], panels[half:]] if narrow else [panels]
-        _stack(figure, rows, width_in, title_in=0.42, below_in=0.3)
+        _stack(figure, [panels], title_in=0.42, below_in=0.3)
         # Each outline has an outer and an inner boundary.
         figure.legend(handles=panels[0].lines[::2], loc="lower center", ncols=2)
     return figure
+
+
+def figures() -> dict[str, bytes]:
+    """Return the figures as SVG, by name."""
+    design = shipped_design()
+    drawn = {
+        "capsule": draw_capsule(design),
+        "readings": draw_other_readings(other_readings(design.phantom.origami)),
+    }
+    return {name: render_figure(figure, "svg", name) for name, figure in drawn.items()}
+
+
+def main() -> None:
+    """Write the figures."""
+    for name, content in figures().items():
+        (ROOT / "workflow" / "report" / "figures" / f"{name}.svg").write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()
