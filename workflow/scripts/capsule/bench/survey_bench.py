@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray
+from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
@@ -161,7 +161,7 @@ class BoardBench:
         for number, column in enumerate(columns):
             if column is not None:
                 values[:, number] = column
-        numbers = self._read + np.arange(samples)
+        numbers = self._read + np.arange(float(samples))
         self._read += samples
         rate_hz = 1.0 / self._logger.state.period_s
         # Rounded as in the file: a resumed pilot must decide the same from the stored values.
@@ -177,14 +177,13 @@ class BoardBench:
         self._columns += new[late:]
         if len(self._columns) >= samples:
             return True
-        last = np.array([self._read + samples - 1])
+        last = np.array([self._read + samples - 1.0])
         return self._logger.received > 0 and elapsed_s() > self._moments_s(last)[0] + LATE_S
 
-    def _moments_s(self, numbers: IntArray) -> FloatArray:
+    def _moments_s(self, numbers: FloatArray) -> FloatArray:
         """Return the times of samples, past or future, by the computer's clock."""
         state = self._logger.state
-        behind: FloatArray = (numbers - (state.samples - 1)) * state.period_s
-        return self._logger.taken_s + behind
+        return self._logger.taken_s + (numbers - (state.samples - 1)) * state.period_s
 
     def start(self) -> None:
         """Unfold the origami, and start the wave.
