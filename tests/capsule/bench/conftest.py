@@ -3,7 +3,6 @@
 import pytest
 
 from support.bench.cable import SocketCable
-from support.bench.emulated_rig import EmulatedRig
 from support.bench.rig import Rig
 from support.bench.stand_in import StandInLogger
 from support.bench.surveyor import Surveyor
@@ -19,12 +18,13 @@ def cable():
         made.unplug()
 
 
-def benches(kind, folder):
-    """Yield a function that makes a bench of boards; unplug the cables at the end."""
+@pytest.fixture
+def rig(tmp_path):
+    """Return a function that makes a bench with the real firmware of the boards with motors."""
     made = []
 
-    def make(*real, **settings):
-        made.append(kind(folder, *real, **settings))
+    def make(**settings):
+        made.append(Rig(tmp_path, **settings))
         return made[-1]
 
     yield make
@@ -32,15 +32,3 @@ def benches(kind, folder):
     for each in made:
         assert not each.cables.logger.boot_loader_stuck
         each.end()
-
-
-@pytest.fixture
-def rig(tmp_path):
-    """Return a function that makes a bench of stand-ins."""
-    yield from benches(Rig, tmp_path)
-
-
-@pytest.fixture
-def emulated_rig(tmp_path):
-    """Return a function that makes a bench with the real firmware of the boards that it names."""
-    yield from benches(EmulatedRig, tmp_path)

@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -227,3 +228,43 @@ def test_deleted_just_before_the_end(final, going_on):
     assert part.finish() == final
     assert final.exists()
     assert told
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full to stand for a full disk")
+def test_a_log_whose_disk_is_full_is_told_once_and_holds_nothing_up():
+    told = []
+    log = growing_file.FrameLog(Path("/dev/full"), told.append)
+    log.note("one")
+    log.note("two")
+    log.close()
+    (text,) = told
+    assert "continues without its log /dev/full: No space left" in text
+
+
+def resumed(final, *lines):
+    """Return the file that a killed survey left, and that repeats these lines."""
+    file = growing_file.GrowingFile(final, "a\n", growing_file.RESUME, resumed=True)
+    for line in lines:
+        file.add(line)
+    return file
+
+
+# Kills: a replay that loses what the disk had lost, or keeps the lines of a judgement cut off.
+@pytest.mark.parametrize("left", [b"a\nb\nc\nd", b"a\nb\n", b"a\nb\nc\nother\n", b""])
+def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats(tmp_path, left):
+    (tmp_path / "stream.csv.part").write_bytes(left)
+    file = resumed(tmp_path / "stream.csv", "b\n", "c\n")
+    with pytest.raises(AcquisitionError, match="another program is writing"):
+        resumed(tmp_path / "stream.csv")
+    file.go_on(file.repeated())
+    file.add("e\n")
+    assert file.finish().read_bytes() == b"a\nb\nc\ne\n"
+
+
+def test_a_resumed_file_with_other_lines_is_left_as_it_is(tmp_path):
+    (tmp_path / "stream.csv.part").write_bytes(b"a\nB\nc\n")
+    file = resumed(tmp_path / "stream.csv", "b\n")
+    with pytest.raises(AcquisitionError, match=r"differs in the resumed session.*--out"):
+        file.repeated()
+    file.close()
+    assert file.path.read_bytes() == b"a\nB\nc\n"

@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 
 from capsule.bench import wave
-from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardLostError,
+    RefusedError,
+    SurveyFaultError,
+)
 from capsule.bench.board import Board
 from capsule.bench.fold import FoldBoard
 from capsule.bench.line import Arrival
@@ -243,3 +248,68 @@ def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
     with pytest.raises(SurveyFaultError, match=f"/dev/board {words}"):
         raise fold.trouble(60)
     assert told
+
+
+# Kills: a survey that waits for a silent board for ever, and one that never notices a lost phase.
+@pytest.mark.parametrize(
+    ("make", "frames", "words"),
+    [
+        (lambda of: FoldBoard(of, LOG, print), [], "fold board .* has sent nothing for 15 s"),
+        (lambda of: SurveyDrive(of, WAVE, LOG, print), [], "peristalsis board .* has sent nothing"),
+        (
+            lambda of: SurveyDrive(of, WAVE, LOG, print, resumed=True),
+            ["P,10,0,0.0,25.0,running,"],
+            "reset and has no index switch, or its motor is blocked",
+        ),
+    ],
+)
+def test_a_board_that_says_nothing_useful_ends_the_survey_by_patience(
+    line, monkeypatch, make, frames, words
+):
+    now_s = 0.0
+    monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
+    made = make(board(line, insists=True))
+    assert made.trouble(15) is None
+    now_s = 16.0
+    line.frames = list(frames)
+    made.serve()
+    with pytest.raises(BoardLostError, match=words):
+        raise made.trouble(15)
+
+
+# Kills: a motor that has to rest, taken for an origami that does not fold.
+def test_a_fold_motor_that_rests_is_no_fault(line):
+    fold = FoldBoard(board(line, insists=True), LOG, lambda text: None)
+    line.frames = ["F,5,0,unfolded,unfolded"]
+    line.send = line.sent.append  # it does not confirm
+    fold.serve()
+    fold.command("fold")
+    line.frames = ["E,fold,the motor has to rest for 9 s", "F,15,0,unfolded,unfolded"]
+    fold.serve()
+    assert (fold.state, fold.trouble(60)) == ("resting", None)
+    line.frames = ["A,fold", "F,25,0,unfolded,folding"]
+    fold.serve()
+    assert fold.state == FOLDING
+
+
+# Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
+@pytest.mark.parametrize("state", ["running", "stopped"])
+def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave(line, state):
+    drive = SurveyDrive(board(line), WAVE, LOG, print)
+    line.frames = ["P,10,10,0.6,25.0,running,"]
+    drive.serve()
+    drive.note_pause()
+    line.frames = [f"P,3010,1280,75.6,0.0,{state},"]
+    if state == "running":
+        drive.serve()
+        assert drive.trouble(60) is None
+        return
+    with pytest.raises(AcquisitionError, match="look at the bench, then continue"):
+        drive.serve()
+    assert "start" not in line.sent
+
+
+def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):
+    line.send = lambda payload: line.frames.append("E,direction,the motor follows 800")
+    with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
+        WatchedDrive(board(line), WAVE).set_up()

@@ -221,3 +221,19 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
     assert bench.log.path.stat().st_size < 5300
     assert bench.recorder.state.damaged == 60
     assert sum("continues without its log" in text for text in bench.told) == 1
+
+
+def test_the_end_stop_ends_a_recording_with_the_sample_that_it_came_with(bench):
+    pressed = encode("D,30,3000,30,2,3,4,1")
+    bench.run([*samples(0, 30), (3.0, pressed), *samples(31, 40)])
+    assert bench.recorder.ended == "the capsule reached the end stop"
+    assert bench.numbers() == list(range(31))
+
+
+def test_a_run_longer_than_the_matrix_is_told_once_and_goes_on(bench):
+    bench.recorder.state.longest = 20
+    bench.run(samples(0, 30))
+    told = [text for text in bench.told if "(preprocessing.length)" in text]
+    assert len(told) == 1
+    assert "longer than 20 samples (2 s)" in told[0]
+    assert bench.numbers() == list(range(30))

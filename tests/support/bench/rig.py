@@ -9,19 +9,51 @@ from types import SimpleNamespace
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
+from support.bench import emulated
+from support.bench.closed_loop import HALF_STEPS_PER_MM
+from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
 from support.bench.gut import Gut
 from support.bench.stand_in import StandInLogger
-from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
 from support.bench.surveyor import SteppedCable, Surveyor
 from support.bench.workbench import Workbench
-from support.marks import needs_terminals
 
-# Mark of tests that need the ports of a rig.
-needed = needs_terminals
+WAVELENGTH_MM = 80.0
+
+
+class Cams:
+    """The cam shaft on the peristalsis board's motor, whose index closes a switch."""
+
+    def __init__(self, board: emulated.EmulatedBoard) -> None:
+        self._board = board
+        turn = WAVELENGTH_MM * HALF_STEPS_PER_MM
+        board.set_cam(turn, turn / 3, turn / 20)
+
+    @property
+    def cam_mm(self) -> float:
+        """The distance that the cams have carried the wave, in mm."""
+        return self._board.half_steps / HALF_STEPS_PER_MM
+
+    @property
+    def state(self) -> str:
+        """The state of the motor: running or stopped."""
+        return "running" if self._board.coils else "stopped"
+
+
+class Thread:
+    """The thread on the fold board's motor; `folded` is 0 or 1 if an end switch is closed."""
+
+    def __init__(self, board: emulated.EmulatedBoard) -> None:
+        self.origami = FoldingOrigami(board)
+
+    @property
+    def folded(self) -> float:
+        """The folded share of the origami, 0..1."""
+        way = (self.origami.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
+        return min(max(way, 0.0), 1.0)
 
 
 class Rig:
-    """A bench of boards for surveys.
+    """A bench of boards for surveys; those with motors run their firmware in the emulator.
 
     Parameters
     ----------
@@ -31,14 +63,12 @@ class Rig:
         Length of the gut, in mm.
     nodules : sequence of Nodule
         Nodules under the wall.
-    indexed : bool
-        Whether the cam shaft has an index switch.
     **changes : float
         Parameters of the phantom, such as ``folding__speed_mm_s``.
     """
 
-    # Time that the boards run before the world advances.
-    stretch_us = 200_000
+    # Time that the boards run before the world advances: no motor moves through a switch in it.
+    stretch_us = 50_000
 
     def __init__(
         self,
@@ -46,12 +76,14 @@ class Rig:
         *,
         length_mm: float = 80.0,
         nodules: Sequence[Nodule] = (),
-        indexed: bool = True,
         seed: int = 7,
         **changes: float,
     ) -> None:
         self.folder = folder
-        self._make_boards(indexed)
+        self.logger = StandInLogger()
+        self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
+        self.fold_board = emulated.EmulatedBoard(emulated.FOLD)
+        self.wave, self.fold = Cams(self.wave_board), Thread(self.fold_board)
         boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
         self.cables = SimpleNamespace(
             **{
@@ -73,14 +105,9 @@ class Rig:
         self._all = list(vars(self.cables).values())
         self.bench = Workbench(*self._all, world=self._go_on)
 
-    def _make_boards(self, indexed: bool) -> None:
-        """Make the boards, and the parts that their motors move."""
-        self.logger = StandInLogger()
-        self.wave = self.wave_board = StandInPeristalsis(indexed=indexed)
-        self.fold = self.fold_board = StandInFold()
-
     def _go_on(self, start_s: float, end_s: float) -> None:
-        """Advance the gut by the motion of the motors."""
+        """Advance thread and gut by the motion of the motors."""
+        self.fold.origami(start_s, end_s)
         self.gut(start_s, end_s)
 
     @property

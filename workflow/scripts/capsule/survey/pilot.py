@@ -70,7 +70,7 @@ class Pilot:
         self.suspects = Suspects((sensors - 1) * detector["pitch_mm"])
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
-        self._since_s = self._now_s = 0.0
+        self._since_s = self._now_s = self._silent_s = 0.0
         # Whether the origami has begun to fold in the present state.
         self._folds = False
         self._leg: Leg
@@ -197,9 +197,11 @@ class Pilot:
     def _in_unfolding(self, fold: str) -> tuple[str, ...]:
         if fold == UNFOLDED:
             return self._happen("unfolded", "finding the position")
-        # A board whose link is lost unfolds by itself, and its link may come back.
-        silent = fold == UNKNOWN_FOLD
-        if self._too_late and not (silent and self._waited_s <= _PATIENCE_S):
+        # A board whose link is lost unfolds by itself, and its link may come back: then it begins
+        # to unfold once more.
+        if fold == UNKNOWN_FOLD and self._waited_s <= _PATIENCE_S:
+            self._silent_s = self._now_s
+        if self._now_s - max(self._since_s, self._silent_s) > _LATEST_S:
             return self._happen("late", f"the origami does not unfold: it is {fold}")
         return (cycles.UNFOLD,)
 
