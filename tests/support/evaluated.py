@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pandas as pd
 
+from capsule.evaluation.archive_rates import Rates
 from capsule.evaluation.columns import RATES as TABLES
 from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.page.rates import Rates
 from support.project import ROOT
 
 UNKNOWN = float("nan")

@@ -8,10 +8,11 @@ import numpy as np
 
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
+from capsule.detectors.occlusion import score_stretches
 from capsule.detectors.wave import wave_of
 from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS
-from capsule.page.plot_data import plot_data, score_stretches
+from capsule.page.plot_data import plot_data
 from capsule.store import files
 from capsule.store.results import arrays_in, contents_in
 

@@ -5,8 +5,8 @@ import pytest
 
 from capsule.evaluation.lead import Lead
 from capsule.page import cards
-from capsule.page.plot_data import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
+from capsule.recordings.quality import NO_FAULT
 from support.evaluated import index_of
 from support.sections import section
 from support.stored import StoredResults

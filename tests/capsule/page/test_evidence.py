@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.detectors.occlusion import STEP
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.method.particle import Particle, render
@@ -20,7 +21,7 @@ from capsule.page.evidence import (
     surface,
 )
 from capsule.page.packing import deflated, inflated, to_json
-from capsule.page.plot_data import STEP, plot_data
+from capsule.page.plot_data import plot_data
 from capsule.store import files
 from capsule.store.results import FITS, PLOT_DATA, Results
 from support.evaluated import UNKNOWN

@@ -6,20 +6,14 @@ import pytest
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
+from capsule.detectors.occlusion import STEP, WIDTH, score_stretches
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import WEIGHTS
 from capsule.page.packing import inflated, unpack
-from capsule.page.plot_data import (
-    STEP,
-    WIDTH,
-    along_gut,
-    peaks,
-    plot_data,
-    quality_words,
-    score_stretches,
-)
+from capsule.page.plot_data import along_gut, peaks, plot_data
+from capsule.recordings.quality import quality_words
 from capsule.recordings.recording import read_recording
 from capsule.recordings.units import shares_at_ends
 from support.project import ROOT

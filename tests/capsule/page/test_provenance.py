@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from capsule.page import provenance
+from capsule.recordings import origin
 from support.evaluated import read_paper
 from support.project import ROOT
 
@@ -26,7 +27,7 @@ EQUATIONS = PAPER["equations"]
     ],
 )
 def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
-    assert provenance.origin_of(sources).kind == kind
+    assert origin.origin_of(sources).kind == kind
 
 
 def test_the_configuration_is_compared_with_the_paper():
@@ -57,9 +58,9 @@ def test_the_configuration_is_compared_with_the_paper():
 
 
 def test_the_combined_checksum_is_of_sorted_lines():
-    first = provenance.combined_checksum({"b": "22", "a": "11"})
-    assert first == provenance.combined_checksum({"a": "11", "b": "22"})
-    assert first != provenance.combined_checksum({"a": "22", "b": "11"})
+    first = origin.combined_checksum({"b": "22", "a": "11"})
+    assert first == origin.combined_checksum({"a": "11", "b": "22"})
+    assert first != origin.combined_checksum({"a": "22", "b": "11"})
 
 
 def test_the_papers_settings_are_keys_of_the_configuration():

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from capsule.engine.configuration import read_config_file
 from capsule.errors import RecordingError
-from capsule.page.plot_data import quality_words
 from capsule.recordings.acceptance import accept, check_recording, columns_by_time
+from capsule.recordings.quality import quality_words
 from capsule.recordings.recording import Recording, format_recording
 from capsule.seeding import generator
 from support.project import ROOT

@@ -19,9 +19,9 @@ from capsule.engine.project_state import read_project_state
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
 from capsule.kinds import Row, Settings
-from capsule.page.provenance import combined_checksum, origin_of
 from capsule.recordings.held_out import recordings_with_fits
 from capsule.recordings.names import size_label
+from capsule.recordings.origin import combined_checksum, origin_of
 from capsule.recordings.units import reading_unit
 from capsule.store import files
 from capsule.store.results import (

@@ -22,9 +22,9 @@ from capsule.errors import WrongOptionError
 from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_table, word_of
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
-from capsule.page.provenance import is_simulated
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.names import displayed
+from capsule.recordings.origin import is_simulated
 from capsule.recordings.recording import source_of
 from capsule.store import files
 from capsule.store.files import read_csv, read_limited, read_or_explain

@@ -11,10 +11,10 @@ from capsule import words
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
 from capsule.kinds import Cells, Row, Settings
-from capsule.page.plot_data import NO_FAULT
 from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
+from capsule.recordings.quality import NO_FAULT
 
 # Patients with a card, and with a visible row after these; then a fold.
 CARDS, LISTED = 6, 20

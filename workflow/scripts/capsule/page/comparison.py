@@ -9,11 +9,11 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import DETECTORS
+from capsule.evaluation.archive_rates import sets_specificity
 from capsule.evaluation.cross_validation import RESUBSTITUTION
 from capsule.evaluation.measures import ALWAYS
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
-from capsule.page.rates import sets_specificity
 
 NOT_APPLICABLE = plain_cell(None, words.NOT_APPLICABLE)
 BASELINE = "baseline: calls everything a nodule"

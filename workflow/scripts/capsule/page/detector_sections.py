@@ -7,18 +7,18 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation import paper
-from capsule.evaluation.columns import RATES
-from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
-from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.kinds import Cells, Settings
-from capsule.page import provenance
-from capsule.page.answers import (
+from capsule.evaluation.answers import (
     Answers,
     answers_of,
     set_specificity,
 )
+from capsule.evaluation.archive_rates import Rates, table_note
+from capsule.evaluation.columns import RATES
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
+from capsule.evaluation.lead import Lead, headline_confidence
+from capsule.kinds import Cells, Settings
 from capsule.page.cells import plain_cell, rate_table
-from capsule.page.rates import Rates, table_note
+from capsule.recordings.origin import origin_of
 
 _SCHEMES = {
     HELD_OUT: "on held-out sessions, which taught no detector and chose nothing",
@@ -63,7 +63,7 @@ def page_values(rates: Rates, lead: Lead) -> Cells:
         "headline_confidence": words.percent(
             headline_confidence(lead, scheme, rules["confidence"])
         ),
-        "judged_origin": provenance.origin_of(judged["source"].fillna("")).kind,
+        "judged_origin": origin_of(judged["source"].fillna("")).kind,
         "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
         "threshold": set_specificity(rates, scheme),
         "rates_hold": table_note(rates),

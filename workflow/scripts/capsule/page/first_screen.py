@@ -7,13 +7,19 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.verdicts import VerdictWord
+from capsule.evaluation.answers import (
+    Answers,
+    Estimate,
+    false_alarms,
+    pooled,
+    sizes_found,
+    specificity,
+    together,
+)
+from capsule.evaluation.archive_rates import Rates
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT
-from capsule.evaluation.intervals import rate
 from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.evaluation.measures import measure_tables
 from capsule.kinds import Cells
-from capsule.page.answers import Answers, Estimate, sizes_found, specificity
-from capsule.page.rates import Rates
 from capsule.page.sketches import size_chart
 
 # Nodules below this are counted apart: they are harder to find.
@@ -44,8 +50,8 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
                 {
                     "what": what,
                     "sizes": _range(list(mine)),
-                    "ours": _pooled(rates, verdicts, list(mine), mine, level),
-                    "paper": _together(
+                    "ours": pooled(rates, verdicts, list(mine), mine, level),
+                    "paper": together(
                         [each for size, each in paper.items() if some(size)], confidence
                     ),
                     "split": _split(verdicts[verdicts["size_mm"].isin(list(mine))]),
@@ -57,8 +63,8 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
             {
                 "what": "alarms",
                 "sizes": "",
-                "ours": _alarms(quiet),
-                "paper": _alarms(printed),
+                "ours": false_alarms(quiet),
+                "paper": false_alarms(printed),
                 "split": _split(verdicts[verdicts["size_mm"] == 0]),
             }
         )
@@ -114,37 +120,6 @@ def _small(size_mm: float) -> bool:
 def _range(sizes_mm: Sequence[float]) -> str:
     first, last = words.size(min(sizes_mm)), words.size(max(sizes_mm))
     return first if first == last else f"{min(sizes_mm):g} to {last}"
-
-
-def _pooled(
-    rates: Rates,
-    verdicts: pd.DataFrame,
-    sizes_mm: Sequence[float],
-    found: Mapping[float, Estimate],
-    level: float,
-) -> Estimate:
-    """Return how many nodules of some sizes are found, with an interval over their set-ups."""
-    if len(found) == 1:
-        return found[sizes_mm[0]]
-    some = verdicts[verdicts["size_mm"].isin([0.0, *sizes_mm])]
-    rules = {**rates.settings["evaluation"], "confidence": level}
-    table = measure_tables(
-        some, rates.evaluation.sizes_mm(), rules, rates.accepted_rows(), ("summary",)
-    )["summary"]
-    row = table.iloc[0]
-    hits, of = (sum(getattr(each, name) for each in found.values()) for name in ("hits", "of"))
-    value, low, high = (float(row[f"sensitivity{end}"]) for end in ("", "_low", "_high"))
-    return Estimate(value, low, high, hits, of)
-
-
-def _together(estimates: Sequence[Estimate], level: float) -> Estimate | None:
-    hits, of = (sum(getattr(each, name) for each in estimates) for name in ("hits", "of"))
-    return Estimate(*rate(hits, of, level), hits, of) if of else None
-
-
-def _alarms(quiet: Estimate) -> Estimate:
-    """Return the false alarms that a specificity leaves."""
-    return Estimate(1 - quiet.value, 1 - quiet.high, 1 - quiet.low, quiet.of - quiet.hits, quiet.of)
 
 
 def _split(verdicts: pd.DataFrame) -> list[tuple[int, str]]:

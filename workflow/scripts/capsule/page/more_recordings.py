@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import pandas as pd
 
 from capsule import words
+from capsule.evaluation.archive_rates import Rates, sets_specificity
 from capsule.evaluation.intervals import recordings_needed
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
 from capsule.kinds import Cells, Row
-from capsule.page.rates import Rates, sets_specificity
 
 # Half the width of the interval that the page plans for: +-10 points.
 HALF_WIDTH = 0.1

@@ -8,8 +8,8 @@ import pandas as pd
 from capsule import words
 from capsule.evaluation.confounded import KEYS, OWN, Confounded, in_words
 from capsule.kinds import Cells
-from capsule.page.provenance import origin_of
 from capsule.recordings.held_out import is_held_out, unknown_sessions
+from capsule.recordings.origin import origin_of
 
 # With more values of a key, the rarer ones share a row.
 MOST_VALUES = 6

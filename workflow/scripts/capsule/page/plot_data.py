@@ -3,31 +3,21 @@
 Signals are packed (`capsule.page.packing`). The page draws particles from their parameters.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from capsule import words
-from capsule.arrays import BoolArray, FloatArray
+from capsule.arrays import FloatArray
 from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
-from capsule.detectors.network import SENSORS, SERIES_ROWS, Scorer, standardised
+from capsule.detectors.occlusion import FIRST, STEP
 from capsule.detectors.search import search_beats
 from capsule.detectors.wave import Wave
 from capsule.kinds import Cells, Row, Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.packing import deflated, pack, to_json
+from capsule.recordings.quality import quality_words
 from capsule.recordings.units import reading_unit
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
 SMOOTH_POINTS = 250
-# The quality of a recording without a fault.
-NO_FAULT = "no gap, no loose sensor"
-# Below this share at an end of the range, a sensor is more likely pressed hard than loose.
-_LOOSE_FROM = 0.01
-# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
-WIDTH, STEP = 8, 2
-# Centre of the first stretch, in beats from the first beat.
-FIRST = (WIDTH - 1) / 2
 
 
 def plot_data(
@@ -52,7 +42,7 @@ def plot_data(
     check : mapping
         The result of its check, with ``header``, ``sha256`` and ``at_ends``.
     stretches : (float, array) or None
-        From `score_stretches`.
+        From `capsule.detectors.occlusion.score_stretches`.
     rate_hz : float
         Sampling rate.
     settings : mapping
@@ -152,40 +142,6 @@ def along_gut(wave: Wave | None, rate_hz: float, settings: Settings) -> tuple[Ce
     return drawn, {"step_mm": settings["step_mm"], **pack(evidence[np.newaxis], 8)}
 
 
-def score_stretches(scorer: Scorer, series: FloatArray | None) -> tuple[float, FloatArray] | None:
-    """Return what the taught score loses without each stretch of a recording.
-
-    One stretch after another is replaced by usual beats, on all sensors at once, and the recording
-    is scored again (occlusion, Zeiler and Fergus 2014). These scores come from the scorer as taught
-    beforehand, because every training fold adapts its own.
-
-    Parameters
-    ----------
-    scorer : Scorer
-        The taught scorer.
-    series : (4, 5, N) array, or None
-        As in `Scorer.features`.
-
-    Returns
-    -------
-    score : float
-        Score of the whole recording; None instead of both if the scorer gives no score.
-    loss : (M,) array
-        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
-    """
-    if series is None or series.shape[0] != SENSORS:
-        return None
-    x = standardised(series)
-    whole = scorer.forward(x)[0]
-    starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
-    loss = np.empty(len(starts))
-    for number, start in enumerate(starts):
-        without = x.copy()
-        without[:, :SERIES_ROWS, start : start + WIDTH] = 0.0
-        loss[number] = whole - scorer.forward(without)[0]
-    return whole, loss
-
-
 def _stretches(score: float, loss: FloatArray, beats: Row, settings: Settings) -> Cells:
     beat_s = settings["wavelength_mm"] / settings["wave_speed_mm_s"] / WINDOWS_A_WAVE
     return {
@@ -194,34 +150,3 @@ def _stretches(score: float, loss: FloatArray, beats: Row, settings: Settings) -
         "step_s": round(STEP * beat_s, 4),
         **pack(loss[np.newaxis], 8),
     }
-
-
-def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
-    """Return the faults of an accepted recording in words, or that it has none.
-
-    Parameters
-    ----------
-    values : (S, K) array
-        The readings on an even grid in time; NaN where a sample is missing.
-    at_ends : sequence of S floats
-        For each sensor, the largest share of its samples at one end of the ADC's range, from
-        `capsule.recordings.units.shares_at_ends`.
-    rate_hz : float
-        Sampling rate.
-    """
-    faults = []
-    missing: BoolArray = np.asarray(np.isnan(values).all(axis=0))
-    if missing.any():
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
-        longest = int(np.max(edges[1::2] - edges[::2]))
-        faults.append(
-            f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
-            f"{words.number(longest / rate_hz, 1)} s"
-        )
-    for sensor, share in enumerate(at_ends, start=1):
-        if share >= _LOOSE_FROM:
-            faults.append(
-                f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
-                "samples"
-            )
-    return "; ".join(faults) or NO_FAULT

@@ -9,10 +9,10 @@ import pandas as pd
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
+from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
-from capsule.page.rates import ALL
 
 OUTCOMES = (
     *("exact", "within tolerance", "off", "missed"),

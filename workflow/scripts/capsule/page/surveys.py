@@ -15,7 +15,7 @@ from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.verdicts import OF_SURVEY, VerdictWord
 from capsule.kinds import Cells, Row
 from capsule.page.packing import deflated, pack, to_json
-from capsule.page.provenance import is_simulated
+from capsule.recordings.origin import is_simulated
 from capsule.survey.cycle import STATES
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of, simplified

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from capsule.evaluation.archive_rates import Rates
 from capsule.kinds import Row
-from capsule.page.rates import Rates
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from capsule import words
+from capsule.evaluation import archive_rates as rates
 from capsule.evaluation.paper import Evaluation
-from capsule.page import rates
 from support.project import ROOT
 
 

@@ -1,23 +1,23 @@
-"""Compute the answers of the first screen: what a detector achieves on these recordings.
+"""Compute what a detector achieves on these recordings: what the report's first screen shows."""
 
-The sentences around them are in workflow/report/sections/panels.html.j2 and by_size.html.j2.
-"""
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 
 import pandas as pd
 
 from capsule import words
+from capsule.evaluation.archive_rates import Rates, sets_specificity
 from capsule.evaluation.confounded import in_words
 from capsule.evaluation.intervals import (
     ONE_SIDED,
     new_specificity,
     normal_quantile,
+    rate,
 )
 from capsule.evaluation.lead import Lead, headline_confidence
+from capsule.evaluation.measures import measure_tables
 from capsule.kinds import Row
-from capsule.page.rates import Rates, sets_specificity
 
 NO_INTERVAL = "no interval: fewer than three places"
 UNKNOWN = float("nan")
@@ -302,6 +302,38 @@ def specificity(table: pd.DataFrame) -> Estimate:
         return Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, 0)
     row = table.iloc[0]
     return _estimate(row, "specificity", row["true_negatives"], row["healthy"])
+
+
+def pooled(
+    rates: Rates,
+    verdicts: pd.DataFrame,
+    sizes_mm: Sequence[float],
+    found: Mapping[float, Estimate],
+    level: float,
+) -> Estimate:
+    """Return how many nodules of some sizes are found, with an interval over their set-ups."""
+    if len(found) == 1:
+        return found[sizes_mm[0]]
+    some = verdicts[verdicts["size_mm"].isin([0.0, *sizes_mm])]
+    rules = {**rates.settings["evaluation"], "confidence": level}
+    table = measure_tables(
+        some, rates.evaluation.sizes_mm(), rules, rates.accepted_rows(), ("summary",)
+    )["summary"]
+    row = table.iloc[0]
+    hits, of = (sum(getattr(each, name) for each in found.values()) for name in ("hits", "of"))
+    value, low, high = (float(row[f"sensitivity{end}"]) for end in ("", "_low", "_high"))
+    return Estimate(value, low, high, hits, of)
+
+
+def together(estimates: Sequence[Estimate], level: float) -> Estimate | None:
+    """Return the rate of several counts together; None if nothing was counted."""
+    hits, of = (sum(getattr(each, name) for each in estimates) for name in ("hits", "of"))
+    return Estimate(*rate(hits, of, level), hits, of) if of else None
+
+
+def false_alarms(quiet: Estimate) -> Estimate:
+    """Return the false alarms that a specificity leaves."""
+    return Estimate(1 - quiet.value, 1 - quiet.high, 1 - quiet.low, quiet.of - quiet.hits, quiet.of)
 
 
 def _estimate(row: Row, name: str, hits: float, of: float) -> Estimate:
