@@ -8,9 +8,14 @@ from collections import defaultdict
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+import hypothesis
 import pytest
 
 from support.project import Project
+
+# No law depends on the time of its computation.
+hypothesis.settings.register_profile("tests", deadline=None, max_examples=50)
+hypothesis.settings.load_profile("tests")
 
 # Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
 SECONDS = {"workflow": 4.0, "packages": 4.0, "boards": 1.5, "browser": 0.5, "takes": 4.0}

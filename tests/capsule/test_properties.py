@@ -5,7 +5,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -56,7 +56,6 @@ edits = st.lists(
 
 @given(edits)
 @example([(len(GOOD) - 10, 0, b"e300")])
-@settings(max_examples=100)
 def test_a_damaged_recording_is_a_finite_matrix_or_has_a_reason(changes):
     content = bytearray(GOOD)
     for place, cut, insert in changes:
@@ -80,7 +79,6 @@ headers = st.dictionaries(
     st.integers(0, 44),
     st.sampled_from([0.0, 0.1, 1e-300, 1e17, -5.0]),
 )
-@settings(max_examples=100)
 def test_wild_numbers_are_a_finite_matrix_or_have_a_reason(header, cells, place, jump):
     lines = [f"# {key}: {value}" for key, value in header.items()]
     lines.append("time_s,sensor_1,sensor_2")

@@ -63,7 +63,7 @@ SHOWN_BY = {
     "capsule record": "tests/capsule/bench/test_acquire.py",
     "capsule survey": "tests/capsule/bench/test_survey.py",
     "capsule simulate --help": "tests/project/test_command.py",
-    "capsule simulate --out raw --seed 1": "tests/project/test_archive.py",
+    "capsule simulate --out raw --seed 1": "tests/capsule/phantom/test_simulation.py",
     "capsule parts --step": "tests/capsule/parts/test_step_files.py",
     "capsule parts": "tests/capsule/parts/test_made_parts.py",
     "capsule export": "tests/capsule/exporting/test_export.py",

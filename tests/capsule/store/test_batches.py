@@ -1,7 +1,7 @@
 """An archive is divided into batches by the names of its recordings alone."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.store.batches import DESCRIBED_TOGETHER, batch_size, batches, described_together
@@ -10,7 +10,6 @@ POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run
 DRAWN = st.sampled_from(POOL)
 ARCHIVES = st.sets(DRAWN, max_size=60).map(sorted)
 SIZES = st.integers(1, 9)
-few = settings(deadline=None, max_examples=40)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +36,6 @@ def test_the_name_of_a_batch_of_several_tells_its_bits():
     ]
 
 
-@few
 @given(ARCHIVES, SIZES)
 def test_each_recording_is_in_exactly_one_batch_and_none_is_too_large(names, most):
     divided = batches(names, most)
@@ -45,14 +43,12 @@ def test_each_recording_is_in_exactly_one_batch_and_none_is_too_large(names, mos
     assert all(1 <= len(members) <= most for members in divided.values())
 
 
-@few
 @given(ARCHIVES, SIZES)
 def test_a_batch_holds_recordings_of_one_folder(names, most):
     for batch, members in batches(names, most).items():
         assert {name.partition("/")[0] for name in members} == {batch.partition("/")[0]}
 
 
-@few
 @given(ARCHIVES, DRAWN, SIZES)
 def test_a_recording_that_comes_or_goes_changes_or_divides_one_batch(names, another, most):
     others = [name for name in names if name != another]
@@ -64,7 +60,6 @@ def test_a_recording_that_comes_or_goes_changes_or_divides_one_batch(names, anot
     assert sorted(name for members in made for name in members) == sorted([*before, another])
 
 
-@few
 @given(ARCHIVES, SIZES, SIZES)
 def test_a_batch_of_a_small_size_lies_within_one_of_a_larger_size(names, one, other):
     small, large = batches(names, min(one, other)), batches(names, max(one, other))
@@ -72,7 +67,6 @@ def test_a_batch_of_a_small_size_lies_within_one_of_a_larger_size(names, one, ot
     assert all(len({batch_of[name] for name in members}) == 1 for members in small.values())
 
 
-@few
 @given(st.permutations([f"3mm/r{run:02d}" for run in range(20)]), SIZES)
 def test_the_order_of_names_does_not_matter(names, most):
     assert batches(names, most) == batches(sorted(names), most)
