@@ -42,7 +42,9 @@ def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeyp
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch):
     line = LostLine()
-    monkeypatch.setattr(recorder, "connect", lambda *_: (line, Identity("peristalsis", {})))
+    monkeypatch.setattr(
+        recorder, "connect", lambda *_: (line, Identity("peristalsis", {"wavelength_mm": "80"}))
+    )
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
         recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"))
     assert line.closed

@@ -21,7 +21,7 @@ from capsule.bench.fold import FoldBoard
 from capsule.bench.line import Arrival
 from capsule.bench.protocol import FrameParser, Identity, encode
 from capsule.bench.survey_bench import BoardBench
-from capsule.bench.wave import SurveyDrive, WatchedDrive, Wave
+from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.survey.cycle import Cycle
@@ -87,7 +87,7 @@ def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_bus
     line, monkeypatch
 ):
     monkeypatch.setattr(wave, "LOOK_EVERY_S", 0.001)
-    drive = WatchedDrive(board(line), WAVE)
+    drive = Drive(board(line), WAVE)
     drive.set_up()
     drive.start()
     assert line.renewed.wait(10)
@@ -99,7 +99,7 @@ def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_bus
 
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one.
 def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
-    drive = WatchedDrive(board(line), WAVE)
+    drive = Drive(board(line), WAVE)
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
     for _ in range(3 * looks):
         drive.look()
@@ -118,7 +118,7 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
 # Kills: a thread that ends when the line is lost, so that nobody renews the lease afterwards.
 def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
     away = board(line)
-    drive = WatchedDrive(away, WAVE)
+    drive = Drive(away, WAVE)
     away.close()
     drive.look()
     assert not line.sent
@@ -131,7 +131,7 @@ def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
 # Kills: an answer that lay in the port while the wave stopped, taken for one that came just now.
 def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(line, monkeypatch):
     monkeypatch.setattr(wave, "ASK_EVERY_S", 0.0)
-    drive = WatchedDrive(board(line), WAVE)
+    drive = Drive(board(line), WAVE)
     for tenth in range(30):
         assert drive.watch(tenth / 10) == ""
         line.frames = [f"P,{100 * tenth},{40 * tenth},2.5,25.0,running,"]
@@ -187,7 +187,7 @@ def reset_again_and_again(line, drive, times):
 # Kills: a wave that is started again for ever.
 def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     told = []
-    drive = SurveyDrive(board(line), WAVE, LOG, told.append)
+    drive = Drive(board(line), WAVE, told.append, restarts=3)
     assert reset_again_and_again(line, drive, 3) == 3
     assert drive.trouble(60) is None
     assert reset_again_and_again(line, drive, 22) == 0
@@ -255,9 +255,9 @@ def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
     ("make", "frames", "words"),
     [
         (lambda of: FoldBoard(of, LOG, print), [], "fold board .* has sent nothing for 15 s"),
-        (lambda of: SurveyDrive(of, WAVE, LOG, print), [], "peristalsis board .* has sent nothing"),
+        (lambda of: Drive(of, WAVE, print), [], "peristalsis board .* has sent nothing"),
         (
-            lambda of: SurveyDrive(of, WAVE, LOG, print, resumed=True),
+            lambda of: Drive(of, WAVE, print, restarts=3, resumed=True),
             ["P,10,0,0.0,25.0,running,"],
             "reset and has no index switch, or its motor is blocked",
         ),
@@ -295,7 +295,7 @@ def test_a_fold_motor_that_rests_is_no_fault(line):
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
 @pytest.mark.parametrize("state", ["running", "stopped"])
 def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave(line, state):
-    drive = SurveyDrive(board(line), WAVE, LOG, print)
+    drive = Drive(board(line), WAVE, print, restarts=3)
     line.frames = ["P,10,10,0.6,25.0,running,"]
     drive.serve()
     drive.note_pause()
@@ -312,4 +312,4 @@ def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave
 def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):
     line.send = lambda payload: line.frames.append("E,direction,the motor follows 800")
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
-        WatchedDrive(board(line), WAVE).set_up()
+        Drive(board(line), WAVE).set_up()

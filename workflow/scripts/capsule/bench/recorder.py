@@ -26,7 +26,7 @@ from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, 
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.protocol import Acknowledgement, Identity
 from capsule.bench.terminal import Terminal
-from capsule.bench.wave import WatchedDrive, Wave
+from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
 from capsule.recordings.acceptance import no_evidence_after, readings_of
@@ -81,7 +81,7 @@ class Recorder:
         Longest wait in seconds for the next sample.
     stop : StopRequest
         Request to stop, by Ctrl-C.
-    drive : WatchedDrive, optional
+    drive : Drive, optional
         The wave.
 
     Attributes
@@ -104,7 +104,7 @@ class Recorder:
         tell: Callable[[str], None],
         patience_s: float,
         stop: StopRequest,
-        drive: WatchedDrive | None = None,
+        drive: Drive | None = None,
     ) -> None:
         self._board, self._logger, self._part = board, logger, part
         self.header, self._log, self._tell = header, log, tell
@@ -379,6 +379,8 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         at_end.callback(log.close)
+        if drive:
+            drive.note = log.note
         part = GrowingFile(final, head_of(header, int(sensors)), tell=terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
@@ -469,10 +471,10 @@ def _source(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[AnyL
     return find("logger", options.baud, print, skip=skip)
 
 
-def connected_drive(port: str, wave: Wave) -> WatchedDrive:
+def connected_drive(port: str, wave: Wave) -> Drive:
     """Return the wave at a port, set up; its board is silent, since the drive itself warns."""
     board = Board(*connect(port, BAUD, "peristalsis"), lambda text: None)
-    drive = WatchedDrive(board, wave)
+    drive = Drive(board, wave)
     try:
         drive.set_up()
     except AcquisitionError:
@@ -501,7 +503,7 @@ def _running_verdict(
     return judge
 
 
-def _stop(drive: WatchedDrive | None) -> None:
+def _stop(drive: Drive | None) -> None:
     if drive and (warning := drive.leave()):
         print(warning, file=sys.stderr)
 

@@ -12,7 +12,7 @@ from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect, find
 from capsule.bench.logger import SILENT_AFTER_S, Logger
-from capsule.bench.wave import LEASE_S, SurveyDrive, Wave
+from capsule.bench.wave import LEASE_S, MOST_RESTARTS, Drive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
@@ -58,9 +58,15 @@ class BoardBench:
         resumed = begin_s > 0
         self._boards = boards
         self._logger = Logger(boards["logger"], log, tell, to_end_stop=False)
-        self._drive = SurveyDrive(
-            boards["peristalsis"], wave, log, tell, index_mm=index_mm, resumed=resumed
+        self._drive = Drive(
+            boards["peristalsis"],
+            wave,
+            tell,
+            restarts=MOST_RESTARTS,
+            index_mm=index_mm,
+            resumed=resumed,
         )
+        self._drive.note = log.note
         self._fold = FoldBoard(boards["fold"], log, tell)
         self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0

@@ -16,7 +16,6 @@ from capsule.bench.bench_errors import (
 )
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
-from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import request
 from capsule.bench.line import Arrival
 from capsule.bench.protocol import Damaged, Position, Refusal
@@ -30,7 +29,8 @@ RENEW_AFTER_S = 1.5
 LOOK_EVERY_S = 0.25
 # A main thread that has not served the wave for so long hangs, as in a write to a dead disk.
 HANGS_AFTER_S = 4.0
-# After so many starts, a wave that stops again stays stopped: a weak supply resets its board.
+# After so many starts, a survey's wave that stops again stays stopped: a weak supply resets its
+# board.
 MOST_RESTARTS = 3
 ASK_EVERY_S = 0.2
 SILENT_AFTER_S = 5.0
@@ -79,17 +79,80 @@ class Drive:
         Speed, ramp and direction.
     tell : callable
         Function that shows a message to the user.
+    restarts : int
+        How often a wave that has stopped is started again: never in a recording.
+    index_mm : float or None
+        Phase at the index, from the killed session that is resumed.
+    resumed : bool
+        Whether a killed session is resumed.
+
+    Attributes
+    ----------
+    note : callable
+        Function that writes damaged frames and refusals into a log.
     """
 
-    def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
+    def __init__(
+        self,
+        board: Board,
+        wave: Wave,
+        tell: Callable[[str], None] = print,
+        *,
+        restarts: int = 0,
+        index_mm: float | None = None,
+        resumed: bool = False,
+    ) -> None:
         self._board, self._wave, self._tell = board, wave, tell
+        self.note: Callable[[str], None] = lambda text: None
         self._unleased = threading.Event()
         # Looks of the thread since the main thread last served the wave; no clock: a program that
         # was stopped (Ctrl-Z) does not hang.
         self._looks = 0
         self._asked_s = 0.0
-        self._heard_s = AWAKE.now_s()
+        self._heard_s = self._known_s = AWAKE.now_s()
         self._left = False
+        self._wanted = True
+        self._most_restarts, self._restarts = restarts, 0
+        self._connections = board.connections
+        # Whether the program was stopped, and has not seen the wave since.
+        self._unseen = False
+        self._position: Position | None = None
+        self._told = ""
+        self._asked_at = self._ran_until = 0.0
+        self._phase = WavePhase(
+            float(board.identity.entries["wavelength_mm"]),
+            forward=wave.direction == "forward",
+            index_mm=index_mm,
+        )
+        if resumed:
+            self._phase.begin_anew()
+
+    @property
+    def index_mm(self) -> float | None:
+        """Phase at the cam shaft's index; None before the shaft has passed the index."""
+        return self._phase.index_mm
+
+    @property
+    def until(self) -> str:
+        """Time of the recording, in s, from which on no wave is known to run; `TO_THE_END`."""
+        return f"{self._ran_until:.1f}" if self._told else TO_THE_END
+
+    @property
+    def fault(self) -> str:
+        """Why no wave runs, as far as `watch` knows; empty if it runs."""
+        return self._told
+
+    def summary(self) -> str:
+        """Return position and speed of the wave in words."""
+        if self._told:
+            return "no wave"
+        if self._position is None:
+            return ""
+        return f"wave {self._position.position_mm:.0f} mm at {self._position.speed_mm_s:.1f} mm/s"
+
+    def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
+        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
+        return self._phase.at(moments_s)
 
     def set_up(self) -> None:
         """Send the board its settings and its lease.
@@ -110,7 +173,7 @@ class Drive:
         """Start the wave; errors as in `set_up`."""
         self._request("start")
         self.keep_lease()
-        self._heard_s = AWAKE.now_s()
+        self._heard_s = self._known_s = AWAKE.now_s()
 
     def keep_lease(self) -> None:
         """Begin to renew the lease."""
@@ -136,207 +199,29 @@ class Drive:
             elif time.monotonic() - line.sent_s > RENEW_AFTER_S:
                 line.send("position")
 
-    def leave(self) -> str:
-        """Stop the wave, wait, and close the port; return a warning if the board does not obey.
-
-        It can be called more than once.
-        """
-        if self._left:
-            return ""
-        self._left = True
-        self.drop_lease()
-        try:
-            self._look_once_more()
-            request(self._board.line, "stop")
-        except (LineLostError, AcquisitionError) as fault:
-            return (
-                f"warning: the wave could not be stopped: {fault}; it stops when its lease ends. "
-                "If it does not, cut the motor's power"
-            )
-        finally:
-            self._board.close()
-        return ""
-
-    def _look_once_more(self) -> None:
-        """Learn what the user should know of the wave before it stops."""
-
-    def _request(self, command: str) -> None:
-        try:
-            request(self._board.line, command)
-        except LineLostError as fault:
-            raise AcquisitionError(
-                f"the peristalsis board at {self._board.port} was disconnected: {fault}"
-            ) from fault
-
-    def _serve(self) -> list[Arrival]:
-        """Ask for the position of the wave, which renews the lease, and read the board's frames."""
-        self._looks = 0
-        now_s = AWAKE.now_s()
-        if now_s - self._asked_s >= ASK_EVERY_S:
-            self._asked_s = now_s
-            self._board.send("position")
-        return self._board.receive()
-
-
-class WatchedDrive(Drive):
-    """The wave during one recording.
-
-    A wave that has stopped by itself is not started again, but it is watched on. A board that was
-    unplugged is not connected again.
-    """
-
-    def __init__(self, board: Board, wave: Wave, tell: Callable[[str], None] = print) -> None:
-        super().__init__(board, wave, tell)
-        self._position: Position | None = None
-        self._told = ""
-        self._asked_at = self._ran_until = 0.0
-
-    @property
-    def until(self) -> str:
-        """Time of the recording, in s, from which on no wave is known to run; `TO_THE_END`."""
-        return f"{self._ran_until:.1f}" if self._told else TO_THE_END
-
-    def watch(self, recorded_s: float) -> str:
-        """Renew the lease by asking for the position; return a warning if the wave has stopped.
+    def serve(self, recorded_s: float = 0.0) -> None:
+        """Ask for the position of the wave, which renews the lease, and read the board's frames.
 
         Parameters
         ----------
         recorded_s : float
             Time of the recording so far.
-        """
-        if self._board.connected:
-            asked_s = self._asked_s
-            for arrival in self._serve():
-                self._note(arrival)
-                # The answer may have lain in the port; when it was asked for, the wave ran.
-                if self._position is not None and self._position.state == RUNNING:
-                    self._ran_until = self._asked_at
-            if self._asked_s != asked_s:
-                self._asked_at = recorded_s
-        fault = self._fault()
-        before, self._told = self._told, fault
-        return "" if fault == before else fault
-
-    @property
-    def fault(self) -> str:
-        """Why no wave runs, as far as is known; empty if it runs."""
-        return self._told
-
-    def summary(self) -> str:
-        """Return position and speed of the wave in words."""
-        if self._told:
-            return "no wave"
-        if self._position is None:
-            return ""
-        return f"wave {self._position.position_mm:.0f} mm at {self._position.speed_mm_s:.1f} mm/s"
-
-    def _note(self, arrival: Arrival) -> None:
-        self._heard_s = AWAKE.now_s()
-        if isinstance(arrival.event, Position):
-            self._position = arrival.event
-
-    def _fault(self) -> str:
-        """Return why no wave runs, or that the board says nothing; empty if the wave runs.
-
-        The clock does not count the time in which this program was stopped (Ctrl-Z).
-        """
-        board = f"the peristalsis board at {self._board.port}"
-        if not self._board.connected:
-            self.drop_lease()
-            return f"warning: {board} was unplugged, so no wave runs"
-        if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
-            return f"warning: {board} does not answer; check whether the wave still runs"
-        if self._position is not None and self._position.state != RUNNING:
-            return (
-                "warning: no wave runs: the peristalsis board was reset, or this program was "
-                "stopped or hung for longer than the wave's lease. The recorder does not start it "
-                "again; end the recording with Ctrl-C, and record anew"
-            )
-        return ""
-
-    def _look_once_more(self) -> None:
-        """Ask for the last position of the wave."""
-        self._position = None
-        self._board.line.send("position")
-        deadline = time.monotonic() + LAST_LOOK_S
-        while self._position is None and time.monotonic() < deadline:
-            for arrival in self._board.line.receive():
-                self._note(arrival)
-        self._told = self._fault() or self._told
-
-
-class SurveyDrive(Drive):
-    """The wave of a survey, which is kept running.
-
-    Parameters
-    ----------
-    board, wave, tell
-        As in `Drive`.
-    log : FrameLog
-        Log of damaged frames.
-    index_mm : float or None
-        Phase at the index, from the killed session that is resumed.
-    resumed : bool
-        Whether a killed session is resumed.
-    """
-
-    def __init__(
-        self,
-        board: Board,
-        wave: Wave,
-        log: FrameLog,
-        tell: Callable[[str], None],
-        *,
-        index_mm: float | None = None,
-        resumed: bool = False,
-    ) -> None:
-        super().__init__(board, wave, tell)
-        self._log = log
-        self._connections = board.connections
-        self._wanted = True
-        self._restarts = 0
-        # Whether the program was stopped, and has not seen the wave since.
-        self._unseen = False
-        self._known_s = self._heard_s
-        self._phase = WavePhase(
-            float(board.identity.entries["wavelength_mm"]),
-            forward=wave.direction == "forward",
-            index_mm=index_mm,
-        )
-        if resumed:
-            self._phase.begin_anew()
-
-    @property
-    def index_mm(self) -> float | None:
-        """Phase at the cam shaft's index; None before the shaft has passed the index."""
-        return self._phase.index_mm
-
-    def start(self) -> None:
-        """Start the wave; errors as in `set_up`."""
-        super().start()
-        self._known_s = self._heard_s
-
-    def note_pause(self) -> None:
-        """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
-        self._unseen = True
-
-    def serve(self) -> None:
-        """Read the board's frames, and ask for the position of the wave.
 
         Raises
         ------
         AcquisitionError
             The program was stopped for a moment, and no wave runs any more.
         """
-        for arrival in self._serve():
-            self._board.note_answer(arrival.event)
-            match arrival.event:
-                case Position() as position:
-                    self._note_position(position, arrival.moment_s)
-                case Damaged() as piece:
-                    self._log.damaged(piece)
-                case Refusal(command=command, reason=reason):
-                    self._log.note(f"the peristalsis board refuses {command!r}: {reason}")
+        self._looks = 0
+        now_s = AWAKE.now_s()
+        asks = now_s - self._asked_s >= ASK_EVERY_S
+        if asks:
+            self._asked_s = now_s
+            self._board.send("position")
+        for arrival in self._board.receive():
+            self._take(arrival)
+        if asks:
+            self._asked_at = recorded_s
         if self._board.connections > self._connections:
             self._connections = self._board.connections
             self._phase.begin_anew()
@@ -344,9 +229,15 @@ class SurveyDrive(Drive):
             self._run_again("is back")
         self._board.send_pending()
 
-    def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
-        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
-        return self._phase.at(moments_s)
+    def watch(self, recorded_s: float) -> str:
+        """Serve the board as `serve` does; return a warning if the wave has stopped."""
+        self.serve(recorded_s)
+        before, self._told = self._told, self._fault()
+        return "" if self._told == before else self._told
+
+    def note_pause(self) -> None:
+        """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
+        self._unseen = True
 
     def stop(self) -> None:
         """Command the board to stop the wave, and return at once."""
@@ -358,11 +249,11 @@ class SurveyDrive(Drive):
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
         now_s = AWAKE.now_s()
-        if self._restarts > MOST_RESTARTS:
+        if self._restarts > self._most_restarts:
             return AcquisitionError(
-                f"the wave stopped {self._restarts} times, and was started again {MOST_RESTARTS} "
-                f"times: the peristalsis board at {self._board.port} was reset or unplugged again "
-                "and again; check its supply and its cable"
+                f"the wave stopped {self._restarts} times, and was started again "
+                f"{self._most_restarts} times: the peristalsis board at {self._board.port} was "
+                "reset or unplugged again and again; check its supply and its cable"
             )
         if self._wanted and now_s - self._heard_s > patience_s:
             return BoardLostError(
@@ -377,17 +268,46 @@ class SurveyDrive(Drive):
         return None
 
     def leave(self) -> str:
-        """Stop the wave, as in `Drive`, and never start it again."""
-        self._wanted = False
-        return super().leave()
+        """Stop the wave, wait, and close the port; return a warning if the board does not obey.
+
+        It is never started again. It can be called more than once.
+        """
+        if self._left:
+            return ""
+        self._left, self._wanted = True, False
+        self.drop_lease()
+        try:
+            self._look_once_more()
+            request(self._board.line, "stop")
+        except (LineLostError, AcquisitionError) as fault:
+            return (
+                f"warning: the wave could not be stopped: {fault}; it stops when its lease ends. "
+                "If it does not, cut the motor's power"
+            )
+        finally:
+            self._board.close()
+        return ""
+
+    def _take(self, arrival: Arrival) -> None:
+        self._board.note_answer(arrival.event)
+        match arrival.event:
+            case Position() as position:
+                self._note_position(position, arrival.moment_s)
+            case Damaged() as piece:
+                self.note(f"damaged, {piece.reason}: {piece.content!r}")
+            case Refusal(command=command, reason=reason):
+                self.note(f"the peristalsis board refuses {command!r}: {reason}")
 
     def _note_position(self, position: Position, arrived_s: float) -> None:
-        self._heard_s = AWAKE.now_s()
+        self._heard_s, self._position = AWAKE.now_s(), position
         continues = self._phase.note(position, arrived_s)
         if self._phase.known:
             self._known_s = self._heard_s
         runs = position.state == RUNNING
-        if not runs:
+        if runs:
+            # The answer may have lain in the port; when it was asked for, the wave ran.
+            self._ran_until = self._asked_at
+        else:
             self._check_seen()
         self._unseen = False
         if not continues:
@@ -405,9 +325,45 @@ class SurveyDrive(Drive):
 
     def _run_again(self, because: str) -> None:
         """Start the wave again, but not for ever."""
-        if not self._wanted or self._restarts > MOST_RESTARTS:
+        if not self._wanted or self._restarts > self._most_restarts:
             return
         self._restarts += 1
-        if self._restarts <= MOST_RESTARTS:
+        if self._restarts <= self._most_restarts:
             self._tell(f"the peristalsis board {because}, so the survey starts the wave again")
             self._board.want(*self._wave.commands, f"lease,{LEASE_S}", "start")
+
+    def _fault(self) -> str:
+        """Return why no wave runs, or that the board says nothing; empty if the wave runs.
+
+        The clock does not count the time in which this program was stopped (Ctrl-Z).
+        """
+        board = f"the peristalsis board at {self._board.port}"
+        if not self._board.connected:
+            return f"warning: {board} was unplugged, so no wave runs"
+        if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
+            return f"warning: {board} does not answer; check whether the wave still runs"
+        if self._position is not None and self._position.state != RUNNING:
+            return (
+                "warning: no wave runs: the peristalsis board was reset, or this program was "
+                "stopped or hung for longer than the wave's lease. The recorder does not start it "
+                "again; end the recording with Ctrl-C, and record anew"
+            )
+        return ""
+
+    def _look_once_more(self) -> None:
+        """Learn what the user should know of the wave before it stops."""
+        self._position = None
+        self._board.line.send("position")
+        deadline = time.monotonic() + LAST_LOOK_S
+        while self._position is None and time.monotonic() < deadline:
+            for arrival in self._board.line.receive():
+                self._take(arrival)
+        self._told = self._fault() or self._told
+
+    def _request(self, command: str) -> None:
+        try:
+            request(self._board.line, command)
+        except LineLostError as fault:
+            raise AcquisitionError(
+                f"the peristalsis board at {self._board.port} was disconnected: {fault}"
+            ) from fault
