@@ -76,9 +76,9 @@ $(ENVIRONMENT)/formats-ready: $(BIN)/capsule requirements-formats.lock
 	@touch $@
 
 # The tests and the manual need further packages. All are compiled here, on all cores: in the tests,
-# where a warning is an error, a package whose code warns could not be compiled. Files that are no
-# Python of this version stay as they are.
+# where a warning is an error, a package whose code warns could not be compiled. The packages' own tests,
+# and files that are no Python of this version, stay as they are.
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
 	$(BIN)/python -m $(INSTALL) --requirement requirements-test.lock
-	-@$(BIN)/python -m compileall -qq -j $(CORES) $(ENVIRONMENT)/lib
+	-@$(BIN)/python -m compileall -qq -j $(CORES) -x '/tests?/' $(ENVIRONMENT)/lib
 	@touch $@

@@ -2,7 +2,6 @@
 
 import importlib.metadata
 import importlib.util
-import json
 import os
 import re
 import subprocess
@@ -108,15 +107,6 @@ def test_make_report_installs_nothing_that_only_an_extra_asks_for():
     assert not optional & locked_versions("requirements.lock").keys()
 
 
-def test_the_environment_of_make_formats_has_what_the_notebook_needs():
-    notebook = json.loads((ROOT / "docs/tutorial.ipynb").read_text(encoding="utf-8"))
-    code = "\n".join("".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code")
-    imported = set(re.findall(r"^(?:import|from) (\w+)", code, re.MULTILINE)) - {"capsule"}
-    needed = {name.lower() for module in imported for name in DISTRIBUTIONS[module]}
-    assert {"numpy", "scikit-learn"} <= needed
-    assert needed | {"ipykernel"} <= locked_versions("requirements-formats.lock").keys()
-
-
 def test_snakemakes_own_report_needs_no_more_than_make_report_installs():
     folder = Path(importlib.util.find_spec("snakemake").origin).parent / "report"
     text = "\n".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
@@ -124,12 +114,6 @@ def test_snakemakes_own_report_needs_no_more_than_make_report_installs():
     needed = {name.lower() for module in imported for name in DISTRIBUTIONS.get(module, ())}
     assert {"pygments", "snakemake"} <= needed
     assert needed <= locked_versions("requirements.lock").keys()
-
-
-def test_only_the_extra_for_parts_and_the_tests_ask_for_solids():
-    (parts,) = map(Requirement, EXTRAS["parts"])
-    assert parts in WANTED["requirements-test.lock"]
-    assert parts.name not in {each.name for each in WANTED["requirements.lock"]}
 
 
 def test_no_one_gets_open_cascade_without_asking():
@@ -153,22 +137,16 @@ def test_the_parts_import_open_cascade_only_when_they_are_asked_for_step_files()
     assert modules == {"OCP": {"step_files.py"}, "step_files": set()}
 
 
-def test_no_step_of_the_workflow_imports_solids():
+def test_no_step_of_the_workflow_imports_solids_or_what_is_made_for_programs():
     modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
     for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py", modules)
-        assert files
-        for path in files:
-            text = path.read_text(encoding="utf-8")
-            assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
-
-
-def test_no_step_of_the_workflow_imports_what_is_made_for_programs():
-    for rule in RULE_SCRIPTS:
-        files = imported_files(SCRIPTS / f"{rule}.py")
         names = {path.relative_to(SCRIPTS).as_posix() for path in files}
         assert "capsule/__init__.py" in names
         assert not {name for name in names if name.startswith("capsule/interface/")}, rule
+        for path in files:
+            text = path.read_text(encoding="utf-8")
+            assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
 
 
 @pytest.mark.parametrize("lock", LOCKS)
@@ -240,13 +218,6 @@ def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypa
 def test_the_lock_can_be_installed_on_every_system_and_python(platform, version, tmp_path):
     resolved = dry_install("requirements-test.lock", platform, version, tmp_path)
     assert resolved.returncode == 0, resolved.stderr
-
-
-@pytest.mark.packages
-@pytest.mark.takes
-def test_the_python_that_make_refuses_is_one_that_the_lock_lacks(tmp_path):
-    resolved = dry_install("requirements.lock", "x86_64-unknown-linux-gnu", "3.14", tmp_path)
-    assert "immutables==0" in resolved.stderr
 
 
 def dry_install(lock, platform, version, folder):
