@@ -2,13 +2,10 @@
 
 import argparse
 import contextlib
-import os
 import re
 import signal
 import subprocess
 import sys
-import threading
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -117,27 +114,6 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, content):
     assert [path.name for path in tmp_path.rglob("*")] == (
         ["mine", "raw"] if content == "raw" else ["mine"]
     )
-
-
-def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
-    folder = tmp_path / "demo"
-    part = folder / "played/unlabelled/simulated-2.csv.part"
-
-    def press():
-        deadline = time.monotonic() + 20
-        while time.monotonic() < deadline:
-            if part.exists() and part.read_bytes().count(b"\n") > 100:
-                os.kill(os.getpid(), signal.SIGINT)
-                return
-            time.sleep(0.01)
-
-    threading.Thread(target=press, daemon=True).start()
-    demo_command.demo(chosen(folder, speed=5.0))
-    recording = read(folder / "raw/unlabelled/simulated-2.csv")
-    run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
-    count = recording.time_s.size
-    assert 80 < count < run.counts.shape[1]
-    np.testing.assert_array_equal(recording.values, run.counts[:, :count])
 
 
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])

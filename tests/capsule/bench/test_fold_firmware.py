@@ -158,18 +158,6 @@ def test_a_lease_that_nobody_renews_unfolds(fold, seconds_held):
     assert state(fold) == ("unfolded", "unfolded")
 
 
-def test_a_lease_runs_out_in_the_middle_of_a_fold(fold):
-    fold.say("fold")
-    fold.wait(2)
-    fold.world.stalled = True
-    fold.wait(2.5)
-    assert state(fold) == ("folding", "none")
-    fold.world.stalled = False
-    heard = fold.wait(8)
-    assert states(heard)[-2:] == ["unfolding", "unfolded"]
-    assert is_unfolded(fold)
-
-
 def test_what_it_refuses_and_what_changes_nothing(fold):
     assert "nothing is folded" in reason(fold, "hold")
     assert answer(fold, "unfold") == Acknowledgement("unfold", "")
@@ -204,10 +192,9 @@ def stop_the_timer(talk):
     talk.board.stop_timer()
 
 
-@pytest.mark.parametrize("wound", [900, TRAVEL])
 @pytest.mark.parametrize("mishap", [reset, hang, hang_in_the_main_program, stop_the_timer])
-def test_a_board_that_starts_anew_unfolds(mishap, wound):
-    talk = start(wound)
+def test_a_board_that_starts_anew_unfolds(mishap):
+    talk = start(TRAVEL)
     talk.wait(0.03)
     (greeting, first) = talk.greeting
     assert greeting.entries["state"] == first.state == "unfolding"
@@ -223,15 +210,6 @@ def test_a_board_that_starts_anew_unfolds(mishap, wound):
     assert state(talk) == ("unfolded", "unfolded")
 
 
-@pytest.mark.parametrize("mishap", [hang, hang_in_the_main_program, stop_the_timer])
-def test_a_folded_board_that_hangs_unfolds(folded, mishap):
-    mishap(folded)
-    folded.board.deliver(b"?\n" * 30_000)  # neither do questions keep it from starting anew
-    folded.wait(6)
-    assert folded.board.watchdog_resets == 1
-    assert is_unfolded(folded)
-
-
 def test_a_flood_of_questions_keeps_it_from_nothing(fold):
     fold.say("fold")
     fold.board.deliver(b"?\n" * 10_000)
@@ -241,21 +219,6 @@ def test_a_flood_of_questions_keeps_it_from_nothing(fold):
     assert states(heard) == ["folding"]
     moments_ms = [report.device_ms for report in reports(heard)]
     assert np.diff(moments_ms).max() < 300
-
-
-def test_no_move_with_both_switches_closed(fold):
-    fold.world.stuck["folded"] = True
-    fold.wait(0.1)
-    assert state(fold) == ("fault", "both")
-    assert "both end switches are closed" in reason(fold, "fold")
-    assert "both end switches are closed" in reason(fold, "unfold")
-    fold.wait(3)
-    assert fold.board.half_steps == 0
-    assert is_at_rest(fold)
-    fold.world.stuck.clear()
-    fold.wait(0.1)
-    assert state(fold) == ("unfolded", "unfolded")
-    assert answer(fold, "fold") == Acknowledgement("fold", "")
 
 
 def test_both_switches_closed_in_a_move_stop_it_until_one_opens(fold):
@@ -284,21 +247,6 @@ def test_a_switch_that_does_not_open_is_a_fault_and_what_was_wound_is_let_out(fo
     assert is_at_rest(fold)
 
 
-def test_a_fold_that_does_not_arrive_ends_after_ten_seconds(fold):
-    fold.world.stuck["folded"] = False
-    heard = fold.say("fold")
-    for _ in range(2):
-        heard += fold.wait(4) + fold.say("hold")
-    heard += fold.wait(2.2)
-    moments_ms = {report.state: report.device_ms for report in reversed(reports(heard))}
-    assert moments_ms["fault"] - moments_ms["folding"] == pytest.approx(10_000, abs=10)
-    assert "the switch folded did not close within 10 s" in faults(heard)
-    assert "the switch folded did not close within 10 s" in reason(fold, "fold")
-    heard = fold.wait(7)
-    assert states(heard)[-2:] == ["unfolding", "unfolded"]
-    assert is_unfolded(fold)
-
-
 def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound(folded):
     folded.world.stuck["unfolded"] = False
     heard = folded.say("unfold") + folded.wait(8)
@@ -313,60 +261,6 @@ def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound
     assert state(folded) == ("unfolded", "unfolded")
 
 
-def test_a_folded_switch_that_does_not_open_does_not_keep_it_folded(folded):
-    folded.world.stuck["folded"] = True
-    heard = folded.say("unfold") + folded.wait(8)
-    assert states(heard) == ["unfolding", "fault", "unfolding", "fault"]
-    assert faults(heard) == [
-        "the switch folded did not open or closed again",
-        "both end switches are closed",
-    ]
-    assert is_unfolded(folded)
-
-
-def test_a_motor_that_stalls_while_it_folds(fold):
-    fold.world.stalled = True
-    heard = fold.say("fold") + fold.wait(4)
-    assert faults(heard) == ["the switch unfolded did not open or closed again"]
-    assert is_unfolded(fold)
-
-
-def test_a_motor_that_stalls_while_it_unfolds(folded):
-    folded.say("unfold")
-    folded.wait(2)
-    folded.world.stalled = True
-    heard = folded.wait(6)
-    assert states(heard)[-1] == "fault"
-    assert is_at_rest(folded)
-    assert folded.world.folded > 0.5
-    # Still stalled, another try ends by itself after ten seconds, once the motor has rested.
-    assert re.fullmatch(r"the motor has to rest for \d+ s", reason(folded, "unfold"))
-    folded.wait(60)
-    assert answer(folded, "unfold") == Acknowledgement("unfold", "")
-    heard = folded.wait(10.2)
-    assert faults(heard) == ["the switch unfolded did not close within 10 s"]
-    assert is_at_rest(folded)
-    folded.world.stalled = False
-    folded.wait(60)
-    folded.say("unfold")
-    folded.wait(5)
-    assert is_unfolded(folded)
-    assert state(folded) == ("unfolded", "unfolded")
-
-
-def test_a_thread_that_breaks(folded):
-    folded.world.broken = True
-    heard = folded.wait(3)
-    assert states(heard) == ["folded", "fault", "unfolded"]
-    assert faults(heard) == ["the switch folded opened at rest"]
-    assert is_at_rest(folded)
-    folded.wait(60)
-    folded.say("fold")
-    heard = folded.wait(4)
-    assert faults(heard) == ["the switch unfolded did not open or closed again"]
-    assert states(heard)[-1] == "unfolded"
-
-
 def test_switches_that_bounce_or_open_for_a_moment_are_no_fault(folded):
     for is_closed in 10 * (False, True):
         folded.world.stuck["folded"] = is_closed
@@ -377,50 +271,6 @@ def test_switches_that_bounce_or_open_for_a_moment_are_no_fault(folded):
     folded.say("hold")
     folded.wait(2)
     assert state(folded) == ("folded", "folded")
-
-
-def test_an_origami_that_is_pushed_away_from_its_end_is_not_called_unfolded(fold):
-    fold.world.stuck["unfolded"] = False
-    heard = fold.wait(0.5)
-    assert reports(heard)[-1].switches == "none"
-    assert "the switch unfolded is open" in reason(fold, "fold")
-    heard = fold.wait(1)
-    assert faults(heard) == ["the switch unfolded opened at rest"]
-    assert is_at_rest(fold)
-    fold.world.stuck.clear()
-    fold.wait(0.1)
-    assert state(fold) == ("unfolded", "unfolded")
-
-
-def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
-    for already_folded in (False, True, True, True):
-        refused = []
-        while not isinstance(answer(fold, "fold"), Acknowledgement):
-            refused.append(reason(fold, "fold"))
-            (wait_s,) = re.fullmatch(r"the motor has to rest for (\d+) s", refused[-1]).groups()
-            assert answer(fold, "unfold") == Acknowledgement("unfold", "")
-            fold.wait(int(wait_s))
-        assert len(refused) == already_folded  # the seconds that it tells are enough
-        fold.wait(4.9)
-        assert state(fold)[0] == "folded"
-        assert answer(fold, "unfold") == Acknowledgement("unfold", "")
-        fold.wait(5)
-        assert state(fold)[0] == "unfolded"
-    steps_s = fold.board.step_times_us() / 1e6
-    assert steps_s.size > 3 * TRAVEL
-    minute_later = np.searchsorted(steps_s, steps_s + 60, side="right")
-    most = (minute_later - np.arange(steps_s.size)).max()
-    assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
-    assert most / HALF_STEPS_PER_S <= 15
-
-
-def test_a_memory_that_cannot_be_written_is_told_and_what_is_folded_unfolds(folded):
-    folded.board.damage_eeprom()
-    heard = folded.say("unfold") + folded.wait(6)
-    assert states(heard) == ["unfolding", "unfolded"]
-    assert faults(heard) == ["the memory cannot be written"]
-    assert is_unfolded(folded)
-    assert reason(folded, "fold") == "the memory cannot be written"
 
 
 def test_a_power_cut_in_a_move_finds_the_whole_move_in_the_memory(fold):
@@ -492,16 +342,6 @@ def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):
     fold.wait(0.1)
     assert "both end switches are closed" in reason(fold, "fold")
     assert fold.board.half_steps == 0
-
-
-def test_a_wire_that_breaks_in_a_move_stops_the_motor(fold):
-    fold.say("fold")
-    fold.wait(2)
-    fold.board.break_wire(emulated.PIN_3)
-    before = fold.board.half_steps
-    fold.wait(0.1)
-    assert fold.board.half_steps - before <= DEBOUNCED
-    assert is_at_rest(fold)
 
 
 def test_the_pages_have_the_firmwares_numbers():

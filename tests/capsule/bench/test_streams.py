@@ -87,32 +87,6 @@ def test_a_stream_that_ends_and_begins_again_leaves_a_gap(tmp_path, name, record
     check_rows(recorder.recording(), range(30, 45), 79)
 
 
-@pytest.mark.waits
-def test_a_stream_that_does_not_come_back_ends_the_recording(tmp_path, name, record):
-    source = Source(name)
-    recorder = record("--stream-in", name, "--patience", "1", "--name", "r")
-    source.wait_for_listener()
-    source.send(range(40))
-    wait_for_lines(tmp_path, 40)
-    source.end()
-    wait_until(recorder.done, "ends of the recorder")
-    recorder.expect(11, "has ended", "--patience", "archived in")
-    check_rows(recorder.recording(), [], 39)
-
-
-def test_a_killed_recorder_leaves_each_sample(tmp_path, name, record):
-    source = Source(name)
-    recorder = record("--stream-in", name, "--name", "r")
-    source.wait_for_listener()
-    source.send(range(25))
-    wait_for_lines(tmp_path, 25)
-    recorder.process.kill()
-    recorder.process.wait()
-    (part,) = recorder.parts()
-    text = part.read_text(encoding="utf-8").splitlines()
-    assert text[-1] == "2.4,24,24.5,3,976"
-
-
 def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record, cable):
     bench = Workbench(cable, world=Clock(cable.board), speed=10)
     recorder = record("--port", cable.port, "--duration", "20", "--stream-out", name)
