@@ -5,7 +5,7 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -37,7 +37,6 @@ from capsule.bench.survey_view import SurveyView
 from capsule.bench.wave import Wave
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
-from capsule.kinds import Settings
 from capsule.phantom.files import read_phantom
 from capsule.phantom.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.recordings.recording import Recording
@@ -324,33 +323,17 @@ def survey(options: argparse.Namespace) -> None:
     if not resumed:
         check_new(folder)
     about = read_about(folder) if resumed else _about(options)
+    settings = read_settings(config_file())
     # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
-    task = _Task(options, folder, about, read_settings(config_file()), StopRequest(), resumed)
-    run = _on_boards(task) if "boards" in about else _simulated(task)
+    stop = StopRequest()
+    survey_it = _on_boards if "boards" in about else _simulated
+    run = survey_it(options, about, settings, folder, stop)
     _tell_outcome(run, folder, to_targets=bool(about["goto"]))
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What to survey: the options, the session's folder, and what its session.json says."""
-
-    options: argparse.Namespace
-    folder: Path
-    about: dict[str, Any]
-    settings: dict[str, Any]
-    stop: StopRequest
-    resumed: bool
-
-    @property
-    def sensors(self) -> int:
-        """Number of sensors."""
-        return int(self.settings["recording"]["sensors"])
-
-    @property
-    def length_mm(self) -> float:
-        """Length of the gut; infinite if unknown."""
-        metres = self.about["metres"]
-        return math.inf if metres is None else 1000 * float(metres)
+def _length_mm(about: dict[str, Any]) -> float:
+    """Return the length of the gut; infinite if unknown."""
+    return math.inf if about["metres"] is None else 1000 * float(about["metres"])
 
 
 def _about(options: argparse.Namespace) -> dict[str, Any]:
@@ -383,50 +366,54 @@ def _ports(options: argparse.Namespace) -> dict[str, str | None]:
     return {"drive": options.drive, "fold": options.fold, "logger": options.port}
 
 
-def _simulated(task: _Task) -> SurveyRun:
+def _simulated(
+    options: argparse.Namespace,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    folder: Path,
+    stop: StopRequest,
+) -> SurveyRun:
     """Survey a simulated gut."""
-    about = task.about
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
     bench = simulated_bench(
         phantom,
         seed=about["seed"],
-        length_mm=task.length_mm,
+        length_mm=_length_mm(about),
         nodules_mm=about["nodules"],
-        sensors=task.sensors,
+        sensors=settings["recording"]["sensors"],
     )
-    title = f"{task.folder.name}, simulated"
-    header = bench.header | {"session": task.folder.name}
-    detector, rate_hz = task.settings["diagonal"], phantom.electronics.rate_hz
-    # The bench knows itself where the gut ends.
-    with _run(task, detector, rate_hz, title, header, math.inf) as run:
-        run.go_on(bench, task.stop)
+    header = bench.header | {"session": folder.name}
+    with _run(options, about, settings, folder, phantom.electronics.rate_hz, header) as run:
+        run.go_on(bench, stop)
     return run
 
 
-def _on_boards(task: _Task) -> SurveyRun:
+def _on_boards(
+    options: argparse.Namespace,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    folder: Path,
+    stop: StopRequest,
+) -> SurveyRun:
     """Survey on boards.
 
     A resumed survey reads the stored samples and continues where the capsule is.
     """
-    about, folder, options = task.about, task.folder, task.options
-    wave = Wave(**about["wave"])
+    resumed = options.resume is not None
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports = about["boards"] | given
-    boards = {} if task.resumed else open_boards(ports, options.baud, print, task.stop)
+    boards = {} if resumed else open_boards(ports, options.baud, print, stop)
     try:
-        if not task.resumed:
-            about |= _known_with(boards, task.settings, wave, folder)
-        # Odometer and beat detection need the speed of the wave that the board drives.
-        detector = task.settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
-        rate_hz = task.settings["recording"]["rate_hz"]
-        header = about["header"]
-        with _run(task, detector, rate_hz, folder.name, header, task.length_mm) as run:
-            if task.resumed:
-                run.repeat(*read_stored(folder, task.sensors, rate_hz, run.pilot.every))
+        if not resumed:
+            about |= _known_with(boards, settings, Wave(**about["wave"]), folder)
+        rate_hz, sensors = (settings["recording"][key] for key in ("rate_hz", "sensors"))
+        with _run(options, about, settings, folder, rate_hz, about["header"]) as run:
+            if resumed:
+                run.repeat(*read_stored(folder, sensors, rate_hz, run.pilot.every))
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, options.baud, print, task.stop)
-                _lead(run, boards, wave, task)
+                boards = boards or open_boards(ports, options.baud, print, stop)
+                _lead(run, boards, about, folder, stop, options.patience)
     finally:
         for board in boards.values():
             board.close()
@@ -435,32 +422,38 @@ def _on_boards(task: _Task) -> SurveyRun:
 
 @contextlib.contextmanager
 def _run(
-    task: _Task,
-    detector: Settings,
+    options: argparse.Namespace,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    folder: Path,
     rate_hz: float,
-    title: str,
     header: Mapping[str, str],
-    length_mm: float,
 ) -> Iterator[SurveyRun]:
     """Make a survey with its pilot and its files; complete the files at its end."""
-    about = task.about
     raw = None if about["raw"] is None else Path(about["raw"])
-    disk = SessionFolder(task.folder, about, task.sensors, resumed=task.resumed, raw=raw)
-    pilot = Pilot(detector, rate_hz, task.sensors, targets_mm=about["goto"])
-    sizes = PassSizes(task.options.results, task.settings["diagonal"], rate_hz)
-    state = State(1.0 / rate_hz, title, length_mm=task.length_mm)
-    view = SurveyView(sys.stdout)
-    run = SurveyRun(pilot, disk, sizes, view, state, header, rate_hz, length_mm)
+    sensors, resumed = settings["recording"]["sensors"], options.resume is not None
+    detector, length_mm, title = settings["diagonal"], _length_mm(about), folder.name
+    sizes = PassSizes(options.results, detector, rate_hz)
+    state = State(1.0 / rate_hz, title, length_mm=length_mm)
+    if "boards" in about:
+        # Odometer and beat detection need the speed of the wave that the board drives.
+        detector = detector | {"wave_speed_mm_s": about["wave"]["speed_mm_s"]}
+    else:
+        state.title = f"{title}, simulated"
+        length_mm = math.inf  # the bench knows itself where the gut ends
+    disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=raw)
+    pilot = Pilot(detector, rate_hz, sensors, targets_mm=about["goto"])
+    run = SurveyRun(pilot, disk, sizes, SurveyView(sys.stdout), state, header, rate_hz, length_mm)
     try:
         with contextlib.ExitStack() as at_end:
-            if task.options.live:
+            if options.live:
                 page = at_end.enter_context(opened_page())
                 run.beside.acts["its live page"] = lambda: page.show(state)
             yield run
-            if task.options.live:
+            if options.live:
                 run.beside.attempt("its live page", lambda: page.show(state, at_once=True))
     except BaseException:
-        if run.begun or task.resumed:
+        if run.begun or resumed:
             disk.close()
         else:
             disk.discard()
@@ -468,23 +461,30 @@ def _run(
     disk.finish()
 
 
-def _lead(run: SurveyRun, boards: Mapping[str, Board], wave: Wave, task: _Task) -> None:
+def _lead(
+    run: SurveyRun,
+    boards: Mapping[str, Board],
+    about: dict[str, Any],
+    folder: Path,
+    stop: StopRequest,
+    patience_s: float,
+) -> None:
     """Run the survey; always stop the wave and unfold the origami at its end."""
-    log = FrameLog(task.folder / BOARDS_LOG, print)
+    log = FrameLog(folder / BOARDS_LOG, print)
     bench = BoardBench(
         boards,
-        wave,
+        Wave(**about["wave"]),
         log,
         print,
-        task.stop,
-        patience_s=task.options.patience,
+        stop,
+        patience_s=patience_s,
         begin_s=run.next_s,
-        index_mm=task.about[INDEX],
+        index_mm=about[INDEX],
     )
     try:
         bench.start()
-        begun = datetime.fromisoformat(task.about["begun"]) if run.begun else None
-        run.go_on(bench, task.stop, begun)
+        begun = datetime.fromisoformat(about["begun"]) if run.begun else None
+        run.go_on(bench, stop, begun)
     except KeyboardInterrupt:
         print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
         raise
