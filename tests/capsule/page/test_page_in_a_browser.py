@@ -8,6 +8,7 @@ import runpy
 import shutil
 import sys
 import time
+from itertools import product
 
 import numpy as np
 import pytest
@@ -114,17 +115,16 @@ def test_it_opens_from_disk_without_a_message_or_a_request(browser, page):
     assert browser.run("return document.title") != "broken"
 
 
-@pytest.mark.parametrize(("width", "height"), [(DESKTOP, 900), (400, 800)])
-def test_the_first_screen_holds_the_verdict_and_its_drawing(browser, page, width, height):
-    browser.open(page, width=width)
-    assert browser.run(BOTTOM, ".card:first-child svg") <= height
-    assert width < 600 or browser.run(BOTTOM, ".panels .count") <= height
-    assert browser.run(WORDS) <= 60
+def test_the_first_screen_holds_the_verdict_and_its_drawing(browser, page):
+    for width, height in ((DESKTOP, 900), (400, 800)):
+        browser.open(page, width=width)
+        assert browser.run(BOTTOM, ".card:first-child svg") <= height
+        assert width < 600 or browser.run(BOTTOM, ".panels .count") <= height
+        assert browser.run(WORDS) <= 60
 
 
-@pytest.mark.parametrize("width", [DESKTOP, 768, 400, PHONE])
-def test_every_switch_in_every_state_changes_what_it_stands_above(browser, page, project, width):
-    for detector, charts in DETECTORS.items():
+def test_every_switch_in_every_state_changes_what_it_stands_above(browser, page, project):
+    for width, (detector, charts) in product((DESKTOP, 768, 400, PHONE), DETECTORS.items()):
         browser.open(page, f"#recording=6mm/r01&detector={detector}", width=width)
         row = predictions(project, detector)["6mm/r01"]
         assert f" by {detector} (" in browser.find("#viewer-title").text
@@ -485,24 +485,25 @@ def test_each_term_of_the_glossary_is_linked_once(browser, page):
     assert browser.run("return document.querySelectorAll('output a, #viewer a.term').length") == 0
 
 
-@pytest.mark.parametrize(("width", "dark"), [(PHONE, False), (DESKTOP, True)])
-def test_axe_finds_no_fault(browser, page, width, dark):
-    browser.open(page, "#recording=2.5mm/r01&detector=diagonal", width=width, dark=dark)
-    browser.run(OPEN)
-    assert browser.violations() == []
-    assert browser.messages() == []
-    colour = browser.run("return getComputedStyle(document.body).backgroundColor")
-    assert (max(int(part) for part in re.findall(r"\d+", colour)[:3]) < 60) == dark
-    # The key names the lines that are drawn, also when the theme changes.
-    shown = (
-        "return [...document.querySelectorAll('#viewer .key li')].every((item, sensor) =>"
-        " item.querySelector('svg').getAttribute('stroke') === Palette.sensorLine(sensor).colour)"
-    )
-    assert browser.run(shown)
-    browser.prefer(dark=not dark)
-    # A page hears of the theme just before it draws its next frame.
-    browser.wait_for_frame()
-    assert browser.run(shown)
+def test_axe_finds_no_fault(browser, page):
+    for width, dark in ((PHONE, False), (DESKTOP, True)):
+        browser.open(page, "#recording=2.5mm/r01&detector=diagonal", width=width, dark=dark)
+        browser.run(OPEN)
+        assert browser.violations() == []
+        assert browser.messages() == []
+        colour = browser.run("return getComputedStyle(document.body).backgroundColor")
+        assert (max(int(part) for part in re.findall(r"\d+", colour)[:3]) < 60) == dark
+        # The key names the lines that are drawn, also when the theme changes.
+        shown = (
+            "return [...document.querySelectorAll('#viewer .key li')].every((item, sensor) =>"
+            " item.querySelector('svg').getAttribute('stroke')"
+            " === Palette.sensorLine(sensor).colour)"
+        )
+        assert browser.run(shown)
+        browser.prefer(dark=not dark)
+        # A page hears of the theme just before it draws its next frame.
+        browser.wait_for_frame()
+        assert browser.run(shown)
 
 
 def test_a_survey_is_replayed_by_keys_buttons_and_a_mark_in_its_picture(browser, page, project):

@@ -117,6 +117,9 @@ GROUPS = {
         Measure("Sensitivity, {size}", "predictive_values", "sensitivity", "each"),
         Measure("Balanced accuracy", "summary", "balanced_accuracy"),
     ),
+}
+# Those that are folded away, because most readers do not need them.
+FOLDED_GROUPS = {
     "Size and place of a nodule": (
         Measure("Exact size, of all nodules", "summary", "exact_rate"),
         Measure("Within {tolerance}, of all nodules", "summary", "within_rate"),
@@ -124,9 +127,6 @@ GROUPS = {
         Measure("Bias, of those found", "size_error", _bias),
         Measure("Median error of the place", "localisation", _location_error),
     ),
-}
-# Those that are folded away, because most readers do not need them.
-FOLDED_GROUPS = {
     "Ranking by the score, for all thresholds": (
         Measure("AUC, any nodule against none", "auc", _auc),
         Measure("AUC, {size} against none", "auc", _auc, "smallest"),

@@ -2,6 +2,7 @@
 
 from capsule import words
 from capsule.evaluation.lead import leading
+from capsule.evaluation.more_recordings import more_recordings
 from capsule.kinds import Cells, Settings, Spread
 from capsule.page import (
     cards,
@@ -10,7 +11,6 @@ from capsule.page import (
     detector_sections,
     evidence,
     first_screen,
-    more_recordings,
     overview,
     provenance,
     recordings,
@@ -78,7 +78,7 @@ def page_values(
         **first_screen.meaning_values(ours, judged["prevalence"]),
         **compared,
         **comparison.bench_values(tables.benches, detectors),
-        **more_recordings.page_values(tables, tables.learning, lead.detector),
+        "more": more_recordings(tables, tables.learning, lead.detector),
         "methods": detector_sections.methods_values(tables, ours),
         "settings": settings,
         "references": tables.references,

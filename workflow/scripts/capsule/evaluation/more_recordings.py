@@ -8,7 +8,7 @@ from capsule import words
 from capsule.evaluation.archive_rates import Rates, sets_specificity
 from capsule.evaluation.intervals import recordings_needed
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
-from capsule.kinds import Cells, Row
+from capsule.kinds import Row
 
 # Half the width of the interval that the page plans for: +-10 points.
 HALF_WIDTH = 0.1
@@ -17,10 +17,10 @@ LEAST_GAIN = 0.05
 _HALF = 0.5
 
 
-def page_values(rates: Rates, learning: pd.DataFrame, detector: str) -> Cells:
-    """Return ``more``, a detector's two sentences on more recordings; empty ones are left out."""
+def more_recordings(rates: Rates, learning: pd.DataFrame, detector: str) -> str:
+    """Return a detector's two sentences on more recordings; empty ones are left out."""
     said = [needed_sentence(rates, detector), learning_sentence(learning, detector)]
-    return {"more": " ".join(filter(None, said))}
+    return " ".join(filter(None, said))
 
 
 def needed_sentence(rates: Rates, detector: str) -> str:
