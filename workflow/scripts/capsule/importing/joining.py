@@ -1,5 +1,7 @@
 """Bring sensors with times of their own to the same instants: channels of a file, or files."""
 
+import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -9,12 +11,50 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import resample, usual_rate
+from capsule.importing.table import Channel, with_stamps
 from capsule.importing.times import Clock
+from capsule.importing.units import is_time_name
 
+_DIGITS = re.compile("[0-9]+")
+# What tells the sensor of a time: t1, t(1), S1_time.
+_OF_SENSOR = re.compile(r".*[0-9][\s._-]+(?=[A-Za-z])|[\s._(-]*[0-9]*\)?$")
 # Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
 # Dates are often written in whole seconds.
 _SAME_DATE_S = 1.0
+
+
+def with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
+    """Return channels with their time stamps if each of them has a time of its own.
+
+    Such channels are named, for example, ``time, S1, time.1, S2``, or in any order with numbers
+    that tell the pairs: ``t1, t2, S1, S2``. If columns are chosen by their numbers, all count.
+    """
+    named = channels
+    numbers = [match[0] if (match := _DIGITS.search(each.name)) else "" for each in channels]
+    if "" not in numbers and set(Counter(numbers).values()) == {2}:
+        order = sorted(zip(map(int, numbers), channels, strict=True), key=_by_sensor)
+        named = [channel for _, channel in order]
+    pairs = list(zip(named[::2], named[1::2], strict=False))
+    are_paired = len(pairs) > 1 and 2 * len(pairs) == len(channels)
+    are_numbered = any(str(wanted).isdecimal() for wanted in keys.sensors or ())
+    if not are_paired or are_numbered or keys.time not in (None, "none"):
+        return channels
+    for stamps, channel in pairs:
+        bare = stamps.name.replace(channel.name, "") if channel.name else stamps.name
+        if not _times(bare) or _times(channel.name):
+            return channels
+    return with_stamps([replace(channel, stamps=stamps) for stamps, channel in pairs])
+
+
+def _by_sensor(numbered: tuple[int, Channel]) -> tuple[int, bool]:
+    """Return the key that sorts channels by their sensor's number, each behind its time."""
+    return numbered[0], not _times(numbered[1].name)
+
+
+def _times(name: str) -> bool:
+    """Return whether a name, without the sensor that it numbers, is that of a time."""
+    return is_time_name(_OF_SENSOR.sub("", name).strip(" ._-"))
 
 
 def at_same_instants(

@@ -17,10 +17,23 @@ _NAMED_AT_MOST = 20
 _LEAST_LONE, _LONE_STEPS = 50, 4.0
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
+# Names of a sampling rate, and of what turns stored numbers into readings.
 RATE = re.compile(
     rf"(fs|s?rate|samp(le|ling)?[_ ]?(rate|freq(uency)?)|{UNSURE_RATE.pattern})([_ ]?hz)?",
     re.IGNORECASE,
 )
+SCALE = re.compile(
+    "(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier", re.IGNORECASE
+)
+# Other words for a scaling, which may be that of the recorder.
+_SCALING = re.compile(r"(scal|gain|offset|multipl|factor|lsb|calibrat).*", re.IGNORECASE)
+
+
+def scales(key: str, value: str) -> bool:
+    """Return whether a file's line tells a scaling of the readings, other than one by 1 and 0."""
+    neutral = "[+-]?0*[.]?0*" if "offset" in key.lower() else "[+]?1[.]?0*"
+    told = SCALE.fullmatch(key) or _SCALING.fullmatch(key)
+    return bool(told) and not re.fullmatch(neutral, value.strip())
 
 
 @contextlib.contextmanager

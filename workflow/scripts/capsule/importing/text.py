@@ -25,14 +25,18 @@ from capsule.importing.dialects import (
     plain_dialect,
     table_in,
 )
+from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import RATE, Channel, Table, not_a_number, with_stamps
-from capsule.importing.units import is_time_name, is_unit, unit_of
+from capsule.importing.table import RATE, SCALE, Channel, Table, not_a_number, scales
+from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
-_NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
+_NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*(?:[\[(](k?Hz)[\])]\s*)?[:=]\s*(.+)")
+_STATED_RATE = re.compile(
+    r"([0-9]+\.?[0-9]*|\.[0-9]+)\s*(k?)(?:Hz|sps|s/s|/s|samples/s)?", re.IGNORECASE
+)
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
@@ -57,10 +61,8 @@ _IN_UNIT = re.compile(
     re.IGNORECASE,
 )
 _UNIT_LINE = re.compile(r"\W*(units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE)
-# Keys of comments that tell a mark of missing samples, and a scaling that only a person can undo.
+# Keys of comments that tell a mark of missing samples.
 _MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
-_HERTZ = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(hz|sps|samples/s|/s)?", re.IGNORECASE)
-_SCALING = re.compile(r"(scal|gain|offset|multipl|factor|lsb|calibrat).*", re.IGNORECASE)
 # Number and cells of each row.
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 
@@ -95,6 +97,10 @@ def read_text(content: bytes, keys: Keys) -> Table:
         check_thousands(known[dialect.first :], dialect, keys)
         above = [dialect.split(line) for _, line in known[: dialect.first]]
         for number, line in known[: dialect.first]:
+            text = ": ".join(filter(None, dialect.split(line)))
+            note = _NOTE.fullmatch(text)
+            if note and (RATE.fullmatch(note[1]) or SCALE.fullmatch(note[1])):
+                comments[number] = text
             if any(way.fullmatch(line.strip()) for way in (_UNIT_LINE, _IN_UNIT)):
                 comments[number] = line.strip()
         heads, said = above, _labview(above, dialect)
@@ -113,26 +119,12 @@ def read_text(content: bytes, keys: Keys) -> Table:
         notes=_notes(comments),
         reading=reading,
     )
-    if told := [
-        f"{key}: {value[:60]}" for key, value in table.notes.items() if _scales(key, value)
-    ]:
+    if told := [f"{key}: {value[:60]}" for key, value in table.notes.items() if scales(key, value)]:
         said_so = f"the file says {'; '.join(told)}; that is not applied to the readings"
         table = replace(table, remark="; ".join(filter(None, (table.remark, said_so))))
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
     return table if ends else _checked_end(table, known, dialect)
-
-
-def _rates_in(notes: Mapping[str, str]) -> dict[str, float]:
-    """Return the sampling rates in Hz that comments tell, by their keys."""
-    found = {key: _HERTZ.fullmatch(value) for key, value in notes.items() if RATE.fullmatch(key)}
-    return {key: float(match[1]) for key, match in found.items() if match and float(match[1]) > 0}
-
-
-def _scales(key: str, value: str) -> bool:
-    """Return whether a comment tells a scaling of the readings, other than one by 1 and 0."""
-    plain = ("0", "0.0") if key.lower().startswith("offset") else ("1", "1.0")
-    return bool(_SCALING.match(key)) and value.strip() not in plain
 
 
 def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table:
@@ -259,11 +251,12 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
         elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
             notes.setdefault("unit", (match[2], number))
         elif match := _NOTE.fullmatch(text):
-            key, value = match.groups()
+            key, kind, value = match.groups("")
+            value = f"{value} {kind}".rstrip()
             if re.search("unit|einheit", key, re.IGNORECASE):
                 key = "time unit" if re.match("time|zeit", key, re.IGNORECASE) else "unit"
             other, line = notes.get(key, (value, number))
-            if key in _DECISIVE and other != value:
+            if (key in _DECISIVE or RATE.fullmatch(key)) and other != value:
                 raise CapsuleError(
                     f"lines {line} and {number} name two values of {key}, {other[:60]!r} and "
                     f"{value[:60]!r}; delete the line that is wrong"
@@ -365,9 +358,9 @@ def _table(
     ]
     if said:
         channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
-    rates_hz = _rates_in(told.get("notes", {}))
-    channels = [replace(each, rates_hz={**rates_hz, **each.rates_hz}) for each in channels]
-    channels = _with_own_times(channels, keys)
+    if rates_hz := _stated_rates(told["notes"]):
+        channels = [replace(each, rates_hz=each.rates_hz or rates_hz) for each in channels]
+    channels = with_own_times(channels, keys)
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
     if all(stamped):
         seconds = np.array(list(map(plain_dialect(keys).number, stamped)))
@@ -380,23 +373,13 @@ def _table(
     )
 
 
-def _with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
-    """Return channels with their time stamps if the column of a time stands before each of them.
-
-    Such columns are named, for example, ``time, S1, time.1, S2`` or ``t1, S1, t2, S2``. If columns
-    are chosen by their numbers, all of them count.
-    """
-    pairs = list(zip(channels[::2], channels[1::2], strict=False))
-    are_paired = len(pairs) > 1 and 2 * len(pairs) == len(channels)
-    are_numbered = any(str(wanted).isdecimal() for wanted in keys.sensors or ())
-    if not are_paired or are_numbered or keys.time not in (None, "none"):
-        return channels
-    for stamps, channel in pairs:
-        bare = stamps.name.replace(channel.name, "") if channel.name else stamps.name
-        bare = re.sub("[0-9]*$", "", bare).strip(" ._-")
-        if not is_time_name(bare) or is_time_name(channel.name):
-            return channels
-    return with_stamps([replace(channel, stamps=stamps) for stamps, channel in pairs])
+def _stated_rates(notes: Mapping[str, str]) -> dict[str, float]:
+    """Return the sampling rates in Hz that notes state, by their keys."""
+    stated = {
+        key: _STATED_RATE.fullmatch(text) for key, text in notes.items() if RATE.fullmatch(key)
+    }
+    rates = {key: float(m[1]) * (1000 if m[2] else 1) for key, m in stated.items() if m}
+    return {key: rate for key, rate in rates.items() if rate > 0}
 
 
 def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:

@@ -106,8 +106,21 @@ def read_time(table: Table, time: Channel | None, channel: Channel, keys: Keys) 
         return _by_rate(table, channel, keys)
     stamps = time or channel.stamps
     assert stamps is not None
-    if not stamps.holds_numbers or keys.time_unit in ("date", "clock"):
-        return _from_texts(table, stamps, channel, keys)
+    is_text = not stamps.holds_numbers or keys.time_unit in ("date", "clock")
+    clock = (_from_texts if is_text else _from_numbers)(table, stamps, channel, keys)
+    stated_hz, is_decided = channel.rate_hz, keys.time_unit or keys.rate or clock.unit == "sample"
+    step_s = float(np.median(np.diff(clock.time_s))) if clock.time_s.size > 1 else 0.0
+    if stated_hz and not is_decided and step_s > 0 and abs(1 / step_s / stated_hz - 1) > _SAME_RATE:
+        raise QuestionError(
+            f"column {table.column_label(stamps)}: its usual step of {step_s:.6g} s is "
+            f"{1 / step_s:.4g} Hz, but the file states {_stated(channel)}; give --time-unit "
+            f"{clock.unit} if the times are right, or --time none if the rate is"
+        )
+    return clock
+
+
+def _from_numbers(table: Table, stamps: Channel, channel: Channel, keys: Keys) -> Clock:
+    """Return the time from numbers, in the unit that is named, or the only one that fits."""
     numbers, column = table.checked_numbers(stamps), f"column {table.column_label(stamps)}"
     for row in np.flatnonzero(np.isnan(numbers))[:1]:
         raise CapsuleError(
@@ -230,13 +243,6 @@ def _unit(
             raise CapsuleError(
                 f"with the unit {told} ({reason}), its usual step of {step:.6g} is a sampling rate "
                 f"of {rates[told]:.4g} Hz; use another --time-unit"
-            )
-        off = rates.get(told, 0.0) / channel.rate_hz - 1 if channel.rate_hz else 0.0
-        if abs(off) > _SAME_RATE and not (keys.time_unit or keys.rate or told == "sample"):
-            raise QuestionError(
-                f"its usual step of {step:.6g} {told} is {rates[told]:.4g} Hz, but the file states "
-                f"{_stated(channel)}; give --time-unit {told} if the times are right, or --time "
-                "none if the rate is"
             )
         return told, reason
     known = keys.rate or channel.rate_hz

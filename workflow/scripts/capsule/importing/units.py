@@ -7,7 +7,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import QuestionError, Table, naming
+from capsule.importing.table import SCALE, QuestionError, Table, naming, scales
 from capsule.recordings.names import displayed
 
 # The words for each unit of readings, and of the time.
@@ -112,6 +112,13 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     """
     if keys.unit:
         return keys.unit, "given"
+    for key, value in table.notes.items():
+        if SCALE.fullmatch(key) and scales(key, value):
+            raise QuestionError(
+                f"the file states {displayed(key)} = {displayed(value)[:60]}, and not whether the "
+                "readings have it already; give --unit if they have it, or need none, or else "
+                "convert them first"
+            )
     texts = [_named(table, index) for index in sensors]
     # Different texts that are no units, such as (left) and (right), are names.
     if len({*texts}) == len(texts) > 1 and not any(map(is_unit, texts)):
