@@ -33,8 +33,8 @@ def with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
     named = channels
     numbers = [match[0] if (match := _DIGITS.search(each.name)) else "" for each in channels]
     if "" not in numbers and set(Counter(numbers).values()) == {2}:
-        order = sorted(zip(map(int, numbers), channels, strict=True), key=_by_sensor)
-        named = [channel for _, channel in order]
+        order = zip(map(int, numbers), channels, strict=True)
+        named = [each for _, each in sorted(order, key=lambda at: (at[0], not _times(at[1].name)))]
     pairs = list(zip(named[::2], named[1::2], strict=False))
     are_paired = len(pairs) > 1 and 2 * len(pairs) == len(channels)
     are_numbered = any(str(wanted).isdecimal() for wanted in keys.sensors or ())
@@ -45,11 +45,6 @@ def with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
         if not _times(bare) or _times(channel.name):
             return channels
     return with_stamps([replace(channel, stamps=stamps) for stamps, channel in pairs])
-
-
-def _by_sensor(numbered: tuple[int, Channel]) -> tuple[int, bool]:
-    """Return the key that sorts channels by their sensor's number, each behind its time."""
-    return numbered[0], not _times(numbered[1].name)
 
 
 def _times(name: str) -> bool:
