@@ -417,7 +417,7 @@ ASKED = {
     ),
     "a scale beside the arrays": (
         matlab(t=TIME_S, V=COUNTS.T, scale_factor=0.01),
-        "the file states scale_factor = 0.01, and not whether the readings have it already",
+        "the file states scale_factor = 0.01, and not whether it is applied already",
         "--unit counts",
     ),
     "a unit above the table of a sheet": (

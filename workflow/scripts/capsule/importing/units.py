@@ -115,9 +115,9 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     for key, value in table.notes.items():
         if SCALE.fullmatch(key) and scales(key, value):
             raise QuestionError(
-                f"the file states {displayed(key)} = {displayed(value)[:60]}, and not whether the "
-                "readings have it already; give --unit if they have it, or need none, or else "
-                "convert them first"
+                f"the file states {displayed(key)} = {displayed(value)[:60]}, and not whether it "
+                "is applied already; if it is, or is not needed, give the unit of the readings "
+                "with --unit, or else convert them first"
             )
     texts = [_named(table, index) for index in sensors]
     # Different texts that are no units, such as (left) and (right), are names.
