@@ -111,14 +111,6 @@ def test_a_peristalsis_board_whose_supply_is_weak_is_started_three_times_again(r
     assert bench.wave_board.coils == 0
 
 
-def test_an_end_switch_that_never_says_folded_is_given_up_after_three_tries(rig):
-    bench = rig()
-    bench.fold.origami.stuck["folded"] = False
-    bench.survey(*BACK_SOON).expect(13, "reports a fault", "cannot go back")
-    check_ended(bench)
-    assert "folded" not in {row[-1] for row in bench.stream()}
-
-
 def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
     bench = rig()
     surveyor = bench.survey(*BACK_SOON)
