@@ -10,6 +10,8 @@ import subprocess
 import pytest
 
 from capsule.bench import survey_command
+from capsule.bench.bench_errors import AcquisitionError, NameExistsError
+from capsule.bench.survey_folder import check_new, read_about
 from capsule.errors import WrongOptionError
 from capsule.recordings.recording import read_recording
 from support.command import CAPSULE
@@ -25,15 +27,6 @@ def run(*arguments, cwd, **options):
     return subprocess.run(
         [*SURVEY, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, **options
     )
-
-
-def content(folder):
-    """Return the bytes of all files of a session."""
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 @pytest.fixture(scope="module")
@@ -114,22 +107,15 @@ def test_no_two_passes_hold_the_same_samples(whole):
 
 
 def test_what_cannot_be_taken_up_is_left_as_it_is(whole, tmp_path):
-    done = run("--resume", whole[0], cwd=tmp_path)
-    assert done.returncode == 1
-    assert "finished" in done.stderr
-    done = run(*GUT, "--out", whole[0], cwd=tmp_path)
-    assert done.returncode == 10
-    assert "--resume" in done.stderr
-    assert run("--resume", tmp_path, cwd=tmp_path).returncode == 1
-
-
-def test_a_simulated_session_is_not_taken_up(whole, tmp_path):
-    folder = tmp_path / "killed"
-    folder.mkdir()
-    (folder / "session.json").write_bytes((whole[0] / "session.json").read_bytes())
-    done = run("--resume", folder, cwd=tmp_path)
-    assert done.returncode == 1
-    assert "is simulated, and only a session on boards can be resumed" in done.stderr
+    with pytest.raises(AcquisitionError, match="is finished; there is nothing to resume"):
+        read_about(whole[0])
+    with pytest.raises(NameExistsError, match="--resume"):
+        check_new(whole[0])
+    with pytest.raises(AcquisitionError, match="holds no session"):
+        read_about(tmp_path)
+    (tmp_path / "session.json").write_bytes((whole[0] / "session.json").read_bytes())
+    with pytest.raises(AcquisitionError, match="simulated, and only a session on boards can be"):
+        read_about(tmp_path)
 
 
 @needs_signals
