@@ -1,4 +1,8 @@
-"""Real recordings pass the whole workflow with changes of the configuration only."""
+"""Real recordings pass the whole workflow with changes of the configuration only.
+
+They are of a tactile finger on a board of ridges (wngfra/FabricSlide, MIT), have 16 channels and a
+time stamp in ms, and lie in tests/data/fabricslide/ with their licence.
+"""
 
 import json
 
@@ -7,11 +11,19 @@ import pytest
 import yaml
 
 from capsule.method.particle import Particle, peak_positions
-from support.fabricslide import FOLDER, import_boards
+from support.importing import import_files
 from support.project import ROOT, Project
 
+FOLDER = ROOT / "tests/data/fabricslide"
+MAP = ROOT / "docs/examples/fabricslide.yaml"
 BOARD_10MM = ["Board10mm_F120_V-10mmps_0", "Board10mm_F120_V-5mmps_0", "Board10mm_F150_V-5mmps_0"]
 FIRST_PEAK = 100
+
+
+def import_boards(folder, size, config):
+    """Import the recordings of a board, with ridges of 2 or 10 mm, into `folder`/raw."""
+    files = sorted(FOLDER.glob(f"Board{size}mm_*.csv"))
+    return import_files(folder, *files, "--map", MAP, "--config", config, size=str(size))
 
 
 @pytest.fixture(scope="module")

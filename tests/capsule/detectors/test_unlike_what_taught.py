@@ -13,7 +13,6 @@ from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from support.fabricslide import FOLDER
 from support.project import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes(8)]
@@ -84,7 +83,7 @@ def travelling_noise(numbers):
 
 def ridges(numbers):
     """Return four neighbouring channels of a finger on a board of ridges, at some speed."""
-    path = numbers.choice(sorted(FOLDER.glob("*.csv")))
+    path = numbers.choice(sorted((ROOT / "tests/data/fabricslide").glob("*.csv")))
     channels = np.loadtxt(path, delimiter=",", skiprows=1)[:, 3:].T
     first, speed = int(numbers.integers(13)), float(numbers.choice([1.0, 1.2, 1.5]))
     at = np.arange(0, channels.shape[1] - 1, speed)

@@ -124,11 +124,6 @@ class StandInLogger(StandIn):
         state = "running" if self._running else "paused"
         return {**electronics, "series_ohm": 12000, "state": state}
 
-    @property
-    def samples_sent(self) -> int:
-        """Number of samples sent since the board started."""
-        return self._sequence
-
     def set_voltages(self, from_mv: list[float], to_mv: list[float]) -> None:
         """Set the analogue inputs to the voltages at the end of the stretch."""
         del from_mv

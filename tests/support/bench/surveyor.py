@@ -189,12 +189,6 @@ class Surveyor:
         """Press Ctrl-C, or send another signal."""
         os.kill(self._pid, number)
 
-    def limit_files(self, size: int) -> None:
-        """Limit the size of its files in bytes, as if the disk were full."""
-        import resource  # not on Windows, where these tests are skipped
-
-        resource.prlimit(self._pid, resource.RLIMIT_FSIZE, (size, size))
-
     def kill(self) -> None:
         """Kill the survey at once."""
         if self.returncode is None:
