@@ -84,7 +84,6 @@ def page_values(
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
-        "sites": tables.sites,
         "retest": cells.retest_rows(evaluation.tables["retest"]),
         "templates": tables.templates,
         "largest_mm": sizes_mm[-1],
