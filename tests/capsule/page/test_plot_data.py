@@ -5,17 +5,14 @@ import pytest
 
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
-from capsule.detectors.network import SERIES_ROWS, standardised
-from capsule.detectors.occlusion import STEP, WIDTH, score_stretches
+from capsule.detectors.occlusion import score_stretches
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import WEIGHTS
 from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
-from capsule.recordings.quality import quality_words
 from capsule.recordings.recording import read_recording
-from capsule.recordings.units import shares_at_ends
 from support.project import ROOT
 from support.synthetic import make_recording
 from support.waves import wave_readings
@@ -112,22 +109,8 @@ def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
     assert None not in passed and last is None
 
 
-@pytest.fixture(scope="module")
-def scorer():
-    return read_scorer(WEIGHTS)
-
-
-def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(scorer):
-    series = np.zeros((4, 5, 40))
-    assert not standardised(series)[:, :SERIES_ROWS].any()
-    assert standardised(series)[:, SERIES_ROWS:].all()
-    score, loss = score_stretches(scorer, series)
-    assert score == scorer.features(series).score
-    assert not loss.any()
-
-
-def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score(scorer):
-    near_it, elsewhere = [], []
+def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score():
+    scorer, near_it, elsewhere = read_scorer(WEIGHTS), [], []
     for path in sorted((ROOT / "raw" / "3mm").glob("r0*.csv")):
         with path.open("rb") as stream:
             values = read_recording(stream, 4).values
@@ -142,54 +125,3 @@ def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score(score
         elsewhere.append(scored[1][~near].mean())
     assert len(near_it) >= 5
     assert np.mean(near_it) > 1.5 * np.mean(elsewhere) > 0
-
-
-@pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
-def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
-    _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
-    assert loss.size == max(beats - WIDTH, 0) // STEP + 1
-
-
-def test_what_cannot_be_scored_has_no_stretches(scorer):
-    assert score_stretches(scorer, None) is None
-    assert score_stretches(scorer, np.ones((3, 5, 40))) is None
-
-
-def readings(samples=200):
-    return 400.0 + np.arange(4 * samples).reshape(4, samples) % 37
-
-
-def quality(values):
-    return quality_words(values, shares_at_ends(values, {"adc_bits": "10"}), 10.0)
-
-
-def test_of_a_good_recording_nothing_is_said_but_that():
-    assert quality(readings()) == "no gap, no loose sensor"
-
-
-def test_gaps_are_told_by_their_share_and_the_longest_one():
-    values = readings()
-    values[:, 10:14] = np.nan
-    values[:, 50:62] = np.nan
-    text = quality(values)
-    assert text == "gaps: 8 % of the samples, the longest 1.2 s"
-
-
-def test_a_loose_sensor_is_named():
-    values = readings()
-    values[2, :40] = 0.0
-    values[3, :3] = 1023.0
-    values[1, 0] = 1023.0
-    assert quality(values) == (
-        "sensor 3 loose: at the end of its range in 20 % of the samples; "
-        "sensor 4 loose: at the end of its range in 1.5 % of the samples"
-    )
-
-
-def test_missing_samples_are_no_loose_sensor():
-    values = readings()
-    values[2, :40] = 0.0
-    values[:, 100:120] = np.nan
-    text = quality(values)
-    assert text.startswith("gaps: 10 % of the samples, the longest 2.0 s; sensor 3 loose")
-    assert "in 22.2 % of" in text

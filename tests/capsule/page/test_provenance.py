@@ -1,4 +1,4 @@
-"""Tests of the page's origin: recordings, differences from the paper, and code."""
+"""Tests of what the page says of its making: differences from the paper, equations, code."""
 
 import json
 import re
@@ -7,27 +7,11 @@ import pytest
 import yaml
 
 from capsule.page import provenance
-from capsule.recordings import origin
 from support.evaluated import read_paper
 from support.project import ROOT
 
 PAPER = read_paper()
 EQUATIONS = PAPER["equations"]
-
-
-@pytest.mark.parametrize(
-    ("sources", "kind"),
-    [
-        (["simulated phantom"] * 3, "simulated"),
-        (["bench 2", "bench 3"], "recorded"),
-        (["bench 2", "Simulated"], "mixed"),
-        (["bench 2", ""], "mixed"),
-        (["", ""], "unknown"),
-        ([], "none"),
-    ],
-)
-def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
-    assert origin.origin_of(sources).kind == kind
 
 
 def test_the_configuration_is_compared_with_the_paper():
@@ -55,12 +39,6 @@ def test_the_configuration_is_compared_with_the_paper():
     assert rows[0]["value"] == "500" and rows[0]["paper"] == "2000"
     assert rows[1]["value"] == "0.001 to 1.5"
     assert [row["where"] for row in rows] == ["Eq. 8", "Eq. 11", ""]
-
-
-def test_the_combined_checksum_is_of_sorted_lines():
-    first = origin.combined_checksum({"b": "22", "a": "11"})
-    assert first == origin.combined_checksum({"a": "11", "b": "22"})
-    assert first != origin.combined_checksum({"a": "22", "b": "11"})
 
 
 def test_the_papers_settings_are_keys_of_the_configuration():
