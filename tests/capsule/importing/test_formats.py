@@ -375,11 +375,6 @@ ASKED = {
         "its usual step of 0.1 is in no unit the rate that the file states, fs = 50",
         "--time-unit s",
     ),
-    "a rate beside times in seconds": (
-        hdf({"t": TIME_S, "V": COUNTS.T, "fs": 50.0}, {("t", "units"): "s"}),
-        "its usual step of 0.1 s is 10 Hz, but the file states fs = 50; give --time-unit s",
-        "--time-unit s",
-    ),
     "a frequency that may be a filter's": (
         matlab(V=COUNTS.T, freq=50.0),
         "the file states freq = 50; give the sampling rate in Hz with --rate",

@@ -343,11 +343,6 @@ ASKED = {
         "is 10 Hz, but the file states rate = 20; give --time-unit clock if the times are right",
         "--time-unit clock",
     ),
-    "two rates": Asked(
-        "# fs: 20\n# rate: 10\n" + lines(*COUNTS, head="S1,S2,S3,S4"),
-        "the file states fs = 20 and rate = 10; give the sampling rate in Hz with --rate",
-        "--rate 10",
-    ),
     **{
         f"scale in {line!r}": Asked(
             f"{line}\n{PLAIN}", f"the file states {told}, and", "--unit counts"
