@@ -2,15 +2,25 @@
 
 import contextlib
 import itertools
+import os
 from types import SimpleNamespace
 
 import pytest
+import serial
 
 from capsule.bench import board, identification, recorder
-from capsule.bench.bench_errors import AcquisitionError, LineLostError, NoAnswerError
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoAnswerError,
+    PortBusyError,
+)
 from capsule.bench.board import Board
+from capsule.bench.line import Line
 from capsule.bench.protocol import Identity
 from capsule.bench.wave import Wave
+from support.marks import needs_terminals
 
 
 class LostLine:
@@ -87,3 +97,19 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
     gaps_s = [after - before for before, after in itertools.pairwise(opened_s)]
     assert len(gaps_s) >= 3
     assert min(gaps_s) >= board.REOPEN_AFTER_S
+
+
+# Kills: an error of pyserial whose words are no longer those that the program knows.
+@needs_terminals
+def test_a_port_that_another_program_has_is_in_use():
+    ours, theirs = os.openpty()
+    name = os.ttyname(theirs)
+    with (
+        serial.Serial(name, exclusive=True),
+        pytest.raises(PortBusyError, match=f"{name} is in use by another program"),
+    ):
+        Line(name)
+    os.close(ours)
+    os.close(theirs)
+    with pytest.raises(BoardNotFoundError, match="there is no port /dev/nothing"):
+        Line("/dev/nothing")
