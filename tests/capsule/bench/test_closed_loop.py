@@ -1,33 +1,25 @@
-"""Simulated bench and workflow together, from the motor's steps to the report."""
-
-import csv
+"""Simulated bench and recorder together, from the motor's steps to an accepted recording."""
 
 import numpy as np
 import pytest
 
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.recordings.acceptance import readings_of
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.closed_loop import ClosedLoop
 from support.bench.recorder import Recorder, check_complete
 from support.bench.workbench import Workbench
-from support.project import Project
 
 pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.workflow,
+    pytest.mark.boards,
     emulated.needed,
 ]
 
 
-@pytest.fixture
-def project(tmp_path):
-    names = ["0mm/r01", "3mm/r01"]
-    made = Project.create(tmp_path / "project", names, particles=20, iterations=20)
-    return made
-
-
-def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):
+def test_a_run_over_a_3_mm_nodule_is_archived_and_accepted(tmp_path):
     motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
     logger = emulated.EmulatedBoard(emulated.LOGGER)
     wave_cable = TerminalCable(motor, tmp_path / "ttyACM1")
@@ -38,7 +30,7 @@ def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):
     bench = Workbench(wave_cable, cable, world=world, speed=5)
 
     places = ("--port", cable.port, "--drive", wave_cable.port)
-    recorder = Recorder(project.folder, *places, "--size", "3", "--name", "bench")
+    recorder = Recorder(tmp_path, *places, "--size", "3", "--name", "bench")
     bench.run(recorder.done, limit_s=300, stretch_us=10_000)
     recorder.expect(0, "the capsule reached the end stop", "3mm/bench")
 
@@ -55,14 +47,4 @@ def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):
     # Some seconds of the bench may pass between the start of the wave and that of the logger.
     assert recording.time_s.size > 0.9 * world.time_s.size
     assert np.ptp(recording.values, axis=1).min() > 20
-
-    done = project.snakemake("results/report.html")
-    assert done.status == 0, done.output
-    with (project.results / "recordings.csv").open(encoding="utf-8") as stream:
-        rows = {row["recording"]: row for row in csv.DictReader(stream)}
-    assert rows["3mm/bench"]["status"] == "accepted", rows["3mm/bench"]["reason"]
-    assert rows["3mm/bench"]["source"].startswith("recorded by the logger board")
-    with (project.results / "evaluation/predictions.csv").open(encoding="utf-8") as stream:
-        predicted = {row["recording"] for row in csv.DictReader(stream)}
-    assert "3mm/bench" in predicted
-    assert (project.results / "report.html").stat().st_size > 10_000
+    readings_of(recording, read_config_file(CONFIG / "config.yaml"))  # or raises why it is rejected
