@@ -135,9 +135,11 @@ def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) 
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()
+        batches = rows_of(originals)
         for name, original in sorted(originals.items()):
             other = {"recording": name}
             if "sha256" in rows[0]:
+                other |= batches[name]
                 checksum = hashlib.sha256(name.encode()).hexdigest()
                 other |= {"sha256": checksum, "readings_sha256": checksum, "site": name}
             writer.writerows({**row, **other} for row in by_name.get(original, []))
@@ -149,7 +151,7 @@ def make_page(results: Path) -> Made:
     told = settings | {"surveys": {"names": [], "passed_over": {}}}
     job = [
         str(ROOT / "workflow" / "scripts" / "report.py"),
-        "--results", str(results), "--batch-size", "1", "--settings", json.dumps(told),
+        "--results", str(results), "--settings", json.dumps(told),
         "--key", "0" * 20, "--output", str(results / "report.html"),
     ]  # fmt: skip
     return cost_of(job)
