@@ -94,7 +94,7 @@ def test_the_warning_says_what_follows_and_what_to_do():
         ]
     )
     said = section("confounded", confounded=values)
-    assert "A detector may have learned the source instead of the nodule</p>" in said
+    assert "A detector may have learned the source instead of the nodule</strong></p>" in said
     assert (
         "Among the recordings that teach, whether there is a nodule follows from the source and "
         "from the sampling rate. So the rates below do not show that a detector finds nodules. "
@@ -126,7 +126,7 @@ def test_if_the_size_alone_follows_the_warning_speaks_of_sizes():
     ]
     values = overview.confounded_values([told("session", pairs)])
     said = section("confounded", confounded=values)
-    assert "A detector may have learned the session instead of the size</p>" in said
+    assert "A detector may have learned the session instead of the size</strong></p>" in said
     assert (
         "Among the recordings that teach, the size of nodules of 1 and 3 mm follows from the "
         "session. So the rates below do not show that a detector tells their sizes. Record healthy "
