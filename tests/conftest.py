@@ -18,7 +18,7 @@ hypothesis.settings.register_profile("tests", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("tests")
 
 # Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
-SECONDS = {"workflow": 4.0, "packages": 4.0, "boards": 1.5, "browser": 0.5, "takes": 4.0}
+SECONDS = {"workflow": 4.0, "packages": 4.0, "boards": 1.5, "browser": 6.0, "takes": 4.0}
 # Mark of tests that mostly wait, so other tests can use the processors.
 WAITING = "waits"
 # Marks of tests that need other programs, such as a browser: they are slow as well.

@@ -339,6 +339,7 @@ def test_a_gigabyte_is_rejected_in_little_memory(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.takes(40)
 def test_an_archive_without_a_healthy_recording_has_its_report(new):
     """One nodule gives verdicts and a page, and the page claims no rate that needs others."""
     for name in set(recordings_of(new)) - {"1mm/r01", "unlabelled/patient"}:

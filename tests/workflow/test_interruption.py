@@ -6,6 +6,7 @@ import re
 import shutil
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import psutil
@@ -100,15 +101,18 @@ def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, finis
 
 
 def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new):
+    logs = new.results / "logs/preprocess"
     with new.start(*TABLES, cores=2) as process:
         for line in process.stdout:
-            # A job imports its modules right after this line.
+            # A job imports its modules right after its log has been opened.
             if line.startswith("2 of "):
+                while process.poll() is None and not any(logs.rglob("*.log")):
+                    time.sleep(0.001)
                 os.killpg(process.pid, signal.SIGINT)
     assert process.returncode != 0
-    logs = list((new.results / "logs").rglob("*.log"))
-    assert logs
-    assert not [path for path in logs if "Traceback" in path.read_text(encoding="utf-8")]
+    told = [path.read_text(encoding="utf-8") for path in logs.rglob("*.log")]
+    assert told
+    assert "Traceback" not in "".join(told)
 
 
 @contextlib.contextmanager
