@@ -570,7 +570,9 @@ def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, pag
         browser.picture_at_rest(tmp_path / f"{dark}.png")
         printed.append(imread(tmp_path / f"{dark}.png")[..., :3])
         browser.run("window.dispatchEvent(new Event('afterprint'))")
-    assert np.array_equal(*printed) and np.median(printed[0]) == 1.0
+    # Edges may be smoothed otherwise; a colour of the other theme is farther away.
+    assert printed[0].shape == printed[1].shape
+    assert np.abs(printed[0] - printed[1]).max() < 0.2 and np.median(printed[0]) == 1.0
     browser.open(page)
     paper = browser.print(ROOT / "build" / "report" / "report.pdf")
     assert 3 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 11
