@@ -1,7 +1,12 @@
 """Names of the tables that rate the detectors, and the columns of each table without rows.
 
-This module imports nothing, because the Snakefile reads the names.
+This module imports nothing heavy, because the Snakefile reads the names.
 """
+
+from collections.abc import Iterable
+
+# The head of the columns of verdicts with the distances to the templates.
+DISTANCE = "rmse_"
 
 # One row for each detector and site with several passes.
 SITES = [
@@ -47,3 +52,9 @@ COLUMNS = {
     "auc": [*_KEY, "size_mm", "auc"],
     "roc": [*_KEY, "size_mm", "false_positive_rate", "true_positive_rate"],
 }
+
+
+def distance_columns(columns: Iterable[str]) -> dict[str, float]:
+    """Return the columns of distances to the templates, with the size in mm of each template."""
+    named = (column for column in columns if column.startswith(DISTANCE))
+    return {name: float(name.removeprefix(DISTANCE).removesuffix("mm")) for name in named}

@@ -16,6 +16,7 @@ from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdic
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
 from capsule.detectors.verdicts import row_verdict
+from capsule.evaluation.columns import DISTANCE
 from capsule.kinds import Cells, Settings, Spread
 from capsule.recordings.held_out import places_of, teaching
 from capsule.recordings.names import size_label, size_mm
@@ -196,7 +197,7 @@ class Detectors:
         self._detectors = {name: detector_class(name) for name in self.names}
         # The last fold, and the one that leaves nothing out.
         self._taught = lru_cache(maxsize=2)(self._teach)
-        self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
+        self._distances = [f"{DISTANCE}{size_label(size)}" for size in archive.templates.sizes_mm]
         predicted, *others = verdict_cells(NO_VERDICT, 1.0)
         self.columns = [predicted, *self._distances, *others, *Familiarity(None).cells, "verdict"]
 

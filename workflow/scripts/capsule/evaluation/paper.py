@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule.detectors.registry import PAPER
-from capsule.evaluation.columns import RATES
+from capsule.evaluation.columns import RATES, distance_columns
 from capsule.evaluation.measures import measure_tables
 from capsule.kinds import Settings
 
@@ -37,8 +37,7 @@ class Evaluation:
 
     def sizes_mm(self) -> list[float]:
         """Return the sizes that have a template, including 0, ascending; each has a column."""
-        named = [name for name in self.predictions.columns if name.startswith("rmse_")]
-        return sorted(float(name.removeprefix("rmse_").removesuffix("mm")) for name in named)
+        return sorted(distance_columns(self.predictions.columns).values())
 
     def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
         """Return one detector's rows of a table, followed by the paper's rows if wanted."""

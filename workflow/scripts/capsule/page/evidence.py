@@ -7,10 +7,14 @@ What neither its fit nor another recording changes is made by jobs of its own
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
+import numpy as np
+
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import DETECTORS, detector_row
+from capsule.evaluation.columns import distance_columns
 from capsule.kinds import Cells, Row, Settings, Spread
+from capsule.method.nearest_template import nearest_size
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
 from capsule.page.packing import deflated, inflated, rounded, to_json
@@ -23,8 +27,6 @@ from capsule.store.results import PLOT_DATA, OfArchive, Results
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
-# The head of the columns of distances to the templates.
-_DISTANCE = "rmse_"
 # Recordings of which one process makes what the page shows, in turn.
 _IN_TURN = 100
 
@@ -117,8 +119,8 @@ def archive_evidence(
         return RepeatedParticle(render(averaged[size_mm], first_peak, length))
 
     def nearest_to(name: str) -> Cells | None:
-        size_mm = nearest_size(verdicts.get(name, []))
-        if size_mm is None or size_mm not in averaged:
+        size_mm = nearest_nodule_mm(verdicts.get(name, []))
+        if size_mm not in averaged:
             return None
         _, lag = SlidingComparison(stored.matrix(name)).gain_of(rendered(size_mm))
         return {"size_mm": size_mm, **surface(averaged[size_mm], first_peak, lag, length)}
@@ -140,21 +142,17 @@ def archive_evidence(
         yield from part
 
 
-def nearest_size(verdicts: Sequence[Row]) -> float | None:
+def nearest_nodule_mm(verdicts: Sequence[Row]) -> float:
     """Return the size in mm of the nodule's template at the shortest distance from a recording.
 
-    None if no detector measures distances to templates, or if none is known.
+    NaN if no detector measures distances to templates, or if none is known.
     """
     for row in verdicts:
         if "template" in detector_row(row["detector"]).drawn:
-            distances = {
-                float(column.removeprefix(_DISTANCE).removesuffix("mm")): distance
-                for column, distance in row.items()
-                if column.startswith(_DISTANCE) and words.is_known(distance)
-            }
-            distances.pop(0.0, None)
-            return min(distances, key=distances.__getitem__, default=None)
-    return None
+            sizes_mm = {name: size for name, size in distance_columns(row).items() if size > 0}
+            distances = np.array([row[name] for name in sizes_mm], dtype=np.float64)
+            return nearest_size(distances, list(sizes_mm.values()))
+    return float("nan")
 
 
 def evidence_among_others(
@@ -230,7 +228,7 @@ def in_words(
         that is not known is None. A detector that does not use distances has none.
     """
     by_distance = DETECTORS[verdict["detector"]].fixed_threshold is not None
-    labels = [name for name in verdict if name.startswith(_DISTANCE)] if by_distance else []
+    labels = distance_columns(verdict) if by_distance else ()
     predicted_mm = known_or_none(verdict["predicted_mm"])
     return {
         "detector": verdict["detector"],
