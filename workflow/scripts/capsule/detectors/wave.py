@@ -236,16 +236,8 @@ def find_wave(values: FloatArray, period: float) -> Wave | None:
 def wave_of(values: FloatArray, rate_hz: float, settings: Settings) -> Wave | None:
     """Return the wave of a recording; None if it has fewer than four.
 
-    All that detectors see of a recording is computed from its wave, which is found once.
-
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
+    All that detectors see of a recording is computed from its wave, which is found once. The
+    parameters are as in `capsule.recordings.units.pressed_and_period`.
     """
     return find_wave(*pressed_and_period(values, rate_hz, settings))
 
