@@ -7,7 +7,6 @@ import faulthandler
 import os
 import signal
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -55,9 +54,7 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
             [*(damaged(content, rng) for _ in range(DAMAGED_EACH)), *cut]
         ):
             file.write_bytes(each)
-            start = time.monotonic()
             imported = import_files(tmp_path / str(number), given_path(file), "--dry-run")
-            assert time.monotonic() - start < 5
             assert imported.refused.count("\n") == imported.status
             assert bool(imported.refused) != ("would write" in imported.shown)
     finally:
