@@ -51,4 +51,5 @@ html_static_path = ["_site/equations.css", f"{get_data_path()}/fonts/ttf/DejaVuS
 html_css_files = ["equations.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False  # no licence has been chosen
 html_math_renderer = "mathml"
