@@ -180,7 +180,7 @@ def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint)
         send=lambda payload: None,
     )
     with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
-        identification.Identification(talking, "logger").step()
+        next(identification.identify(talking, "logger"))
 
 
 MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
@@ -242,7 +242,7 @@ def devices(monkeypatch):
 
 
 def find(*ports, skip=()):
-    return identification.find("logger", 115200, lambda text: None, ports, skip=skip)
+    return identification.find("logger", 115200, ports, skip=skip)
 
 
 def test_the_board_is_found_among_others_without_a_question(devices):

@@ -2,11 +2,11 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
 from capsule.bench.clock import elapsed_s
-from capsule.bench.identification import CONFIRM_S, Identification, differences
+from capsule.bench.identification import CONFIRM_S, differences, identify
 from capsule.bench.line import AnyLine, Arrival, Line, UsbPort
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
 
@@ -51,7 +51,7 @@ class Board:
         self._line: AnyLine | None = line
         self._usb_port, self._baud = UsbPort(line.port), line.baud
         # The line to a board that was plugged in again, until it has said what it is.
-        self._opened: tuple[Line, Identification] | None = None
+        self._opened: tuple[Line, Iterator[Identity | None]] | None = None
         self._open_s = 0.0
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
@@ -122,14 +122,15 @@ class Board:
                 return None
             self._open_s = time.monotonic() + KNOCK_EVERY_S
             line = Line(self._usb_port.current_name(), self._baud)
-            self._opened = line, Identification(line, self.identity.device)
-        line, identification = self._opened
+            self._opened = line, identify(line, self.identity.device)
+        line, steps = self._opened
         try:
-            identity = identification.step(timeout_s)
+            identity = next(steps)
         except AcquisitionError:
             self._reject(line)
             raise
         if identity is None:
+            time.sleep(timeout_s)
             return None
         self._opened = None
         return line, identity

@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
@@ -17,7 +17,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from capsule.bench.line import BAUD, READ_TIMEOUT_S, AnyLine, Arrival, Line
+from capsule.bench.line import BAUD, AnyLine, Arrival, Line
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
@@ -57,8 +57,8 @@ def _never() -> bool:
     return False
 
 
-class Identification:
-    """The identification of one board in short steps, so that other boards are served meanwhile.
+def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identity | None]:
+    """Identify a board in short steps, so that other boards are served meanwhile.
 
     Parameters
     ----------
@@ -68,69 +68,61 @@ class Identification:
         The expected board.
     listen_s : float
         Time in which nothing is sent, whatever the board says.
+
+    Yields
+    ------
+    Identity or None
+        None after each look at the line, until the board has answered.
+
+    Raises
+    ------
+    AcquisitionError
+        Another board answers, or none, the baud rate is wrong, or the port disappeared.
     """
+    try:
+        yield from _steps(line, wanted, listen_s)
+    except LineLostError as fault:
+        raise NoAnswerError(
+            f"the board at {line.port} was disconnected before it identified itself: {fault}"
+        ) from fault
 
-    def __init__(self, line: Line, wanted: str, listen_s: float = 0.0) -> None:
-        self._line, self._wanted = line, wanted
-        self._opened_s = time.monotonic()
-        self._listen_until = self._opened_s + listen_s
-        self._quiet_until = self._opened_s + max(QUIET_S, listen_s)
-        self._asked_from: float | None = None
-        self._ask_at = 0.0
-        self._frames = 0
-        self._others: list[Arrival] = []
 
-    def step(self, timeout_s: float = READ_TIMEOUT_S) -> Identity | None:
-        """Read what has arrived, wait up to the timeout for the first, and repeat the question.
-
-        Returns
-        -------
-        Identity or None
-            None until the board has answered.
-
-        Raises
-        ------
-        AcquisitionError
-            Another board answers, or none, the baud rate is wrong, or the port disappeared.
-        """
-        try:
-            return self._process(self._line.receive(timeout_s))
-        except LineLostError as fault:
-            raise NoAnswerError(
-                f"the board at {self._line.port} was disconnected before it identified itself: "
-                f"{fault}"
-            ) from fault
-
-    def _process(self, arrivals: Iterable[Arrival]) -> Identity | None:
-        line, identity = self._line, None
-        for arrival in arrivals:
-            self._frames += not isinstance(arrival.event, Damaged)
+def _steps(line: Line, wanted: str, listen_s: float) -> Iterator[Identity | None]:
+    """Read what has arrived, and repeat the question, at each step."""
+    opened_s = time.monotonic()
+    listen_until, quiet_until = opened_s + listen_s, opened_s + max(QUIET_S, listen_s)
+    asked_from: float | None = None
+    ask_at, frames = 0.0, 0
+    others: list[Arrival] = []
+    while True:
+        identity = None
+        for arrival in line.receive(0):
+            frames += not isinstance(arrival.event, Damaged)
             if isinstance(arrival.event, Identity):
-                _check(arrival.event, self._wanted, line.port)
+                _check(arrival.event, wanted, line.port)
                 identity = arrival.event
             else:
-                self._others.append(arrival)
+                others.append(arrival)
         if identity:
-            line.put_back(self._others)  # a running board sends samples meanwhile
-            return identity
+            line.put_back(others)  # a running board sends samples meanwhile
+        yield identity
         now_s = time.monotonic()
-        if self._asked_from is None:
+        if asked_from is None:
             # What sends text without frames is no board of this bench, so it is not even asked.
             foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
-            if foreign and now_s >= self._listen_until > self._opened_s:
-                raise _explain_silence(line, self._frames)
+            if foreign and now_s >= listen_until > opened_s:
+                raise _explain_silence(line, frames)
             silent = not line.bytes_read
-            if now_s < self._listen_until or (silent and now_s <= self._quiet_until):
-                return None
-            self._asked_from = self._ask_at = now_s
-        asked_s = now_s - self._asked_from
-        hopeless = line.bytes_read == 0 or _is_garbled(line, self._frames)
+            if now_s < listen_until or (silent and now_s <= quiet_until):
+                continue
+            asked_from = ask_at = now_s
+        asked_s = now_s - asked_from
+        hopeless = line.bytes_read == 0 or _is_garbled(line, frames)
         if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
-            raise _explain_silence(line, self._frames)
-        if now_s >= self._ask_at:
+            raise _explain_silence(line, frames)
+        if now_s >= ask_at:
             line.send("identify")
-            self._ask_at += ASK_EVERY_S
-        return None
+            ask_at += ASK_EVERY_S
 
 
 def _is_garbled(line: Line, frames: int) -> bool:
@@ -236,20 +228,24 @@ def request(line: AnyLine, command: str, tries: int = 12) -> str:
 
 
 def connect(
-    port: str, baud: int, wanted: str, stopped: Callable[[], bool] = _never
+    port: str | None,
+    baud: int,
+    wanted: str,
+    skip: Iterable[str] = (),
+    stopped: Callable[[], bool] = _never,
 ) -> tuple[Line, Identity]:
     """Open a port, and check which board is behind it.
 
     Parameters
     ----------
-    port : str
-        The port.
+    port : str or None
+        The port; None: find the board, as `find` does.
     baud : int
         Bits per second.
     wanted : {"logger", "peristalsis", "fold"}
         The expected board.
-    stopped : callable
-        Function that returns whether the user has ended the program.
+    skip, stopped
+        As in `find`.
 
     Raises
     ------
@@ -258,22 +254,17 @@ def connect(
     KeyboardInterrupt
         The user has ended the program.
     """
-    line = Line(port, baud)
-    identification = Identification(line, wanted)
-    try:
-        while not (identity := identification.step()):
-            if stopped():
-                raise KeyboardInterrupt
-    except (AcquisitionError, KeyboardInterrupt):
-        line.close()
-        raise
-    return line, identity
+    if port is None:
+        return find(wanted, baud, skip=skip, stopped=stopped)
+    boards, faults = _introduced([port], baud, wanted, 0.0, stopped)
+    if faults:
+        raise faults[0]
+    return boards[0]
 
 
 def find(
     wanted: str,
     baud: int,
-    tell: Callable[[str], None],
     ports: Iterable[ListPortInfo] | None = None,
     skip: Iterable[str] = (),
     stopped: Callable[[], bool] = _never,
@@ -290,8 +281,6 @@ def find(
         The board to find.
     baud : int
         Bits per second.
-    tell : callable
-        Function that shows the ports to the user.
     ports : iterable of port descriptions, optional
         Ports to search; all ports of this computer if left out.
     skip : iterable of str
@@ -318,8 +307,8 @@ def find(
     candidates = [port.device for port in there if (port.vid, port.pid) in USB_IDS]
     foreign = [_description(port) for port in there if (port.vid, port.pid) not in USB_IDS]
     if len(candidates) > 1:
-        tell(f"looking for the {wanted} at {', '.join(candidates)}")
-    boards, answers = _introduced(candidates, baud, wanted, stopped)
+        print(f"looking for the {wanted} at {', '.join(candidates)}")
+    boards, faults = _introduced(candidates, baud, wanted, LISTEN_S, stopped)
     if len(boards) == 1:
         return boards[0]
     for line, _ in boards:
@@ -329,7 +318,7 @@ def find(
         raise BoardNotFoundError(
             f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
         )
-    raise BoardNotFoundError(_nothing_found(wanted, answers, foreign))
+    raise BoardNotFoundError(_nothing_found(wanted, faults, foreign))
 
 
 def _description(port: ListPortInfo) -> str:
@@ -337,7 +326,7 @@ def _description(port: ListPortInfo) -> str:
     return f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})"
 
 
-def _nothing_found(wanted: str, answers: list[str], foreign: list[str]) -> str:
+def _nothing_found(wanted: str, answers: Sequence[Exception], foreign: list[str]) -> str:
     """Return why no board was found, and which ports the user could name."""
     if len(answers) == 1:
         text = f"no {wanted} found: {answers[0]}"
@@ -353,36 +342,37 @@ def _nothing_found(wanted: str, answers: list[str], foreign: list[str]) -> str:
 
 
 def _introduced(
-    candidates: Iterable[str], baud: int, wanted: str, stopped: Callable[[], bool]
-) -> tuple[list[tuple[Line, Identity]], list[str]]:
-    """Identify the boards at these ports together; return the fitting ones and others' answers."""
+    ports: Iterable[str], baud: int, wanted: str, listen_s: float, stopped: Callable[[], bool]
+) -> tuple[list[tuple[Line, Identity]], list[AcquisitionError]]:
+    """Identify the boards at these ports together; return the fitting ones and others' faults."""
     boards: list[tuple[Line, Identity]] = []
-    answers: list[str] = []
-    strangers: list[tuple[Line, Identification]] = []
-    for device in candidates:
-        try:
-            line = Line(device, baud)
-        except AcquisitionError as reason:
-            answers.append(str(reason))
-            continue
-        strangers.append((line, Identification(line, wanted, LISTEN_S)))
-    while strangers:
-        if stopped():
-            for line in [line for line, _ in [*strangers, *boards]]:
-                line.close()
-            raise KeyboardInterrupt
-        time.sleep(LOOK_EVERY_S)
-        waiting = []
-        for line, identification in strangers:
+    faults: list[AcquisitionError] = []
+    strangers: dict[Line, Iterator[Identity | None]] = {}
+    try:
+        for port in ports:
             try:
-                identity = identification.step(0)
-            except AcquisitionError as reason:
-                line.close()
-                answers.append(str(reason))
+                line = Line(port, baud)
+            except AcquisitionError as fault:
+                faults.append(fault)
                 continue
-            if identity:
-                boards.append((line, identity))
-            else:
-                waiting.append((line, identification))
-        strangers = waiting
-    return boards, answers
+            strangers[line] = identify(line, wanted, listen_s)
+        while strangers:
+            if stopped():
+                raise KeyboardInterrupt
+            time.sleep(LOOK_EVERY_S)
+            for line, steps in list(strangers.items()):
+                try:
+                    identity = next(steps)
+                except AcquisitionError as fault:
+                    line.close()
+                    faults.append(fault)
+                    del strangers[line]
+                    continue
+                if identity:
+                    boards.append((line, identity))
+                    del strangers[line]
+    except KeyboardInterrupt:
+        for line in (*strangers, *(line for line, _ in boards)):
+            line.close()
+        raise
+    return boards, faults

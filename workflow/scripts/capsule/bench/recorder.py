@@ -19,7 +19,7 @@ from capsule.bench.beside import Beside
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
-from capsule.bench.identification import connect, find
+from capsule.bench.identification import connect
 from capsule.bench.line import BAUD, AnyLine
 from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, moment_text
@@ -465,10 +465,8 @@ def _source(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[AnyL
     if options.stream_in:
         line = StreamLine(options.stream_in, options.stream_channels, settings["recording"])
         return line, line.identity
-    if options.port:
-        return connect(options.port, options.baud, "logger")
     skip = [options.drive] if options.drive else []
-    return find("logger", options.baud, print, skip=skip)
+    return connect(options.port, options.baud, "logger", skip)
 
 
 def connected_drive(port: str, wave: Wave) -> Drive:

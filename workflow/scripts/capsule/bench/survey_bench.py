@@ -10,7 +10,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import connect, find
+from capsule.bench.identification import connect
 from capsule.bench.logger import SILENT_AFTER_S, Logger
 from capsule.bench.wave import LEASE_S, MOST_RESTARTS, Drive, Wave
 from capsule.survey import cycle as cycles
@@ -263,11 +263,8 @@ def open_boards(
     named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
     try:
         for wanted, port in named.items():
-            if port is None:
-                skip = [name for name in named.values() if name is not None]
-                found = find(wanted, baud, tell, skip=skip, stopped=stopped)
-            else:
-                found = connect(port, baud, wanted, stopped)
+            skip = [name for name in named.values() if name is not None]
+            found = connect(port, baud, wanted, skip, stopped)
             boards[wanted] = Board(*found, tell, insists=wanted == "fold")
         if stop.reason:
             raise KeyboardInterrupt
