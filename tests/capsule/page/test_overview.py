@@ -3,6 +3,7 @@
 from collections import Counter
 
 import pandas as pd
+import pytest
 
 from capsule.evaluation.confounded import of_values
 from capsule.page import overview
@@ -36,6 +37,19 @@ def test_the_overview_lists_what_was_not_used():
     unlabelled = {"recording": "unlabelled/c", "no_verdict": "no wave on sensor_2"}
     assert values["not_judged"] == [unlabelled]
     assert values["rejected"] == [{"recording": "2.5mm/bad", "reason": "the file is empty"}]
+
+
+@pytest.mark.parametrize(
+    ("sources", "name"),
+    [
+        ([PHANTOM, "simulated phantom, version 5, seed 2"], "Simulated phantom"),
+        (["imported from monday.csv", "imported from tuesday, 2.csv"], "Imported recordings"),
+        (["bench 2", "imported from monday.csv", "slide"], "Bench 2, imported recordings, …"),
+        ([UNKNOWN], "Origami capsule"),
+    ],
+)
+def test_the_archive_is_called_by_its_sources_and_not_by_the_names_of_files(sources, name):
+    assert overview.archive_name(pd.DataFrame({"source": sources}, dtype="str")) == name
 
 
 def test_recordings_that_are_nearly_the_same_are_named_once_with_what_their_labels_say():

@@ -9,7 +9,7 @@ from capsule import words
 from capsule.evaluation.confounded import KEYS, OWN, Confounded, in_words
 from capsule.kinds import Cells
 from capsule.recordings.held_out import is_held_out, unknown_sessions
-from capsule.recordings.origin import origin_of
+from capsule.recordings.origin import is_imported, origin_of
 
 # With more values of a key, the rarer ones share a row.
 MOST_VALUES = 6
@@ -64,8 +64,13 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[
 def archive_name(index: pd.DataFrame) -> str:
     """Return what the page calls the archive: the sources of its recordings."""
     sources = origin_of(index["source"].fillna("").astype(str)).sources
-    # Behind a comma stand a version, a seed and the like.
-    kinds = list(dict.fromkeys(name.partition(",")[0] for name in sources))
+    # Behind a comma stand a version, a seed and the like; of an import, the name of its file.
+    kinds = list(
+        dict.fromkeys(
+            "imported recordings" if is_imported(name) else name.partition(",")[0]
+            for name in sources
+        )
+    )
     named = ", ".join(kinds[:MOST_NAMED]) + (", …" if len(kinds) > MOST_NAMED else "")
     return named[:1].upper() + named[1:LONGEST] or "Origami capsule"
 

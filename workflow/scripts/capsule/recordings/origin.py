@@ -43,6 +43,11 @@ def is_simulated(source: str) -> bool:
     return "simulat" in source.casefold()
 
 
+def is_imported(source: str) -> bool:
+    """Return whether ``source`` names an imported file alone: the laboratory named no source."""
+    return source.startswith("imported from ")
+
+
 def origin_of(sources: Iterable[str]) -> Origin:
     """Return the origin of the accepted recordings, from the sources in their headers."""
     counted: dict[str, int] = {}
@@ -50,9 +55,8 @@ def origin_of(sources: Iterable[str]) -> Origin:
         counted[source.strip()] = counted.get(source.strip(), 0) + 1
     silent = counted.pop("", 0)
     simulated = sum(count for source, count in counted.items() if is_simulated(source))
-    # The import names the file where the laboratory names no source.
     named = {source: count for source, count in counted.items() if not is_simulated(source)}
-    imported = sum(count for source, count in named.items() if source.startswith("imported from "))
+    imported = sum(count for source, count in named.items() if is_imported(source))
     recorded = sum(named.values()) - imported
     numbers = {"simulated": simulated, "imported": imported, "recorded": recorded}
     kinds = [name for name, count in (numbers | {"unknown": silent}).items() if count]
