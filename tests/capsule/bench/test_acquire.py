@@ -363,7 +363,7 @@ def test_summary(state):
 
 def test_the_terminal_shows_the_four_sensors(state):
     screen = Screen()
-    terminal = Terminal(screen, 1023)
+    terminal = Terminal(screen)
     terminal.show(state)
     lines = screen.getvalue().splitlines()
     assert lines[0].startswith("01:15.4 | 754 samples")
@@ -383,7 +383,7 @@ def test_the_terminal_shows_the_four_sensors(state):
 def test_the_terminal_shows_the_verdicts_below_the_sensors(state):
     state.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
     screen = Screen()
-    terminal = Terminal(screen, 1023)
+    terminal = Terminal(screen)
     terminal.show(state)
     *above, title, verdict = screen.getvalue().splitlines()
     assert (len(above), title) == (5, "if the run ended now:")
@@ -394,24 +394,25 @@ def test_the_terminal_shows_the_verdicts_below_the_sensors(state):
 def test_a_log_file_gets_plain_lines_now_and_then(state):
     state.verdicts = ["if the run ended now:", "template  nodule"]
     stream = io.StringIO()
-    terminal = Terminal(stream, 1023)
+    terminal = Terminal(stream)
     for _ in range(10):
         terminal.show(state)
     assert stream.getvalue().splitlines() == [state.summary(), *state.verdicts]
 
 
 def test_a_quiet_sensor_looks_quiet():
-    terminal = Terminal(Screen(), 1023)
-    assert terminal.sparkline([512, 513, 512, None]) == "▁▁▁ "
-    assert terminal.sparkline([0, 512, 1023]) == "▁▄█"
-    assert terminal.sparkline([]) == ""
+    terminal = Terminal(Screen())
+    assert terminal.sparkline([512, 513, 512, None], 1023) == "▁▁▁ "
+    assert terminal.sparkline([0, 512, 1023], 1023) == "▁▄█"
+    assert terminal.sparkline([], 1023) == ""
 
 
 def test_readings_in_volts_are_shown_too(state):
     state.recent.append((0.0, 2.4951, 2.5, 5.0))
     screen = Screen()
-    terminal = Terminal(screen, 5.0)
-    assert terminal.sparkline([2.5, 2.51, 2.5, None]) == "▁▂▁ "
-    assert terminal.sparkline([0.0, 2.5, 5.0]) == "▁▄█"
+    state.full_scale = 5.0
+    terminal = Terminal(screen)
+    assert terminal.sparkline([2.5, 2.51, 2.5, None], 5.0) == "▁▂▁ "
+    assert terminal.sparkline([0.0, 2.5, 5.0], 5.0) == "▁▄█"
     terminal.show(state)
     assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -17,6 +18,7 @@ from capsule.bench.bench_errors import (
     PortBusyError,
 )
 from capsule.bench.board import Board
+from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import Line
 from capsule.bench.protocol import Identity
 from capsule.bench.wave import Wave
@@ -56,7 +58,7 @@ def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(mon
         recorder, "connect", lambda *_: (line, Identity("peristalsis", {"wavelength_mm": "80"}))
     )
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
-        recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"))
+        recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"), FrameLog(Path(os.devnull)))
     assert line.closed
 
 

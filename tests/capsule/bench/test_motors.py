@@ -30,7 +30,12 @@ from capsule.survey.survey_log import FOLDED, FOLDING, Readings
 from capsule.survey.way_back import Leg
 from support.bench.scripted import ENTRIES
 
-LOG = SimpleNamespace(note=lambda text: None)
+
+def log_to(told):
+    return SimpleNamespace(note=lambda text: None, tell=told.append)
+
+
+LOG = log_to([])
 IDENTITY = Identity("peristalsis", {"wavelength_mm": "80.000"})
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 WAVE = Wave(25.0, 25.0, "forward")
@@ -87,7 +92,7 @@ def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_bus
     line, monkeypatch
 ):
     monkeypatch.setattr(wave, "LOOK_EVERY_S", 0.001)
-    drive = Drive(board(line), WAVE)
+    drive = Drive(board(line), WAVE, LOG)
     drive.set_up()
     drive.start()
     assert line.renewed.wait(10)
@@ -99,7 +104,7 @@ def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_bus
 
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one.
 def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
-    drive = Drive(board(line), WAVE)
+    drive = Drive(board(line), WAVE, LOG)
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
     for _ in range(3 * looks):
         drive.look()
@@ -118,7 +123,7 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
 # Kills: a thread that ends when the line is lost, so that nobody renews the lease afterwards.
 def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
     away = board(line)
-    drive = Drive(away, WAVE)
+    drive = Drive(away, WAVE, LOG)
     away.close()
     drive.look()
     assert not line.sent
@@ -132,7 +137,7 @@ def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
 # a recording that starts its wave again.
 def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(line, monkeypatch):
     monkeypatch.setattr(wave, "ASK_EVERY_S", 0.0)
-    drive = Drive(board(line), WAVE)
+    drive = Drive(board(line), WAVE, LOG)
     for tenth in range(30):
         assert drive.watch(tenth / 10) == ""
         line.frames = [f"P,{100 * tenth},{40 * tenth},2.5,25.0,running,"]
@@ -189,7 +194,7 @@ def reset_again_and_again(line, drive, times):
 # Kills: a wave that is started again for ever.
 def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     told = []
-    drive = Drive(board(line), WAVE, told.append, restarts=wave.MOST_RESTARTS)
+    drive = Drive(board(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
     assert reset_again_and_again(line, drive, 3) == 3
     assert drive.trouble(60) is None
     assert reset_again_and_again(line, drive, 22) == 0
@@ -200,7 +205,7 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
 
 # Kills: a fold that is begun for ever.
 def test_a_fold_board_that_is_reset_again_and_again_is_given_up(line):
-    fold = FoldBoard(board(line, insists=True), LOG, lambda text: None)
+    fold = FoldBoard(board(line, insists=True), LOG)
     for _ in range(4):
         assert fold.trouble(60) is None
         line.frames = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
@@ -215,7 +220,7 @@ def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
     boards = {"fold": board(line, insists=True), "peristalsis": board(Line())}
     boards["logger"] = board(Line(), Identity("logger", ENTRIES))
     stop = SimpleNamespace(reason="")
-    bench = BoardBench(boards, WAVE, LOG, lambda text: None, stop, patience_s=60.0)
+    bench = BoardBench(boards, WAVE, LOG, stop, patience_s=60.0)
     pilot = Pilot(DETECTOR, 10.0, 4)
     pilot.cycle, pilot._leg = Cycle(state), Leg(0.0, begun_s=0.0, planned_s=30.0)
     time_s, nothing = np.arange(pilot.every) / 10.0, np.full((4, pilot.every), np.nan)
@@ -241,7 +246,7 @@ def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
 )
 def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
     told = []
-    fold = FoldBoard(board(line, insists=True), LOG, told.append)
+    fold = FoldBoard(board(line, insists=True), log_to(told))
     line.frames = ["F,5,0,unfolded,unfolded"]
     fold.serve()
     assert fold.trouble(60) is None
@@ -256,10 +261,10 @@ def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
 @pytest.mark.parametrize(
     ("make", "frames", "words"),
     [
-        (lambda of: FoldBoard(of, LOG, print), [], "fold board .* has sent nothing for 15 s"),
-        (lambda of: Drive(of, WAVE, print), [], "peristalsis board .* has sent nothing"),
+        (lambda of: FoldBoard(of, LOG), [], "fold board .* has sent nothing for 15 s"),
+        (lambda of: Drive(of, WAVE, LOG), [], "peristalsis board .* has sent nothing"),
         (
-            lambda of: Drive(of, WAVE, print, restarts=3, resumed=True),
+            lambda of: Drive(of, WAVE, LOG, restarts=3, resumed=True),
             ["P,10,0,0.0,25.0,running,"],
             "reset and has no index switch, or its motor is blocked",
         ),
@@ -281,7 +286,7 @@ def test_a_board_that_says_nothing_useful_ends_the_survey_by_patience(
 
 # Kills: a motor that has to rest, taken for an origami that does not fold.
 def test_a_fold_motor_that_rests_is_no_fault(line):
-    fold = FoldBoard(board(line, insists=True), LOG, lambda text: None)
+    fold = FoldBoard(board(line, insists=True), LOG)
     line.frames = ["F,5,0,unfolded,unfolded"]
     line.send = line.sent.append  # it does not confirm
     fold.serve()
@@ -297,7 +302,7 @@ def test_a_fold_motor_that_rests_is_no_fault(line):
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
 @pytest.mark.parametrize("state", ["running", "stopped"])
 def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave(line, state):
-    drive = Drive(board(line), WAVE, print, restarts=3)
+    drive = Drive(board(line), WAVE, LOG, restarts=3)
     line.frames = ["P,10,10,0.6,25.0,running,"]
     drive.serve()
     drive.note_pause()
@@ -314,4 +319,4 @@ def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave
 def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):
     line.send = lambda payload: line.frames.append("E,direction,the motor follows 800")
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
-        Drive(board(line), WAVE).set_up()
+        Drive(board(line), WAVE, LOG).set_up()

@@ -75,9 +75,9 @@ class ScriptedBench:
         header = {"started": "2026-01-01T00:00:00Z"}
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
-        self.logger = Logger(mine, self.log, self.told.append, limit=duration, kept=1001)
+        self.logger = Logger(mine, self.log, limit=duration, kept=1001)
         self.recorder = Recorder(
-            mine, self.logger, self.part, header, self.log, self.told.append, patience_s, self._stop
+            mine, self.logger, self.part, header, self.log, patience_s, self._stop
         )
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:

@@ -43,8 +43,8 @@ class FoldBoard:
     ----------
     board : Board
         The board, which insists on its commands.
-    log, tell
-        As in `capsule.bench.logger.Logger`.
+    log : FrameLog
+        Log of damaged frames, refusals and faults.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class FoldBoard:
         The newest state that the board sent.
     """
 
-    def __init__(self, board: Board, log: FrameLog, tell: Callable[[str], None]) -> None:
-        self._board, self._log, self._tell = board, log, tell
+    def __init__(self, board: Board, log: FrameLog) -> None:
+        self._board, self._log = board, log
         self._told, self._rests, self._resets = "", False, 0
         self._heard_s = self._sound_s = self._asked_s = AWAKE.now_s()
         self.last: FoldState | None = None
@@ -166,7 +166,7 @@ class FoldBoard:
         if state.state != _FAULT:
             self._sound_s = self._heard_s
         elif self.last is None or self.last.state != _FAULT:
-            self._tell(f"the fold board reports a fault; its end switches: {state.switches}")
+            self._log.tell(f"the fold board reports a fault; its end switches: {state.switches}")
         self.last = state
 
     def _note_reason(self, reason: str) -> None:
@@ -174,7 +174,7 @@ class FoldBoard:
         rests = reason.startswith(HAS_TO_REST)
         # Each repeated refusal names fewer seconds, so the texts differ.
         if reason != self._told and not (rests and self._rests):
-            self._tell(f"the fold board does not fold: {reason}")
+            self._log.tell(f"the fold board does not fold: {reason}")
         self._told, self._rests = reason, rests
 
 

@@ -7,6 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
+from io import FileIO
 from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
@@ -236,18 +237,20 @@ class FrameLog:
     Parameters
     ----------
     path : Path
-        The file; new lines are appended to its content.
-    tell : callable, optional
-        Function that shows a warning if the log can no longer be written.
+        The file, which the first line makes; new lines are appended to its content.
+    show : callable, optional
+        Function that shows a message to the user.
     """
 
-    def __init__(self, path: Path, tell: Callable[[str], None] = print) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # Not buffered: a failed write would otherwise fail again when the file is closed.
-        self._stream = path.open("ab", buffering=0)
+    def __init__(self, path: Path, show: Callable[[str], None] = print) -> None:
+        self.path, self._show = path, show
+        self._stream: FileIO | None = None
         self._room = _LARGEST_LOG_BYTES
-        self._tell = tell
-        self.path = path
+
+    def tell(self, text: str) -> None:
+        """Show a message to the user, and write it."""
+        self._show(text)
+        self.note(text)
 
     def note(self, text: str) -> None:
         """Write a line with the time and the text."""
@@ -258,6 +261,10 @@ class FrameLog:
         self._room -= len(line)
         fault = ""
         try:
+            if self._stream is None:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                # Not buffered: a failed write would otherwise fail again when the file is closed.
+                self._stream = self.path.open("ab", buffering=0)
             if self._stream.write(line) != len(line):
                 fault = os.strerror(errno.ENOSPC)
         except OSError as reason:
@@ -266,7 +273,7 @@ class FrameLog:
             fault = f"it has reached its limit of {_LARGEST_LOG_BYTES / 1e6:g} MB"
         if fault:
             self._room = 0
-            self._tell(f"warning: recording continues without its log {self.path}: {fault}")
+            self._show(f"warning: recording continues without its log {self.path}: {fault}")
 
     def damaged(self, piece: Damaged) -> None:
         """Write bytes that are not a whole frame, exactly and with the reason."""
@@ -275,7 +282,8 @@ class FrameLog:
     def close(self) -> None:
         """Close the file; later lines are lost."""
         self._room = 0
-        self._stream.close()
+        if self._stream is not None:
+            self._stream.close()
 
 
 def _open(path: Path, flag: int) -> int:

@@ -1,7 +1,6 @@
 """The logger board: start it, check its samples, place them in time, and hand them on."""
 
 import math
-from collections.abc import Callable
 from datetime import datetime
 from typing import Any
 
@@ -29,8 +28,6 @@ class Logger:
         The board.
     log : FrameLog
         Log of gaps, damaged frames and refused samples.
-    tell : callable
-        Function that shows a message to the user.
     limit : int or None
         Number of samples of the recording, missing ones included; None: no limit.
     kept : int
@@ -56,13 +53,12 @@ class Logger:
         self,
         board: Board,
         log: FrameLog,
-        tell: Callable[[str], None],
         *,
         limit: int | None = None,
         kept: int = 0,
         to_end_stop: bool = True,
     ) -> None:
-        self._board, self._log, self._tell = board, log, tell
+        self._board, self._log = board, log
         self._identity = board.identity
         rate_hz = float(self._identity.entries["rate_hz"])
         self.sensors = int(self._identity.entries["channels"])
@@ -174,7 +170,7 @@ class Logger:
         before, self._foreign = self._foreign, differences(self._identity, identity)
         if self._foreign:
             if self._foreign != before:
-                self._tell(another_board(self._board.port, self._foreign))
+                self._log.tell(another_board(self._board.port, self._foreign))
             return
         running = identity.entries.get("state") == "running"
         uptime = identity.entries.get("uptime_ms", "")
@@ -185,7 +181,7 @@ class Logger:
         self.settle()
         self._timeline.note_restart()
         if self._running or (running and fresh):
-            self._tell(
+            self._log.tell(
                 "the board was reset or exchanged: its clock started again. The recording "
                 "continues in the same file; this computer's clock gives the length of the gap"
             )

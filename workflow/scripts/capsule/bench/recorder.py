@@ -75,8 +75,6 @@ class Recorder:
         Header of the recording, as it is in the file.
     log : FrameLog
         Log of the recording.
-    tell : callable
-        Function that shows a message to the user, and logs it.
     patience_s : float
         Longest wait in seconds for the next sample.
     stop : StopRequest
@@ -101,13 +99,12 @@ class Recorder:
         part: GrowingFile,
         header: dict[str, str],
         log: FrameLog,
-        tell: Callable[[str], None],
         patience_s: float,
         stop: StopRequest,
         drive: Drive | None = None,
     ) -> None:
         self._board, self._logger, self._part = board, logger, part
-        self.header, self._log, self._tell = header, log, tell
+        self.header, self._log = header, log
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self._wave_until = TO_THE_END
         self.state = logger.state
@@ -216,7 +213,7 @@ class Recorder:
         """Renew the lease of the wave, and tell if it has stopped."""
         if self._drive:
             if warning := self._drive.watch(self.state.samples * self.state.period_s):
-                self._tell(warning)
+                self._log.tell(warning)
             self.state.wave = self._drive.summary()
             self._note_wave()
 
@@ -224,7 +221,7 @@ class Recorder:
         longest = self.state.longest
         if self.state.samples > longest and not self._told_of_length:
             self._told_of_length = True
-            self._tell(
+            self._log.tell(
                 f"warning: the run is longer than {longest:g} samples "
                 f"({longest * self.state.period_s:g} s), so the workflow will reject it "
                 "(preprocessing.length); recording continues"
@@ -352,7 +349,11 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         learned = played.learned if played else _always(_detectors(options, settings))
     wave = Wave(options.speed, options.ramp, options.direction)
     with contextlib.ExitStack() as at_end:
-        drive = connected_drive(options.drive, wave) if options.drive else None
+        terminal = Terminal(sys.stdout)
+        at_end.callback(terminal.clear)
+        log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
+        at_end.callback(log.close)
+        drive = connected_drive(options.drive, wave, log) if options.drive else None
         at_end.callback(_stop, drive)
         page = played.page if played else None
         if options.live and page is None:
@@ -362,13 +363,10 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         sensors, rate_hz = (float(identity.entries[key]) for key in ("channels", "rate_hz"))
         if isinstance(line, StreamLine):
             full_scale = line.full_scale
-            terminal = Terminal(sys.stdout, full_scale)
             header, line.tell = line.header(started), terminal.note
         else:
             full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
-            terminal = Terminal(sys.stdout, full_scale)
             header = header_of(identity, started)
-        at_end.callback(terminal.clear)
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         header |= dict(played.origin) if played else {}
         for entry in ("site", "session", "setup"):
@@ -377,23 +375,14 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         if options.stream_out:
             outlet = SampleOutlet(options.stream_out, header, int(sensors), f"{folder}/{name}")
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
-        log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
-        at_end.callback(log.close)
-        if drive:
-            drive.note = log.note
         part = GrowingFile(final, head_of(header, int(sensors)), tell=terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
-
-        def tell(text: str) -> None:
-            terminal.note(text)
-            log.note(text)
-
-        board = Board(line, identity, tell)
+        board = Board(line, identity, log.tell)
         limit = round(options.duration * rate_hz) if options.duration else None
         kept = settings["preprocessing"]["length"] + 1
-        logger = Logger(board, log, tell, limit=limit, kept=kept)
-        recorder = Recorder(board, logger, part, header, log, tell, options.patience, stop, drive)
+        logger = Logger(board, log, limit=limit, kept=kept)
+        recorder = Recorder(board, logger, part, header, log, options.patience, stop, drive)
         state = recorder.state
         state.title, state.full_scale = f"{folder}/{name}", full_scale
         state.longest = settings["preprocessing"]["length"]
@@ -469,10 +458,10 @@ def _source(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[AnyL
     return connect(options.port, options.baud, "logger", skip)
 
 
-def connected_drive(port: str, wave: Wave) -> Drive:
+def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     """Return the wave at a port, set up; its board is silent, since the drive itself warns."""
     board = Board(*connect(port, BAUD, "peristalsis"), lambda text: None)
-    drive = Drive(board, wave)
+    drive = Drive(board, wave, log)
     try:
         drive.set_up()
     except AcquisitionError:

@@ -31,8 +31,8 @@ class BoardBench:
         Result of `open_boards`.
     wave : Wave
         Speed, ramp and direction of the wave.
-    log, tell
-        As in `capsule.bench.logger.Logger`.
+    log : FrameLog
+        Log of all boards.
     stop : StopRequest
         Request to stop, by Ctrl-C.
     patience_s : float
@@ -48,7 +48,6 @@ class BoardBench:
         boards: Mapping[str, Board],
         wave: Wave,
         log: FrameLog,
-        tell: Callable[[str], None],
         stop: StopRequest,
         *,
         patience_s: float,
@@ -57,17 +56,16 @@ class BoardBench:
     ) -> None:
         resumed = begin_s > 0
         self._boards = boards
-        self._logger = Logger(boards["logger"], log, tell, to_end_stop=False)
+        self._logger = Logger(boards["logger"], log, to_end_stop=False)
         self._drive = Drive(
             boards["peristalsis"],
             wave,
-            tell,
+            log,
             restarts=MOST_RESTARTS,
             index_mm=index_mm,
             resumed=resumed,
         )
-        self._drive.note = log.note
-        self._fold = FoldBoard(boards["fold"], log, tell)
+        self._fold = FoldBoard(boards["fold"], log)
         self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0
         # Samples that were not read yet.

@@ -470,12 +470,11 @@ def _lead(
     patience_s: float,
 ) -> None:
     """Run the survey; always stop the wave and unfold the origami at its end."""
-    log = FrameLog(folder / BOARDS_LOG, print)
+    log = FrameLog(folder / BOARDS_LOG)
     bench = BoardBench(
         boards,
         Wave(**about["wave"]),
         log,
-        print,
         stop,
         patience_s=patience_s,
         begin_s=run.next_s,

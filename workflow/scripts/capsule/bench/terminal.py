@@ -161,24 +161,7 @@ LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
 
 
 class Terminal(LivePanel):
-    """A terminal that shows notes and the recording's state, redrawn in place if possible.
-
-    Parameters
-    ----------
-    stream : TextIO
-        The output.
-    full_scale : float
-        The largest reading: the ADC's largest count, or for example 5 for readings in volts.
-    """
-
-    def __init__(self, stream: TextIO, full_scale: float) -> None:
-        super().__init__(stream)
-        # Noise of a few counts must not fill the height: a quiet sensor should look quiet.
-        whole = isinstance(full_scale, int)
-        self._least_span = FLAT_SHARE * full_scale
-        if whole:
-            self._least_span = max(int(self._least_span), 1)
-        self._bars = PLAIN_BARS if self.plain else BARS
+    """A terminal that shows notes and the recording's state, redrawn in place if possible."""
 
     def show(self, state: State) -> None:
         """Show the state, if the last display is old enough."""
@@ -204,12 +187,13 @@ class Terminal(LivePanel):
             counts: list[float | None] = [
                 None if sample is None else sample[sensor] for sample in trace
             ]
-            lines.append((label + self.sparkline(counts))[:width])
+            lines.append((label + self.sparkline(counts, state.full_scale))[:width])
         return lines
 
-    def sparkline(self, counts: list[float | None]) -> str:
+    def sparkline(self, counts: list[float | None], full_scale: float) -> str:
         """Return a trace as bars between its smallest and largest value.
 
-        A missing sample is a space.
+        A missing sample is a space. Noise of a few counts must not fill the height: a quiet sensor
+        should look quiet.
         """
-        return trace(counts, self._bars, self._least_span)
+        return trace(counts, PLAIN_BARS if self.plain else BARS, FLAT_SHARE * full_scale)

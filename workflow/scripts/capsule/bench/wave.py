@@ -3,7 +3,6 @@
 import contextlib
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from capsule.bench.bench_errors import (
 )
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
+from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import request
 from capsule.bench.line import Arrival
 from capsule.bench.protocol import Damaged, Position, Refusal
@@ -77,33 +77,27 @@ class Drive:
         The board.
     wave : Wave
         Speed, ramp and direction.
-    tell : callable
-        Function that shows a message to the user.
+    log : FrameLog
+        Log of damaged frames, refusals and starts.
     restarts : int
         How often a wave that has stopped is started again: never in a recording.
     index_mm : float or None
         Phase at the index, from the killed session that is resumed.
     resumed : bool
         Whether a killed session is resumed.
-
-    Attributes
-    ----------
-    note : callable
-        Function that writes damaged frames and refusals into a log.
     """
 
     def __init__(
         self,
         board: Board,
         wave: Wave,
-        tell: Callable[[str], None] = print,
+        log: FrameLog,
         *,
         restarts: int = 0,
         index_mm: float | None = None,
         resumed: bool = False,
     ) -> None:
-        self._board, self._wave, self._tell = board, wave, tell
-        self.note: Callable[[str], None] = lambda text: None
+        self._board, self._wave, self._log = board, wave, log
         self._unleased = threading.Event()
         # Looks of the thread since the main thread last served the wave; no clock: a program that
         # was stopped (Ctrl-Z) does not hang.
@@ -167,7 +161,7 @@ class Drive:
         try:
             self._request(f"lease,{LEASE_S}")
         except RefusedError as reason:  # of a firmware that is too old to know leases
-            self._tell(f"warning: the wave will not stop if this computer fails: {reason}")
+            self._log.tell(f"warning: the wave will not stop if this computer fails: {reason}")
 
     def start(self) -> None:
         """Start the wave; errors as in `set_up`."""
@@ -294,9 +288,9 @@ class Drive:
             case Position() as position:
                 self._note_position(position, arrival.moment_s)
             case Damaged() as piece:
-                self.note(f"damaged, {piece.reason}: {piece.content!r}")
+                self._log.damaged(piece)
             case Refusal(command=command, reason=reason):
-                self.note(f"the peristalsis board refuses {command!r}: {reason}")
+                self._log.note(f"the peristalsis board refuses {command!r}: {reason}")
 
     def _note_position(self, position: Position, arrived_s: float) -> None:
         self._heard_s, self._position = AWAKE.now_s(), position
@@ -329,7 +323,7 @@ class Drive:
             return
         self._restarts += 1
         if self._restarts <= self._most_restarts:
-            self._tell(f"the peristalsis board {because}, so the survey starts the wave again")
+            self._log.tell(f"the peristalsis board {because}, so the survey starts the wave again")
             self._board.want(*self._wave.commands, f"lease,{LEASE_S}", "start")
 
     def _fault(self) -> str:
