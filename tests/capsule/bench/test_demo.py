@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from capsule.bench import demo_command
-from capsule.bench.protocol import Acknowledgement
 from capsule.commands import report as workflow_call
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
@@ -145,20 +144,19 @@ def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
     assert Snakemake.waited == 3
 
 
-def test_the_played_logger_plays_to_its_last_sample_and_pauses():
-    counts = np.arange(12).reshape(4, 3) + 100
-    board = demo_command.PlayedLogger(counts, PHANTOM.electronics, 100.0)
-    assert {each.event for each in board.receive(0.0)} == {Acknowledgement("pause", "")}
-    board.send("start")
-    samples = []
-    while len(samples) < 3:
-        samples += [each.event for each in board.receive(0.001)]
-    assert [each.counts for each in samples] == [tuple(column) for column in counts.T.tolist()]
-    assert [each.at_end for each in samples] == [False, False, True]
-    assert [each.device_ms for each in samples] == [100, 200, 300]
-    assert board.receive(0.0) == []
-    board.send("pause")
-    assert {each.event for each in board.receive(0.0)} == {Acknowledgement("pause", "")}
+def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
+    counts, now_s = np.arange(12).reshape(4, 3) + 100, [50.0]
+    monkeypatch.setattr(demo_command, "elapsed_s", lambda: now_s[0])
+    monkeypatch.setattr(demo_command.time, "sleep", lambda seconds: now_s.append(now_s.pop() + 1))
+    run, taken, ended = demo_command.PlayedRun(counts, PHANTOM.electronics, 0.1), [], []
+    while not run.complete:
+        run.serve(1.0)
+        taken.append(run.take())
+        ended.append(run.at_end)
+    # One sample a second at a tenth of the speed.
+    assert taken == [[tuple(column)] for column in counts.T.tolist()]
+    assert ended == [False, False, True]
+    assert run.state.samples == 3
 
 
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):

@@ -67,7 +67,6 @@ class ScriptedBench:
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
         self._awake = clock.AwakeClock()
         monkeypatch.setattr(logger, "AWAKE", self._awake)
-        monkeypatch.setattr(recorder, "AWAKE", self._awake)
         for module in (board, logger, recorder):
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
@@ -75,10 +74,11 @@ class ScriptedBench:
         header = {"started": "2026-01-01T00:00:00Z"}
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
-        self.logger = Logger(mine, self.log, limit=duration, kept=1001)
-        self.recorder = Recorder(
-            mine, self.logger, self.part, header, self.log, patience_s, self._stop
-        )
+        self.logger = Logger(mine, self.log)
+        self.logger.kept = 1001
+        if duration:
+            self.logger.limit, self.logger.state.end_s = duration, duration / 10
+        self.recorder = Recorder(self.logger, self.part, header, self.log, patience_s, self._stop)
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
         """Run the recorder over a script: pairs of a time and the bytes that arrive then."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
 from capsule.bench.clock import elapsed_s
 from capsule.bench.identification import CONFIRM_S, differences, identify
-from capsule.bench.line import AnyLine, Arrival, Line, UsbPort
+from capsule.bench.line import Arrival, Line, UsbPort
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
 
 # Wait after a refusal before a command is sent again.
@@ -23,7 +23,7 @@ class Board:
 
     Parameters
     ----------
-    line : AnyLine
+    line : Line
         The open line.
     identity : Identity
         The board's description of itself.
@@ -42,13 +42,13 @@ class Board:
 
     def __init__(
         self,
-        line: AnyLine,
+        line: Line,
         identity: Identity,
         tell: Callable[[str], None],
         *,
         insists: bool = False,
     ) -> None:
-        self._line: AnyLine | None = line
+        self._line: Line | None = line
         self._usb_port, self._baud = UsbPort(line.port), line.baud
         # The line to a board that was plugged in again, until it has said what it is.
         self._opened: tuple[Line, Iterator[Identity | None]] | None = None
@@ -67,7 +67,7 @@ class Board:
         return self._line is not None
 
     @property
-    def line(self) -> AnyLine:
+    def line(self) -> Line:
         """The open line; raises `LineLostError` if the board is not connected."""
         if self._line is None:
             raise LineLostError(f"{self.port} is not connected")
@@ -135,7 +135,7 @@ class Board:
         self._opened = None
         return line, identity
 
-    def _reject(self, line: AnyLine) -> None:
+    def _reject(self, line: Line) -> None:
         """Close a port whose board is the wrong one or silent, and do not open it again at once."""
         line.close()
         self._opened = None

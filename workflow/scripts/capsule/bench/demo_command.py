@@ -16,9 +16,8 @@ from capsule.arguments import natural, number_within
 from capsule.arrays import IntArray
 from capsule.bench import recorder, terminal
 from capsule.bench.clock import elapsed_s
-from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.live import opened_page
-from capsule.bench.protocol import Acknowledgement, Damaged, Identity, Sample
+from capsule.bench.logger import Samples
 from capsule.bench.record_command import options_of
 from capsule.commands.new import is_taken, own_configuration
 from capsule.commands.report import (
@@ -108,8 +107,6 @@ def demo(chosen: argparse.Namespace) -> None:
         seed = chosen.seed or next_seed(chosen.out)
         name = run_name(seed)
         played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
-        header = simulated_header(SOURCE, phantom, seed)
-        origin = {key: header[key] for key in ("source", "simulator_version", "simulator_seed")}
         tell(
             f"Everything here is simulated and goes to {chosen.out}/. A simulated board plays a "
             f"run over an unknown place, {_how_fast(chosen.speed)}. Ctrl-C ends the run early and "
@@ -117,10 +114,11 @@ def demo(chosen: argparse.Namespace) -> None:
             "recordings, unless an earlier demo did it."
         )
         learning = at_end.enter_context(Learning(chosen))
-        board = PlayedLogger(played.counts, phantom.electronics, chosen.speed)
-        run = recorder.Played(board, board.identity, origin, learning.final, page)
+        run = PlayedRun(played.counts, phantom.electronics, chosen.speed)
+        run.header = simulated_header(SOURCE, phantom, seed)
         with _former_signals():
-            recorded = recorder.record(_recorder_options(chosen, name), run)
+            options = _recorder_options(chosen, name)
+            recorded = recorder.record(options, run, learning.final, page)
     path = chosen.out / "raw" / UNLABELLED / recorded.name
     path.parent.mkdir(parents=True, exist_ok=True)
     recorded.rename(path)
@@ -243,8 +241,8 @@ def _tell_truth(played: Run) -> None:
         tell("The truth: there is no nodule.")
 
 
-class PlayedLogger:
-    """A logger that plays a simulated run, with the interface of a `Line` and no port.
+class PlayedRun(Samples):
+    """A simulated run in place of a logger.
 
     Parameters
     ----------
@@ -256,48 +254,24 @@ class PlayedLogger:
         Seconds of the run per second of the computer's clock.
     """
 
-    port, baud, sent_s = "a simulated board", 0, 0.0
+    port = "a simulated board"
 
     def __init__(self, counts: IntArray, electronics: Electronics, speed: float) -> None:
-        self._counts = counts
-        self._period_ms = 1000 / electronics.rate_hz
+        super().__init__(electronics.rate_hz, len(counts), 2**electronics.adc_bits - 1)
+        self._readings = counts.T.tolist()
         self._samples_per_s = electronics.rate_hz * speed
         self._begun_s: float | None = None
-        self._played = 0
-        entries = {
-            "firmware": "1.0",
-            "rate_hz": f"{electronics.rate_hz:g}",
-            "channels": str(len(counts)),
-            "adc_bits": str(electronics.adc_bits),
-            "vref_mv": str(round(electronics.vref_v * 1000)),
-            "series_ohm": str(round(electronics.series_ohm)),
-        }
-        self.identity = Identity("logger", entries)
 
-    def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
-        """Return the samples that are due, after a wait; nothing before the command to start."""
-        time.sleep(timeout_s)
+    def serve(self, timeout_s: float) -> None:
+        """Wait, and keep the samples that are due since the first call."""
         if self._begun_s is None:
-            return [Arrival(Acknowledgement("pause", ""), elapsed_s())]
-        due = int((elapsed_s() - self._begun_s) * self._samples_per_s)
-        first, self._played = self._played, min(due, self._counts.shape[1])
-        return [Arrival(self._sample(n), elapsed_s()) for n in range(first, self._played)]
-
-    def send(self, payload: str) -> None:
-        """Start or pause the run."""
-        if payload == "start":
-            self._begun_s = elapsed_s() - self._played / self._samples_per_s
-        elif payload == "pause":
-            self._begun_s = None
-
-    def close(self) -> list[Damaged]:
-        """Do nothing: no port is open."""
-        return []
-
-    def _sample(self, number: int) -> Sample:
-        counts = tuple(self._counts[:, number].tolist())
-        at_end = number + 1 == self._counts.shape[1]
-        return Sample(number, round((number + 1) * self._period_ms), counts, at_end)
+            self._begun_s = elapsed_s()
+        time.sleep(timeout_s)
+        self.taken_s = elapsed_s()
+        due = int((self.taken_s - self._begun_s) * self._samples_per_s)
+        for reading in self._readings[self.state.samples : due]:
+            self.keep(tuple(reading))
+        self.at_end = self.complete = self.state.samples == len(self._readings)
 
 
 def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:

@@ -17,7 +17,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from capsule.bench.line import BAUD, AnyLine, Arrival, Line
+from capsule.bench.line import BAUD, Arrival, Line
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
@@ -196,7 +196,7 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
     )
 
 
-def request(line: AnyLine, command: str, tries: int = 12) -> str:
+def request(line: Line, command: str, tries: int = 12) -> str:
     """Send a command until the board confirms it; return the confirmed argument.
 
     Raises

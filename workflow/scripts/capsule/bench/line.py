@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
 
 import serial
 from serial.tools import list_ports
@@ -41,23 +40,6 @@ class Arrival:
 
     event: Event
     moment_s: float
-
-
-class AnyLine(Protocol):
-    """A line to a board: a serial one, or what stands in its place."""
-
-    port: str
-    baud: int
-    sent_s: float
-
-    def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
-        """Read the events that have arrived; wait up to the timeout for the first."""
-
-    def send(self, payload: str) -> None:
-        """Send a command."""
-
-    def close(self) -> list[Damaged]:
-        """Close the line; return the rest of an unfinished frame."""
 
 
 class Line:

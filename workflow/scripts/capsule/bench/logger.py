@@ -1,82 +1,138 @@
 """The logger board: start it, check its samples, place them in time, and hand them on."""
 
 import math
+from collections.abc import Mapping
 from datetime import datetime
-from typing import Any
 
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
-from capsule.bench.protocol import Damaged, Event, Identity, Sample
+from capsule.bench.lsl import StreamLine
+from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
+from capsule.kinds import Settings
 
 START_AGAIN_S = 0.5
 # A reset board waits in its boot loader, which must not get a byte (see identification.QUIET_S).
 SILENT_AFTER_S = 2.5
 ASK_AGAIN_S = 1.0
+LAST_FRAMES_S = 0.5
+LOOK_EVERY_S = 0.05
 
 
-class Logger:
-    """One logger, from its frames to samples on an even grid in time.
+class Samples:
+    """Samples on an even grid in time, in the order in which their source takes them.
 
     Parameters
     ----------
-    board : Board
-        The board.
-    log : FrameLog
-        Log of gaps, damaged frames and refused samples.
-    limit : int or None
-        Number of samples of the recording, missing ones included; None: no limit.
-    kept : int
-        Number of first samples that stay in memory, for the running verdict.
-    to_end_stop : bool
-        Whether the end stop completes the recording.
+    rate_hz : float
+        Samples per second.
+    sensors : int
+        Number of sensors S.
+    full_scale : float
+        The largest reading.
 
     Attributes
     ----------
+    port : str
+        Name of the source for messages.
+    header : mapping of str to str
+        First entries of a recording's header, which describe the source.
+    limit : float
+        Number of samples of the recording, missing ones included.
+    kept : int
+        Number of first samples that stay in memory, for the running verdict.
     state : State
         State of the recording.
-    samples : list of tuple of int, or None
+    samples : list of tuple of float, or None
         The first samples; None is a missing one.
     at_end : bool
         Whether the capsule has reached the end stop.
     complete : bool
         Whether the recording is complete; further samples are dropped.
-    sampled_s : float
-        Time of the last accepted sample, by `AWAKE`.
+    taken_s : float
+        Estimated time of the last sample, by the computer's clock; rather too early.
     """
 
-    def __init__(
-        self,
-        board: Board,
-        log: FrameLog,
-        *,
-        limit: int | None = None,
-        kept: int = 0,
-        to_end_stop: bool = True,
-    ) -> None:
-        self._board, self._log = board, log
-        self._identity = board.identity
-        rate_hz = float(self._identity.entries["rate_hz"])
-        self.sensors = int(self._identity.entries["channels"])
-        self._full_scale = 2 ** int(self._identity.entries["adc_bits"]) - 1
-        self._limit = math.inf if limit is None else limit
-        self._kept, self._to_end_stop = kept, to_end_stop
-        self._timeline = Timeline(rate_hz)
-        self._sieve = Sieve(self._timeline, self._accept, self._refuse)
-        self.state = State(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
+    port = ""
+
+    def __init__(self, rate_hz: float, sensors: int, full_scale: float) -> None:
+        self.rate_hz, self.sensors = rate_hz, sensors
+        self.header: Mapping[str, str] = {}
+        self.limit, self.kept = math.inf, 0
+        self.state = State(1.0 / rate_hz, full_scale=full_scale)
         self.samples: list[tuple[float, ...] | None] = []
         self._new: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
+        self.taken_s = 0.0
+
+    @property
+    def connected(self) -> bool:
+        """Return whether samples can come."""
+        return True
+
+    @property
+    def silent_s(self) -> float:
+        """Time for which a sample is overdue."""
+        return 0.0
+
+    def serve(self, timeout_s: float) -> None:
+        """Keep the samples that have come, and wait for them up to the timeout."""
+
+    def end(self) -> None:
+        """Keep the last samples, and close the source."""
+
+    def take(self) -> list[tuple[float, ...] | None]:
+        """Return the samples since the last call, up to the newest; None is a missing one."""
+        new, self._new = self._new, []
+        return new
+
+    def keep(self, counts: tuple[float, ...] | None) -> None:
+        """Add the next sample; None is a missing one."""
+        self._new.append(counts)
+        if len(self.samples) < self.kept:
+            self.samples.append(counts)
+        self.state.add(counts)
+
+
+class Logger(Samples):
+    """One logger, from its frames to samples on an even grid in time.
+
+    Parameters
+    ----------
+    board : Board or StreamLine
+        The board, or a stream in its place.
+    log : FrameLog
+        Log of gaps, damaged frames and refused samples.
+    to_end_stop : bool
+        Whether the end stop completes the recording.
+    """
+
+    def __init__(
+        self, board: Board | StreamLine, log: FrameLog, *, to_end_stop: bool = True
+    ) -> None:
+        self._board, self._log, self._to_end_stop = board, log, to_end_stop
+        self._identity = board.identity
+        entries = self._identity.entries
+        rate_hz, self._largest = float(entries["rate_hz"]), 2 ** int(entries["adc_bits"]) - 1
+        super().__init__(rate_hz, int(entries["channels"]), self._largest)
+        self.port = board.port
+        self._timeline = Timeline(rate_hz)
+        self._sieve = Sieve(self._timeline, self._accept, self._refuse)
         self._connections, self._connected = board.connections, True
         self._foreign = ""
         self._running = self._granted = False
         self._asked_s = 0.0
         self._started_s = -START_AGAIN_S
-        self._heard_s = self.sampled_s = AWAKE.now_s()
+        self._heard_s = self._sampled_s = AWAKE.now_s()
+
+    @property
+    def connected(self) -> bool:
+        """Return whether the board is connected."""
+        return self._board.connected
 
     @property
     def received(self) -> int:
@@ -86,12 +142,7 @@ class Logger:
     @property
     def silent_s(self) -> float:
         """Time since the last accepted sample, or since the board came back after it."""
-        return AWAKE.now_s() - self.sampled_s
-
-    @property
-    def taken_s(self) -> float:
-        """Estimated time of the last sample, by the computer's clock; rather too early."""
-        return self._timeline.taken_s
+        return AWAKE.now_s() - self._sampled_s
 
     def serve(self, timeout_s: float) -> None:
         """Receive the board's frames, wait for them up to the timeout, and send what it needs."""
@@ -122,17 +173,19 @@ class Logger:
                     self._take_identity(identity, arrival.moment_s)
         if self.received > before:
             self._running = True
-            self.sampled_s = AWAKE.now_s()
+            self._sampled_s = AWAKE.now_s()
             self._granted = False
         return [arrival.event for arrival in arrivals]
 
-    def take(self) -> list[tuple[float, ...] | None]:
-        """Return the samples since the last call, up to the newest; None is a missing one."""
-        new, self._new = self._new, []
-        return new
-
-    def settle(self) -> None:
-        """Decide on samples in doubt, because no more samples of this board will follow."""
+    def end(self) -> None:
+        """Pause the board, keep the samples that it sends until it confirms, and close its port."""
+        deadline = AWAKE.now_s() + LAST_FRAMES_S
+        self._board.send("pause")
+        while self._board.connected and AWAKE.now_s() < deadline:
+            if Acknowledgement("pause", "") in self.receive(LOOK_EVERY_S):
+                break
+        for piece in self._board.close():
+            self.note_damaged(piece)
         self._sieve.settle()
 
     def note_damaged(self, piece: Damaged) -> None:
@@ -153,15 +206,15 @@ class Logger:
         return ""
 
     def _went_away(self) -> None:
-        self.settle()
+        self._sieve.settle()
         self._running = False
 
     def _came_back(self) -> None:
         """Restart the wait for a sample, because the board is connected again."""
-        self._connections = self._board.connections
+        self._connections, self.port = self._board.connections, self._board.port
         self._heard_s = AWAKE.now_s()
         if not self._granted:  # only once, until a sample arrives
-            self.sampled_s = self._heard_s
+            self._sampled_s = self._heard_s
             self._granted = True
         self._take_identity(self._board.identity, elapsed_s(), fresh=True)
 
@@ -178,7 +231,7 @@ class Logger:
             int(uptime), running, moment_s, fresh
         ):
             return
-        self.settle()
+        self._sieve.settle()
         self._timeline.note_restart()
         if self._running or (running and fresh):
             self._log.tell(
@@ -192,7 +245,7 @@ class Logger:
         """Check and place a sample that was read at `moment_s` of the computer's clock."""
         if self.complete:
             return
-        if len(sample.counts) != self.sensors or max(sample.counts) > self._full_scale:
+        if len(sample.counts) != self.sensors or max(sample.counts) > self._largest:
             self._refuse(sample, "other sensors or readings than those of this board")
         elif sample.device_ms >= CLOCK_ENDS_MS:
             self._refuse(sample, "a time beyond the end of the board's clock")
@@ -206,23 +259,18 @@ class Logger:
     def _accept(self, sample: Sample, slot: Slot) -> None:
         if self.complete:
             return
-        self.complete = slot.index + 1 >= self._limit
-        if slot.index >= self._limit:
+        self.complete = slot.index + 1 >= self.limit
+        if slot.index >= self.limit:
             return
         if slot.missing:
             self._note_gap(slot)
         for _ in range(slot.missing):
-            self._keep(None)
-        self._keep(sample.counts)
+            self.keep(None)
+        self.keep(sample.counts)
+        self.taken_s = self._timeline.taken_s
         if sample.at_end:
             self.at_end = True
             self.complete = self.complete or self._to_end_stop
-
-    def _keep(self, counts: tuple[float, ...] | None) -> None:
-        self._new.append(counts)
-        if len(self.samples) < self._kept:
-            self.samples.append(counts)
-        self.state.add(counts)
 
     def _note_gap(self, slot: Slot) -> None:
         self.state.gaps += 1
@@ -232,14 +280,14 @@ class Logger:
         self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
 
 
-def check_fits(identity: Identity, settings: dict[str, Any]) -> None:
-    """Raise an error if the workflow could not read recordings of this logger.
+def check_fits(rate_hz: float, sensors: int, settings: Settings) -> None:
+    """Raise an error if the workflow could not read recordings of a logger.
 
     Parameters
     ----------
-    identity : Identity
-        The logger's description of itself.
-    settings : dict
+    rate_hz, sensors
+        Samples per second, and number of sensors of the logger.
+    settings : mapping
         Section ``recording`` of the configuration.
 
     Raises
@@ -247,17 +295,17 @@ def check_fits(identity: Identity, settings: dict[str, Any]) -> None:
     AcquisitionError
         The board has another number of sensors or another rate.
     """
-    for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
-        if float(identity.entries[entry]) != settings[key]:
+    for entry, key, has in (("channels", "sensors", sensors), ("rate_hz", "rate_hz", rate_hz)):
+        if has != settings[key]:
             raise AcquisitionError(
-                f"the board has {entry} = {identity.entries[entry]}, but the workflow is "
-                f"configured for {settings[key]:g}; change recording.{key} in config/config.yaml, "
-                "or use another board"
+                f"the board has {entry} = {has:g}, but the workflow is configured for "
+                f"{settings[key]:g}; change recording.{key} in config/config.yaml, or use another "
+                "board"
             )
 
 
-def header_of(identity: Identity, started: datetime) -> dict[str, str]:
-    """Return the header of this logger's recordings."""
+def header_of(identity: Identity) -> dict[str, str]:
+    """Return the entries of a header that describe this logger."""
     entries = identity.entries
     return {
         "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
@@ -265,7 +313,6 @@ def header_of(identity: Identity, started: datetime) -> dict[str, str]:
         "adc_bits": entries["adc_bits"],
         "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
         "series_ohm": entries["series_ohm"],
-        "started": moment_text(started),
     }
 
 

@@ -3,14 +3,12 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, WrongBoardError
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.line import Arrival
-from capsule.bench.logger import moment_text
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
@@ -137,8 +135,8 @@ class ChosenStream:
         known = self.unit == "counts" and bits.isdecimal() and 1 <= int(bits) <= _ALL_BITS
         return int(bits) if known else None
 
-    def header(self, started: datetime) -> dict[str, str]:
-        """Return the header of the stream's recording."""
+    def header(self) -> dict[str, str]:
+        """Return the entries of a header that describe the stream."""
         info, board = self.info, self.board()
         of = [f"type {info.type()}", f"host {info.hostname()}", f"source id {info.source_id()}"]
         source = f"recorded from {title_of(info)} ({plain(', '.join(of))})"
@@ -148,8 +146,7 @@ class ChosenStream:
         labels = labels_of(info)
         header["stream_channels"] = plain(", ".join(labels[index] for index in self.channels))
         header["stream_time"] = "time stamps of the stream, corrected to this computer's clock"
-        header |= {"unit": self.unit} if self.unit else {}
-        return header | {"started": moment_text(started)}
+        return header | ({"unit": self.unit} if self.unit else {})
 
 
 def title_of(info: "pylsl.StreamInfo") -> str:
@@ -287,7 +284,7 @@ def _channels(
 
 
 class StreamLine:
-    """A stream with the interface of a `Line`.
+    """A stream with the interface of a `Board`; nobody can unplug it.
 
     A time stamp tells the period of a sample, so samples lost on the way leave a gap. If a source
     ends and starts again, this class finds it again. The Lab Streaming Layer does this itself if
@@ -301,6 +298,8 @@ class StreamLine:
         Channels, as in `choose`.
     rules : mapping
         Section ``recording`` of the configuration.
+    tell : callable
+        Function that shows a message when the stream ends or is back.
 
     Attributes
     ----------
@@ -308,12 +307,8 @@ class StreamLine:
         Name of the stream for messages.
     identity : Identity
         Description of the stream in the form of a logger's.
-    header : callable
-        `ChosenStream.header`.
-    full_scale : float
-        Approximate largest reading.
-    tell : callable
-        Function that shows a message when the stream ends or is back.
+    chosen : ChosenStream
+        The stream and its channels.
 
     Raises
     ------
@@ -321,15 +316,16 @@ class StreamLine:
         There is no such stream, or it does not fit.
     """
 
-    baud, sent_s = 0, 0.0  # a stream has none
+    connected, connections = True, 1
 
-    def __init__(self, name: str, wanted: str | None, rules: Settings) -> None:
+    def __init__(
+        self, name: str, wanted: str | None, rules: Settings, tell: Callable[[str], None]
+    ) -> None:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
         self.port, self.identity = title_of(self.chosen.info), self.chosen.identity()
-        self.header, self.full_scale = self.chosen.header, self.chosen.full_scale
-        self.tell: Callable[[str], None] = print
+        self._tell = tell
         self._period_s = 1.0 / rules["rate_hz"]
         self._grid = StampGrid(self._period_s)
         self._answers: list[Arrival] = []
@@ -345,7 +341,7 @@ class StreamLine:
             self._heard_s = now_s
             if self._away:
                 self._away = False
-                self.tell(f"{self.port} is back; the recording continues in the same file")
+                self._tell(f"{self.port} is back; the recording continues in the same file")
         elif now_s - self._heard_s > SILENT_S:
             self._note_away("sends nothing")
         taken = zip(samples, stamps, strict=True)
@@ -411,7 +407,7 @@ class StreamLine:
     def _note_away(self, what: str) -> None:
         if not self._away:
             self._away = True
-            self.tell(
+            self._tell(
                 f"{self.port} {what}; start its source again before --patience ends, or end the "
                 "recording with Ctrl-C"
             )

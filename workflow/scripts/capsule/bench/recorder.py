@@ -7,7 +7,6 @@ import math
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -17,14 +16,21 @@ from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.beside import Beside
 from capsule.bench.board import Board
-from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
+from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.identification import connect
-from capsule.bench.line import BAUD, AnyLine
+from capsule.bench.line import BAUD
 from capsule.bench.live import LivePage, opened_page
-from capsule.bench.logger import SILENT_AFTER_S, Logger, check_fits, header_of, moment_text
+from capsule.bench.logger import (
+    LOOK_EVERY_S,
+    SILENT_AFTER_S,
+    Logger,
+    Samples,
+    check_fits,
+    header_of,
+    moment_text,
+)
 from capsule.bench.lsl import SampleOutlet, StreamLine
-from capsule.bench.protocol import Acknowledgement, Identity
 from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_settings
@@ -44,8 +50,6 @@ if TYPE_CHECKING:
     from capsule.judging.verdict import FinalVerdict
 
 JUDGE_EVERY_S = 0.5
-LAST_FRAMES_S = 0.5
-LOOK_EVERY_S = 0.05
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces
 # An end stop that is pressed in so many samples was never open.
 AT_ONCE = 3
@@ -65,10 +69,8 @@ class Recorder:
 
     Parameters
     ----------
-    board : Board
-        The logger.
-    logger : Logger
-        The samples of the board.
+    source : Samples
+        The samples of the logger, or of what stands in its place.
     part : GrowingFile
         The file of the samples.
     header : dict of str to str
@@ -94,8 +96,7 @@ class Recorder:
 
     def __init__(
         self,
-        board: Board,
-        logger: Logger,
+        source: Samples,
         part: GrowingFile,
         header: dict[str, str],
         log: FrameLog,
@@ -103,11 +104,11 @@ class Recorder:
         stop: StopRequest,
         drive: Drive | None = None,
     ) -> None:
-        self._board, self._logger, self._part = board, logger, part
+        self._source, self._part = source, part
         self.header, self._log = header, log
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self._wave_until = TO_THE_END
-        self.state = logger.state
+        self.state = source.state
         self.ended = ""
         self._told_of_length = False
         self._written = 0
@@ -163,7 +164,7 @@ class Recorder:
         """
         while not self.ended:
             # Read first: samples that came while this program was stopped are in the port.
-            self._logger.serve(LOOK_EVERY_S)
+            self._source.serve(LOOK_EVERY_S)
             self._check_patience()
             self._date()
             self._write()
@@ -173,14 +174,15 @@ class Recorder:
             self.state.faults = self._faults()
             self.beside.attempt_all()
             self.ended = self._completed() or self._stop.reason
-        self._pause()
+        self._source.end()
+        self._write()
 
     def _write(self) -> None:
         """Write the new samples to the file."""
-        for counts in self._logger.take():
+        for counts in self._source.take():
             # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
             time_s = round(self._written * self.state.period_s, 6)
-            self._part.add(format_sample(time_s, counts, self._logger.sensors))
+            self._part.add(format_sample(time_s, counts, self._source.sensors))
             self._written += 1
             if self._written % FLUSH_EVERY == 0:
                 self._part.flush()
@@ -191,14 +193,14 @@ class Recorder:
         if self._dated or not self.state.samples:
             return
         self._dated = True
-        first_s = self._logger.taken_s - (self.state.samples - 1) * self.state.period_s
+        first_s = self._source.taken_s - (self.state.samples - 1) * self.state.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
         self._amend("started", moment_text(started))
 
     def _amend(self, key: str, value: str) -> None:
         """Write an entry of the header anew."""
         self.header[key] = value
-        self._part.amend(head_of(self.header, self._logger.sensors))
+        self._part.amend(head_of(self.header, self._source.sensors))
 
     def _start_wave(self) -> None:
         """Start the wave; leave no file if the board refuses."""
@@ -230,10 +232,10 @@ class Recorder:
     def _faults(self) -> list[str]:
         """Return what is wrong now and what to do, the worst first."""
         faults = [self._drive.fault] if self._drive else []
-        if not self._board.connected:
+        if not self._source.connected:
             faults.append("the logger was unplugged: plug it back in, or end the recording")
-        elif self._logger.silent_s > SILENT_AFTER_S:
-            faults.append(f"the logger has sent no sample for {self._logger.silent_s:.0f} s")
+        elif self._source.silent_s > SILENT_AFTER_S:
+            faults.append(f"the logger has sent no sample for {self._source.silent_s:.0f} s")
         if self.state.samples > self.state.longest:
             faults.append("too long for the workflow (preprocessing.length): end it, record anew")
         return [fault.removeprefix("warning: ") for fault in faults if fault]
@@ -247,22 +249,22 @@ class Recorder:
             self._log.note(f"the wave runs until {until} (s of the recording)")
 
     def _completed(self) -> str:
-        if not self._logger.complete:
+        if not self._source.complete:
             return ""
-        if self._logger.at_end and self.state.samples <= AT_ONCE:
+        if self._source.at_end and self.state.samples <= AT_ONCE:
             return (
                 "the end stop was pressed from the start: its wire is broken, or there is none, "
                 "and D2 is not connected to GND (docs/bench.md)"
             )
-        if self._logger.at_end:
+        if self._source.at_end:
             return "the capsule reached the end stop"
         return "--duration is over"
 
     def _check_patience(self) -> None:
         """Raise `BoardLostError` if no sample came for too long, even if other frames come."""
-        silent_s = self._logger.silent_s
+        silent_s = self._source.silent_s
         duration_s = self.state.end_s or math.inf
-        if self._logger.complete or self._stop.reason:
+        if self._source.complete or self._stop.reason:
             return
         if silent_s > self._patience_s:
             option = "--patience"
@@ -270,62 +272,37 @@ class Recorder:
             option = "--duration is over"
         else:
             return
-        what = "sent no sample for" if self._board.connected else "did not come back within"
-        raise BoardLostError(f"the board at {self._board.port} {what} {silent_s:.0f} s ({option})")
-
-    def _pause(self) -> None:
-        """Pause the board, and keep the samples that it sends until it confirms."""
-        deadline = AWAKE.now_s() + LAST_FRAMES_S
-        self._board.send("pause")
-        while self._board.connected and AWAKE.now_s() < deadline:
-            if Acknowledgement("pause", "") in self._logger.receive(LOOK_EVERY_S):
-                break
-        for piece in self._board.close():
-            self._logger.note_damaged(piece)
-        self._logger.settle()
-        self._write()
+        what = "sent no sample for" if self._source.connected else "did not come back within"
+        raise BoardLostError(f"the board at {self._source.port} {what} {silent_s:.0f} s ({option})")
 
 
 #: Returns the detectors, None while they still learn; if True is given, it waits for them.
 Learned: TypeAlias = "Callable[[bool], FinalVerdict | None]"
 
 
-@dataclass(frozen=True)
-class Played:
-    """A simulated run in place of a board.
-
-    Attributes
-    ----------
-    line, identity
-        The simulated board.
-    origin : mapping of str to str
-        Entries of the header that describe it.
-    learned : callable
-        Returns the detectors, as soon as they have learned.
-    page : LivePage or None
-        The live page.
-    """
-
-    line: AnyLine
-    identity: Identity
-    origin: Mapping[str, str]
-    learned: Learned
-    page: LivePage | None
-
-
 def _always(final: "FinalVerdict") -> Learned:
     return lambda wait: final
 
 
-def record(options: argparse.Namespace, played: Played | None = None) -> Path:
+def record(
+    options: argparse.Namespace,
+    played: Samples | None = None,
+    learned: "Learned | None" = None,
+    page: LivePage | None = None,
+) -> Path:
     """Record one run.
 
     Parameters
     ----------
     options : argparse.Namespace
         The command line of capsule record.
-    played : Played, optional
+    played : Samples, optional
         A simulated run in place of the board that the options name.
+    learned : callable, optional
+        Returns the detectors, as soon as they have learned; by default those that the options
+        name.
+    page : LivePage, optional
+        A live page that is open already.
 
     Returns
     -------
@@ -344,9 +321,8 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
     growing_file.check_free(final)
     settings = read_settings(options.config)
     _tell_of_unfinished(options.raw)
-    learned: Learned | None = None
-    if options.detect:
-        learned = played.learned if played else _always(_detectors(options, settings))
+    if options.detect and learned is None:
+        learned = _always(_detectors(options, settings))
     wave = Wave(options.speed, options.ramp, options.direction)
     with contextlib.ExitStack() as at_end:
         terminal = Terminal(sys.stdout)
@@ -355,43 +331,33 @@ def record(options: argparse.Namespace, played: Played | None = None) -> Path:
         at_end.callback(log.close)
         drive = connected_drive(options.drive, wave, log) if options.drive else None
         at_end.callback(_stop, drive)
-        page = played.page if played else None
         if options.live and page is None:
             page = at_end.enter_context(opened_page())
-        line, identity = (played.line, played.identity) if played else _source(options, settings)
-        check_fits(identity, settings["recording"])
-        sensors, rate_hz = (float(identity.entries[key]) for key in ("channels", "rate_hz"))
-        if isinstance(line, StreamLine):
-            full_scale = line.full_scale
-            header, line.tell = line.header(started), terminal.note
-        else:
-            full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
-            header = header_of(identity, started)
+        source = played or _logger(options, settings, log)
+        check_fits(source.rate_hz, source.sensors, settings["recording"])
+        header = {**source.header, "started": moment_text(started)}
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
-        header |= dict(played.origin) if played else {}
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
         outlet = None
         if options.stream_out:
-            outlet = SampleOutlet(options.stream_out, header, int(sensors), f"{folder}/{name}")
+            outlet = SampleOutlet(options.stream_out, header, source.sensors, f"{folder}/{name}")
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
-        part = GrowingFile(final, head_of(header, int(sensors)), tell=terminal.note)
-        log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
-        terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
-        board = Board(line, identity, log.tell)
-        limit = round(options.duration * rate_hz) if options.duration else None
-        kept = settings["preprocessing"]["length"] + 1
-        logger = Logger(board, log, limit=limit, kept=kept)
-        recorder = Recorder(board, logger, part, header, log, options.patience, stop, drive)
+        part = GrowingFile(final, head_of(header, source.sensors), tell=terminal.note)
+        log.note(f"logger at {source.port}: {json.dumps(header)}")
+        terminal.note(f"recording {final} from {source.port}; Ctrl-C ends it")
+        recorder = Recorder(source, part, header, log, options.patience, stop, drive)
         state = recorder.state
-        state.title, state.full_scale = f"{folder}/{name}", full_scale
+        state.title = f"{folder}/{name}{', simulated' if played else ''}"
         state.longest = settings["preprocessing"]["length"]
-        if played:
-            state.title = f"{state.title}, simulated"
+        source.kept = settings["preprocessing"]["length"] + 1
+        if options.duration:
+            source.limit = round(options.duration * source.rate_hz)
+            state.end_s = source.limit / source.rate_hz
         if outlet:
             recorder.beside.acts["its stream"] = partial(outlet.send, state)
         if learned:
-            recorder.beside.acts["verdicts"] = _running_verdict(learned, logger, header)
+            recorder.beside.acts["verdicts"] = _running_verdict(learned, source, header)
         recorder.beside.acts["its display"] = partial(terminal.show, state)
         if page:
             recorder.beside.acts["its live page"] = partial(page.show, state)
@@ -450,12 +416,19 @@ def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalV
     return final
 
 
-def _source(options: argparse.Namespace, settings: dict[str, Any]) -> tuple[AnyLine, Identity]:
+def _logger(options: argparse.Namespace, settings: dict[str, Any], log: FrameLog) -> Logger:
+    """Return the logger that the options name, or the stream in its place."""
     if options.stream_in:
-        line = StreamLine(options.stream_in, options.stream_channels, settings["recording"])
-        return line, line.identity
+        rules, named = settings["recording"], options.stream_channels
+        stream = StreamLine(options.stream_in, named, rules, log.tell)
+        logger = Logger(stream, log)
+        logger.header, logger.state.full_scale = stream.chosen.header(), stream.chosen.full_scale
+        return logger
     skip = [options.drive] if options.drive else []
-    return connect(options.port, options.baud, "logger", skip)
+    board = Board(*connect(options.port, options.baud, "logger", skip), log.tell)
+    logger = Logger(board, log)
+    logger.header = header_of(board.identity)
+    return logger
 
 
 def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
@@ -471,7 +444,7 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
 
 
 def _running_verdict(
-    learned: "Learned", logger: Logger, header: Mapping[str, str]
+    learned: "Learned", source: Samples, header: Mapping[str, str]
 ) -> Callable[[], None]:
     """Return a function that judges the recording so far, from time to time."""
     judged_s = 0.0
@@ -480,10 +453,10 @@ def _running_verdict(
         nonlocal judged_s
         if time.monotonic() - judged_s >= JUDGE_EVERY_S:
             judged_s = time.monotonic()
-            logger.state.advice = "the detectors still learn"
+            source.state.advice = "the detectors still learn"
             if final := learned(False):
-                so_far = final.judge_so_far(logger.samples, header)
-                state = logger.state
+                so_far = final.judge_so_far(source.samples, header)
+                state = source.state
                 state.verdicts, state.scores = so_far.lines, so_far.scores
                 state.advice = so_far.advice
 

@@ -498,7 +498,9 @@ def _known_with(
 ) -> dict[str, Any]:
     """Return the entries known only once the boards are connected: start time and header."""
     logger, peristalsis = boards["logger"].identity, boards["peristalsis"].identity
-    check_fits(logger, settings["recording"])
+    check_fits(
+        float(logger.entries["rate_hz"]), int(logger.entries["channels"]), settings["recording"]
+    )
     driven_mm = peristalsis.entries["wavelength_mm"]
     expected_mm = settings["diagonal"]["wavelength_mm"]
     if float(driven_mm) != expected_mm:
@@ -507,7 +509,8 @@ def _known_with(
             f"for {expected_mm:g} mm; correct diagonal.wavelength_mm in config/config.yaml"
         )
     begun = datetime.now(UTC)
-    header = header_of(logger, begun) | wave.entries | {"session": folder.name}
+    header = header_of(logger) | {"started": moment_text(begun)} | wave.entries
+    header |= {"session": folder.name}
     return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
 
 
