@@ -23,6 +23,7 @@ import study_phantom
 import teach_scorer
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 from capsule.commands.cli import COMMANDS, build_parser, subparsers
 from capsule.engine.configuration import allowed_values
@@ -41,8 +42,18 @@ _PAGES = {"../README.md": "index.md", "../config/README.md": "configuration.md"}
 
 
 def configuration() -> str:
-    """Give the page on the configuration, with links as they are from docs/."""
+    """Give the page on the configuration, with links as they are from docs/.
+
+    Its table stands in three columns: five are wider than a page. A unit of 1 goes without saying.
+    """
     text = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
+    text = re.sub(
+        r"^\| (.+?) \| (.*?) ?\| (.*?) ?\| (.+?) \| (.+) \|$",
+        lambda row: f"| {row[1]} {row[2]} | {row[4]} {row[3].strip('1')} | {row[5]} |",
+        text.replace("|---|---|---|---|---|", "|---|---|---|"),
+        flags=re.MULTILINE,
+    )
+    text = re.sub(r"\((workflow/studies/\S+\.md)\)", r"([measured](../\1))", text)
     return text.partition("\n")[2].replace("](../docs/", "](")
 
 
@@ -152,7 +163,16 @@ def setup(app: Sphinx) -> dict[str, bool]:
         """Let |x| be a magnitude; in a docstring's markup it would be a name to replace."""
         text[:] = [_escaped(line) for line in text]
 
+    def stale(app: Sphinx, env: BuildEnvironment, *_: object) -> list[str]:
+        """Return the pages whose content stands elsewhere: their own files do not change."""
+        return [
+            page
+            for page in env.found_docs
+            if _FILLED.search(Path(env.doc2path(page)).read_text(encoding="utf-8"))
+        ]
+
     app.connect("source-read", fill)
+    app.connect("env-get-outdated", stale)
     # Before napoleon takes the docstring apart.
     app.connect("autodoc-process-docstring", escape, priority=400)
     # Examples of what the boards say, marked by the board.

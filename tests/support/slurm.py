@@ -9,7 +9,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -165,7 +165,7 @@ class SingleNodeSlurm:
         """Kill slurmd and all processes of its jobs, as a node that goes down."""
         doomed = {process for job in self.jobs("RUNNING") for process in self.processes(job)}
         # slurmd has a process for each step of a job, which is no process of the job itself.
-        doomed |= set(map(_parent, doomed))
+        doomed |= {parent for process in doomed for parent in _parents(process)}
         self._kill("slurmd")
         for process in doomed:
             _kill_if_alive(process)
@@ -260,9 +260,11 @@ def _free_ports(count: int) -> list[int]:
     return ports
 
 
-def _parent(process: int) -> int:
-    status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-    return int(status.rpartition(")")[2].split()[1])
+def _parents(process: int) -> Iterator[int]:
+    """Give the parent of a process; none if the process has ended meanwhile."""
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+        yield int(status.rpartition(")")[2].split()[1])
 
 
 def _kill_if_alive(process: int) -> None:
