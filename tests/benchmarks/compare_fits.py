@@ -1,26 +1,23 @@
 """Measure the sliding comparison and a whole fit beside simple alternatives.
 
     python tests/benchmarks/compare_fits.py raw/3mm/r07.csv
-    python tests/benchmarks/compare_fits.py raw/3mm/r07.csv --recordings raw/*mm/r12.csv
 
 Every way renders the same particles and slides them over the same matrix, in turn, in one
-process, and must find the same RMSE and lag; the table gives medians of the rounds. With
---recordings a second table gives the ratios on other recordings: a short one takes shorter FFTs.
-stumpy is measured where it is installed (`pip install stumpy`); nothing else here needs it.
+process, and must find the same RMSE and lag; the table gives medians of the rounds.
 """
 
 import argparse
 import functools
-import importlib.util
 import os
 import platform
 import statistics
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 # One thread, as in the workflow's jobs; must be set before numpy is loaded.
-os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
@@ -69,40 +66,11 @@ def literal(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     return min(values), int(np.argmin(values)) + 1
 
 
-def from_correlation(matrix: np.ndarray, particle: np.ndarray, correlation: np.ndarray) -> tuple:
-    """Return the best lag from the correlation at the shifts -(L - 1)..L - 1."""
-    products = np.concatenate([[0.0], correlation])
-    squares = np.sum(matrix**2) + np.sum(particle**2) - 2.0 * products
-    return best_of(squares, matrix)
-
-
-def numpy_correlate(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
-    """Correlate each sensor in the time domain."""
+def correlated(correlate: Callable, matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
+    """Correlate each sensor with a function that returns the shifts -(L - 1)..L - 1."""
     rows = zip(matrix, particle, strict=True)
-    total = sum(np.correlate(data, shape, "full") for data, shape in rows)
-    return from_correlation(matrix, particle, total)
-
-
-def scipy_correlate(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
-    """Correlate each sensor with SciPy's FFT method."""
-    rows = zip(matrix, particle, strict=True)
-    total = sum(scipy.signal.correlate(data, shape, "full", "fft") for data, shape in rows)
-    return from_correlation(matrix, particle, total)
-
-
-def stumpy_mass(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
-    """Take stumpy's distance profile of each sensor, and the energy outside the window."""
-    import stumpy
-
-    length = matrix.shape[1]
-    frame = np.pad(matrix, ((0, 0), (length, length)))
-    squares = np.zeros(2 * length)
-    for data, shape in zip(frame, particle, strict=True):
-        inside = stumpy.mass(shape, data, normalize=False)[: 2 * length] ** 2
-        energy = np.concatenate([[0.0], np.cumsum(data**2)])
-        covered = energy[length : 3 * length] - energy[: 2 * length]
-        squares += inside + energy[-1] - covered
-    return best_of(squares, matrix)
+    products = np.concatenate([[0.0], sum(correlate(data, shape) for data, shape in rows)])
+    return best_of(np.sum(matrix**2) + np.sum(particle**2) - 2.0 * products, matrix)
 
 
 def plain_fft(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
@@ -115,12 +83,14 @@ def plain_fft(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     return best_of(squares, matrix)
 
 
-METHODS = {"literal formula": literal, "numpy.correlate": numpy_correlate}
-SLOW = set(METHODS)  # too slow for all particles of a round
-METHODS["scipy.signal.correlate, fft"] = scipy_correlate
-if importlib.util.find_spec("stumpy"):
-    METHODS["stumpy.mass, normalize=False"] = stumpy_mass
-METHODS["plain numpy FFT"] = plain_fft
+by_fft = functools.partial(scipy.signal.correlate, mode="full", method="fft")
+METHODS = {
+    "literal formula": literal,
+    "numpy.correlate": functools.partial(correlated, functools.partial(np.correlate, mode="full")),
+    "scipy.signal.correlate, fft": functools.partial(correlated, by_fft),
+    "plain numpy FFT": plain_fft,
+}
+SLOW = {"literal formula", "numpy.correlate"}  # too slow for all particles of a round
 
 
 def compare_with(method: object, matrix: np.ndarray, vectors: np.ndarray) -> list[tuple]:
@@ -198,33 +168,9 @@ def measure(matrix: np.ndarray, rounds: int, count: int) -> dict[str, float]:
                 atol=1e-9,
                 err_msg=name,
             )
-            if round_number:  # the first round warms caches and compiles stumpy
+            if round_number:  # the first round warms caches
                 times[name].append(seconds / len(some))
     return {name: statistics.median(measured) for name, measured in times.items()}
-
-
-def filled_columns(matrix: np.ndarray) -> int:
-    """Count the columns from the recording's first value to its last."""
-    filled = np.flatnonzero(matrix.any(axis=0))
-    return int(filled[-1] - filled[0] + 1) if filled.size else 0
-
-
-def print_recordings(paths: list[Path], rounds: int, count: int) -> None:
-    """Print how much faster ours is on each recording, and the smallest and largest ratios."""
-    matrices = [(path, read_matrix(path)) for path in paths]
-    measured = [(path, matrix, measure(matrix, rounds, count)) for path, matrix in matrices]
-    print(f"\n| recording | columns | ours | {' | '.join(METHODS)} |")
-    print(f"|---|---:|---:|{'---:|' * len(METHODS)}")
-    ratios = {name: [] for name in METHODS}
-    for path, matrix, medians in measured:
-        for name in METHODS:
-            ratios[name].append(medians[name] / medians["ours"])
-        cells = " | ".join(f"{values[-1]:,.1f}" for values in ratios.values())
-        mine = f"{1e6 * medians['ours']:,.0f} us"
-        print(f"| {path.parent.name}/{path.stem} | {filled_columns(matrix)} | {mine} | {cells} |")
-    for word, choose in (("smallest", min), ("median", statistics.median), ("largest", max)):
-        cells = " | ".join(f"{choose(values):,.1f}" for values in ratios.values())
-        print(f"| {word} | | | {cells} |")
 
 
 def main() -> None:
@@ -233,9 +179,6 @@ def main() -> None:
     parser.add_argument("recording", type=Path, help="a recording, such as raw/3mm/r07.csv")
     parser.add_argument("--rounds", type=int, default=5, help="rounds to take medians of")
     parser.add_argument("--particles", type=int, default=1000, help="particles in a round")
-    parser.add_argument(
-        "--recordings", type=Path, nargs="+", default=[], help="others, for a table of ratios"
-    )
     arguments = parser.parse_args()
     matrix = read_matrix(arguments.recording)
     medians = measure(matrix, arguments.rounds, arguments.particles)
@@ -246,8 +189,6 @@ def main() -> None:
     print("|---|---:|---:|")
     for name, median in medians.items():
         print(f"| {name} | {1e6 * median:,.0f} us | {median / medians['ours']:,.1f} |")
-    if arguments.recordings:
-        print_recordings(arguments.recordings, arguments.rounds, arguments.particles)
 
     fits: dict[str, list[float]] = {"plain numpy FFT": [], "ours": []}
     for _ in range(arguments.rounds):

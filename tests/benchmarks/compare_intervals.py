@@ -9,17 +9,17 @@ at a rank of healthy scores. The worst case stands first.
 """
 
 import argparse
+import itertools
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
-sys.path[:0] = map(str, FOLDERS)
+sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 
-from judge_rates import table
+from tables import table
 
 from capsule.arguments import natural
 from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of
@@ -46,16 +46,14 @@ DESIGNS = (
 
 
 def main() -> None:
-    """Print the five tables."""
+    """Print the three tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--archives", type=natural, default=1000, help="of each case")
     archives = parser.parse_args().archives
     for title, rows in (
         ("A rate over places", rates(archives)),
-        ("A rate over places of which some have many passes", uneven_rates(archives)),
         ("An area under the curve", areas(archives)),
         ("The specificity at new places, central 90 %", specificities(archives)),
-        ("The same range, and a new patient", of_patients(archives)),
     ):
         print(f"{title}:\n\n{table(rows)}")
 
@@ -66,62 +64,38 @@ def held(intervals: Iterable[Interval], truth: float) -> float:
 
 
 def rates(archives: int) -> list[dict[str, object]]:
-    """Return how often the interval of a rate holds it, for each number of places.
+    """Return how often each interval of a rate holds it, for each number of places.
 
-    ``plainly`` is the Wilson interval that takes each pass for a place of its own.
+    ``plainly`` is the Wilson interval that takes each pass for a place of its own. ``recordings
+    weighed`` is the interval over the same clusters as ``over places``, in which each pass weighs
+    as much. The worst case is that of ``over places``.
     """
     rows = []
     for places in PLACES:
-        cases: dict[str, list[float]] = {"over places": [], "plainly": []}
-        names = []
-        for passes in PASSES:
-            numbers = np.repeat(np.arange(places), passes)
-            for correlation in CORRELATIONS:
-                for share in SHARES:
-                    names.append(f"{passes} passes, correlation {correlation}, rate {share}")
-                    drawn = [
-                        _hits(names[-1], each, numbers, share, correlation)
-                        for each in range(archives)
-                    ]
-                    for name, of in (("over places", Units.of_places(numbers)), ("plainly", None)):
-                        intervals = (rate_of(hits, of, LEVEL) for hits in drawn)
-                        cases[name].append(held(intervals, share))
-        row: dict[str, object] = {"places": str(places)}
-        for name, coverage in cases.items():
-            row[f"{name}: worst"], row[f"{name}: mean"] = min(coverage), float(np.mean(coverage))
-        rows.append(row | {"worst case": names[int(np.argmin(cases["over places"]))]})
+        designs = {f"{passes} passes": np.repeat(np.arange(places), passes) for passes in PASSES}
+        rows.append({"places": str(places), "passes": "as many each"} | _held(designs, archives))
+    for places, several, passes in UNEVEN:
+        numbers = np.repeat(np.arange(places), [1] * (places - several) + [passes] * several)
+        design = f"{several} of {passes} passes"
+        rows.append({"places": str(places), "passes": design} | _held({design: numbers}, archives))
     return _worst_first(rows, "over places: worst")
 
 
-def uneven_rates(archives: int) -> list[dict[str, object]]:
-    """Return how often the interval of a rate holds it, if some places have many passes.
-
-    ``recordings weighed`` is the interval over the same clusters in which each pass weighs as much.
-    """
-    rows = []
-    for places, several, passes in UNEVEN:
-        numbers = np.repeat(np.arange(places), [1] * (places - several) + [passes] * several)
-        ways = {
-            "places weighed": Units.of_places(numbers),
-            "recordings weighed": Units(np.ones(numbers.size), numbers),
-        }
-        cases: dict[str, list[float]] = {way: [] for way in ways}
-        names = []
-        for correlation in CORRELATIONS:
-            for share in SHARES:
-                names.append(f"correlation {correlation}, rate {share}")
-                case = f"{several} of {passes} passes, {names[-1]}"
-                drawn = [_hits(case, each, numbers, share, correlation) for each in range(archives)]
-                for way, units in ways.items():
-                    cases[way].append(held((rate_of(hits, units, LEVEL) for hits in drawn), share))
-        row: dict[str, object] = {
-            "places": str(places),
-            "of these": f"{several} of {passes} passes",
-        }
-        for way, coverage in cases.items():
-            row[f"{way}: worst"], row[f"{way}: mean"] = min(coverage), float(np.mean(coverage))
-        rows.append(row | {"worst case": names[int(np.argmin(cases["places weighed"]))]})
-    return _worst_first(rows, "places weighed: worst")
+def _held(designs: Mapping[str, np.ndarray], archives: int) -> dict[str, object]:
+    """Return how often each interval holds the rate; a design gives the place of each pass."""
+    coverage: dict[str, list[float]] = {"over places": [], "plainly": [], "recordings weighed": []}
+    names = []
+    for design, places in designs.items():
+        units = Units.of_places(places), None, Units(np.ones(places.size), places)
+        for correlation, share in itertools.product(CORRELATIONS, SHARES):
+            names.append(f"{design}, correlation {correlation}, rate {share}")
+            hits = [_hits(names[-1], each, places, share, correlation) for each in range(archives)]
+            for of_way, each in zip(coverage.values(), units, strict=True):
+                of_way.append(held((rate_of(hit, each, LEVEL) for hit in hits), share))
+    row: dict[str, object] = {}
+    for way, shares in coverage.items():
+        row[f"{way}: worst"], row[f"{way}: mean"] = min(shares), float(np.mean(shares))
+    return row | {"worst case": names[int(np.argmin(coverage["over places"]))]}
 
 
 def _hits(
@@ -169,49 +143,40 @@ def _scores(
 
 
 def specificities(archives: int) -> list[dict[str, object]]:
-    """Return how often the range holds the specificity of a threshold at a rank."""
-    kinds: dict[str, tuple[Callable[..., np.ndarray], Callable[[float], float]]] = {
-        "normal scores": (lambda numbers, n: numbers.normal(size=n), lambda x: float(ndtr(x))),
-        "scores with a heavy tail": (
-            lambda numbers, n: numbers.standard_cauchy(n),
-            lambda x: float(0.5 + np.arctan(x) / np.pi),
-        ),
-    }
-    rows = []
-    for healthy in (10, 20, 40, 100):
-        low, high = new_specificity(healthy, 0.95)
-        for name, (draw, share_below) in kinds.items():
-            reached = []
-            for archive in range(10 * archives):
-                scores = np.sort(draw(generator(archive, "new", name, str(healthy)), healthy))
-                rank = min(int(np.ceil((healthy + 1) * 0.95 - 1e-9)), healthy)
-                reached.append(share_below(scores[rank - 1]))
-            inside = float(np.mean([low <= value <= high for value in reached]))
-            rows.append(
-                {"healthy places": str(healthy), "scores": name, "range from": low, "to": high}
-                | {"held": inside, "mean specificity": float(np.mean(reached))}
-            )
-    return _worst_first(rows, "held")
+    """Return how often the range holds the specificity of a threshold at a rank of normal scores.
 
-
-def of_patients(archives: int) -> list[dict[str, object]]:
-    """Return how often that range holds the specificity of a new patient.
-
-    30 % of the variance of the scores lie between patients, of whom each has as many places.
+    That law holds at new places of the same mix. Of the variance, 30 % may lie between patients, of
+    whom each has as many places; then a new patient has a part of its own.
     """
     rows = []
+    for healthy in (10, 20, 40, 100):
+        numbers = (
+            generator(each, "new", "normal scores", str(healthy)) for each in range(10 * archives)
+        )
+        reached = [float(ndtr(_threshold(each.normal(size=healthy)))) for each in numbers]
+        rows.append(_range_row(healthy, "of the same mix", reached))
     for healthy, patients in ((20, 1), (20, 4), (40, 4), (100, 10)):
-        low, high = new_specificity(healthy, 0.95)
-        rank = min(int(np.ceil((healthy + 1) * 0.95 - 1e-9)), healthy)
-        inside = []
-        for archive in range(10 * archives):
-            numbers = generator(archive, "patients", str(healthy), str(patients))
-            scores = _scores(numbers, patients, healthy // patients, 0.3)
-            own = (np.sort(scores)[rank - 1] - np.sqrt(0.3) * numbers.normal()) / np.sqrt(0.7)
-            inside.append(low <= float(ndtr(own)) <= high)
-        row = {"healthy places": str(healthy), "patients": str(patients)}
-        rows.append(row | {"held": float(np.mean(inside))})
+        reached = []
+        for each in range(10 * archives):
+            numbers = generator(each, "patients", str(healthy), str(patients))
+            threshold = _threshold(_scores(numbers, patients, healthy // patients, 0.3))
+            own = np.sqrt(0.3) * numbers.normal()
+            reached.append(float(ndtr((threshold - own) / np.sqrt(0.7))))
+        rows.append(_range_row(healthy, f"of one more patient than {patients}", reached))
     return _worst_first(rows, "held")
+
+
+def _threshold(scores: np.ndarray) -> float:
+    """Return the healthy score whose rank stands for a specificity of 95 %."""
+    rank = min(int(np.ceil((scores.size + 1) * 0.95 - 1e-9)), scores.size)
+    return float(np.sort(scores)[rank - 1])
+
+
+def _range_row(healthy: int, places: str, reached: Sequence[float]) -> dict[str, object]:
+    low, high = new_specificity(healthy, 0.95)
+    inside = float(np.mean([low <= value <= high for value in reached]))
+    row = {"healthy places": str(healthy), "new places": places, "range from": low, "to": high}
+    return row | {"held": inside, "mean specificity": float(np.mean(reached))}
 
 
 def _worst_first(rows: Sequence[dict[str, object]], column: str) -> list[dict[str, object]]:

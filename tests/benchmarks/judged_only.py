@@ -2,12 +2,10 @@
 
 No trouble of this module is in the shipped phantom, in config/benches/, in the random benches of
 scorer_teaching, or in a stored bench. Each strength comes from the physics in its docstring. It was
-written down before any detector had judged a recording of the bench. They stand in
-workflow/studies/benches.md.
+written down before any detector had judged a recording of the bench. workflow/studies/benches.md
+compares each with the nearest trouble that taught or chose.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +15,7 @@ from capsule.phantom.contact import shaped_noise
 from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.simulation import SENSORS, Run, simulate_run
+from capsule.phantom.simulation import Run, simulate_run
 from capsule.phantom.wall import wave_period
 from capsule.seeding import generator
 
@@ -34,19 +32,18 @@ class Passed(NamedTuple):
         The usual bench.
     run
         The pass without the trouble.
-    seed, site, attempt
-        Archive, place and number of the pass, as `simulate_run` takes them.
+    seed, site
+        Archive and place of the pass, as `simulate_run` takes them.
     """
 
     phantom: Phantom
     run: Run
     seed: int
     site: str
-    attempt: str
 
     def draw(self, subject: str) -> np.random.Generator:
         """Return the random numbers of one subject of the trouble, drawn anew for each pass."""
-        return generator(self.seed, "judged only", self.site, self.attempt, subject)
+        return generator(self.seed, "judged only", self.site, "1", subject)
 
     @property
     def rate_hz(self) -> float:
@@ -58,7 +55,7 @@ class Passed(NamedTuple):
 
         The sensors are those of the usual bench: the same rest values, drift and noise.
         """
-        numbers = generator(self.seed, "phantom", self.site, self.attempt, "sensor")
+        numbers = generator(self.seed, "phantom", self.site, "1", "sensor")
         return resistance(self.phantom.sensor, numbers, compression_mm, self.rate_hz)
 
     def counts(self, ohms: FloatArray) -> IntArray:
@@ -66,52 +63,30 @@ class Passed(NamedTuple):
         return counts(self.phantom.electronics, ohms)
 
 
-def breathing_patient(
-    passed: Passed,
-    *,
-    breath_s: tuple[float, float] = (3.3, 5.0),
-    breath_spread: float = 0.1,
-    pressure_kpa: tuple[float, float] = (0.5, 2.0),
-    narrowing_mm_per_kpa: float = 0.4,
-    coughs_per_s: float = 1 / 30,
-    cough_kpa: float = 10.0,
-    cough_s: float = 0.4,
-) -> IntArray:
+def breathing_patient(passed: Passed) -> IntArray:
     """Return readings under a patient's breath, which presses on all sensors in its own rhythm.
 
     Twelve to eighteen breaths a minute raise the pressure in the abdomen by 0.5 kPa (quiet) to
     2 kPa (deep). That presses the flank of each substructure against its stiffness, and moves each
-    wall inwards by up to 0.2 to 0.8 mm, so that the wave presses harder. The depth is drawn for
-    each run, and breaths differ in length by 10 %. A cough reaches 5 to 15 kPa (W. S. Cobb and
-    others, J. Surg. Res. 129, 2005, 231-235); here 10 kPa for 0.4 s, twice a minute on average.
-
-    Parameters
-    ----------
-    passed
-        The pass without breath.
-    breath_s
-        Least and largest mean time from breath to breath.
-    breath_spread
-        Spread of the logarithm of that time, from breath to breath.
-    pressure_kpa
-        Least and largest rise of the pressure in a breath.
-    narrowing_mm_per_kpa
-        How far that pressure moves a wall inwards; assumed.
-    coughs_per_s, cough_kpa, cough_s
-        How often coughs come, and their height and length.
+    wall inwards by up to 0.2 to 0.8 mm (assumed), so that the wave presses harder. The depth is
+    drawn for each run, and breaths differ in length by 10 %. A cough reaches 5 to 15 kPa (W. S.
+    Cobb and others, J. Surg. Res. 129, 2005, 231-235); here 10 kPa for 0.4 s, twice a minute on
+    average.
     """
+    shortest_s, longest_s, spread = 3.3, 5.0, 0.1
+    narrowing_mm_per_kpa, coughs_per_s, cough_kpa, cough_s = 0.4, 1 / 30, 10.0, 0.4
     wall, contact, origami = passed.phantom.wall, passed.phantom.contact, passed.phantom.origami
     samples, numbers = passed.run.time_s.size, passed.draw("breath")
-    period_s = numbers.uniform(*breath_s)
-    kpa = numbers.uniform(*pressure_kpa)
+    period_s = numbers.uniform(shortest_s, longest_s)
+    kpa = numbers.uniform(0.5, 2.0)
     begun = numbers.uniform()
-    most = int(np.ceil(samples / passed.rate_hz / breath_s[0] * 2)) + 2
-    lengths_s = period_s * np.exp(numbers.normal(0.0, breath_spread, most))
+    most = int(np.ceil(samples / passed.rate_hz / shortest_s * 2)) + 2
+    lengths_s = period_s * np.exp(numbers.normal(0.0, spread, most))
     starts_s = np.concatenate([[0.0], np.cumsum(lengths_s)]) - begun * lengths_s[0]
     breaths = np.interp(passed.run.time_s, starts_s, np.arange(most + 1))
     breath_kpa = kpa * (0.5 - 0.5 * np.cos(2 * np.pi * breaths))
     coughs = np.zeros(samples)
-    length = max(round(cough_s * passed.rate_hz), 1)
+    length = round(cough_s * passed.rate_hz)
     shape = np.sin(np.pi * (np.arange(length) + 0.5) / length)
     numbers = passed.draw("coughs")
     for start in np.flatnonzero(numbers.random(samples) < coughs_per_s / passed.rate_hz):
@@ -124,38 +99,16 @@ def breathing_patient(
     return passed.counts(passed.ohms(pressed))
 
 
-def wetted_sensors(
-    passed: Passed,
-    *,
-    conductivity_s_m: float = 1.5,
-    length_mm: float = 10.0,
-    film_mm: float = 0.05,
-    film_spread: float = 0.7,
-    latest_s: float = 60.0,
-    spreading_s: float = 15.0,
-) -> IntArray:
+def wetted_sensors(passed: Passed) -> IntArray:
     """Return readings of sensors that grow wet, so that they lose gain along the run.
 
     A film of saline between the electrodes lies in parallel to the sensor. With 1.5 S/m, 10 mm of
     length, the print's height as width and 0.05 mm of thickness, it has 27 kOhm. Then the sensor's
     changes count half as much. Each sensor has a film of its own, which starts at a random time in
     the first minute and spreads with a time constant of 15 s.
-
-    Parameters
-    ----------
-    passed
-        The pass with dry sensors.
-    conductivity_s_m
-        Conductivity of the fluid; 0 leaves the sensors dry.
-    length_mm
-        Length of the film from electrode to electrode.
-    film_mm, film_spread
-        Thickness of the film, and the spread of its logarithm from sensor to sensor.
-    latest_s
-        Latest time at which a sensor begins to be wet.
-    spreading_s
-        Time constant with which the film spreads.
     """
+    conductivity_s_m, length_mm, film_mm, film_spread = 1.5, 10.0, 0.05, 0.7
+    latest_s, spreading_s = 60.0, 15.0
     numbers, sensors = passed.draw("film"), len(passed.run.counts)
     thick_mm = film_mm * np.exp(numbers.normal(0.0, film_spread, (sensors, 1)))
     since_s = passed.run.time_s - numbers.uniform(0.0, latest_s, (sensors, 1))
@@ -166,14 +119,7 @@ def wetted_sensors(
     return passed.counts(ohms / (1 + ohms * siemens))
 
 
-def sticky_mucus(
-    passed: Passed,
-    *,
-    rests: float = 1.0,
-    rest_waves: tuple[int, int] = (3, 9),
-    returns: float = 1.0,
-    return_waves: tuple[int, int] = (1, 4),
-) -> IntArray:
+def sticky_mucus(passed: Passed) -> IntArray:
     """Return readings of a capsule that rests in mucus for long, and is carried back.
 
     Capsules in a bowel rest for seconds to minutes, also where nothing lies, and at times move back
@@ -183,21 +129,15 @@ def sticky_mucus(
     While the capsule rests, the wave passes on: all sensors repeat their last beats. After a return
     it goes the same way again. So both repeat samples of the run in whole waves, which is exact for
     a wave that is regular. A person stops runs that grow longer than the paper's longest one.
-
-    Parameters
-    ----------
-    passed
-        The pass without mucus.
-    rests, returns
-        Mean numbers of rests and of returns in a run.
-    rest_waves, return_waves
-        Least and largest number of waves of each.
     """
     run, numbers = passed.run, passed.draw("mucus")
     wave = round(wave_period(passed.phantom.wall) * passed.rate_hz)
+    rests, returns = (
+        numbers.integers(least, most, int(numbers.poisson(1.0)), endpoint=True).tolist()
+        for least, most in ((3, 9), (1, 4))
+    )
     # A rest repeats one wave many times, and a return repeats many waves once.
-    events = [(1, length) for length in _lengths(numbers, rests, rest_waves)]
-    events += [(length, 1) for length in _lengths(numbers, returns, return_waves)]
+    events = [(1, waves) for waves in rests] + [(waves, 1) for waves in returns]
     order = list(range(-(-run.time_s.size // wave)))
     for back, times in events:
         at = int(numbers.integers(back, max(len(order), back + 1)))
@@ -208,22 +148,7 @@ def sticky_mucus(
     return passed.counts(passed.ohms(run.compression_mm[:, samples]))
 
 
-def _lengths(numbers: np.random.Generator, mean: float, between: tuple[int, int]) -> list[int]:
-    """Return the lengths of a random number of events, which has the given mean (Poisson)."""
-    lengths = numbers.integers(*between, int(numbers.poisson(mean)), endpoint=True)
-    return [int(length) for length in lengths]
-
-
-def food_residue(
-    passed: Passed,
-    *,
-    lumps_per_mm: float = 0.1,
-    height_mm: tuple[float, float] = (0.5, 3.0),
-    width_mm: tuple[float, float] = (0.8, 2.0),
-    left: float = 0.4,
-    clinging: float = 1.0,
-    clings_s: tuple[float, float] = (10.0, 30.0),
-) -> IntArray:
+def food_residue(passed: Passed) -> IntArray:
     """Return readings of a capsule that meets food residue, which yields to the first awns.
 
     Lumps of 0.5 to 3 mm (seeds, skins, fibres) lie on the wall, one in 10 mm of the gut on average.
@@ -233,22 +158,9 @@ def food_residue(
 
     A lump of height h under the tip adds h to the overlap of one wall, which is the amplitude A of
     the wave at its crest, on each side. So it raises the compression by the factor 1 + h / (2 A).
-
-    Parameters
-    ----------
-    passed
-        The pass through a clean gut.
-    lumps_per_mm
-        Mean number of lumps in a mm of the gut.
-    height_mm, width_mm
-        Least and largest height of a lump, and standard deviation of its profile along the gut.
-    left
-        Share of a lump's height that an awn leaves.
-    clinging
-        Mean number of lumps that cling to an awn.
-    clings_s
-        Least and largest time for which such a lump clings.
+    Its profile along the gut has a standard deviation of 0.8 to 2 mm.
     """
+    lumps_per_mm, height_mm, width_mm, left = 0.1, (0.5, 3.0), (0.8, 2.0), 0.4
     run, numbers = passed.run, passed.draw("residue")
     sensors = len(run.counts)
     offsets_mm = pitch(passed.phantom.origami) * np.arange(sensors)[:, np.newaxis]
@@ -259,24 +171,15 @@ def food_residue(
         off = (position_mm - numbers.uniform(begin_mm, end_mm)) / numbers.uniform(*width_mm)
         kept = left ** np.arange(sensors)[:, np.newaxis]
         lump_mm += numbers.uniform(*height_mm) * kept * np.exp(-0.5 * off**2)
-    for _ in range(int(numbers.poisson(clinging))):
+    for _ in range(int(numbers.poisson(1.0))):
         since_s = run.time_s - numbers.uniform(0.0, run.time_s[-1])
-        there = (since_s >= 0) & (since_s < numbers.uniform(*clings_s))
+        there = (since_s >= 0) & (since_s < numbers.uniform(10.0, 30.0))
         lump_mm[numbers.integers(sensors)] += numbers.uniform(*height_mm) * there
     higher = 1 + lump_mm / (2 * passed.phantom.wall.amplitude_mm)
     return passed.counts(passed.ohms(run.compression_mm * higher))
 
 
-def unshielded_cable(
-    passed: Passed,
-    *,
-    one_over_f: float = 1e-5,
-    mains_v: float = 230.0,
-    mains_hz: float = 50.0,
-    capacitance_pf: tuple[float, float] = (20.0, 100.0),
-    capacitance_spread: float = 0.3,
-    rate_error: float = 0.005,
-) -> IntArray:
+def unshielded_cable(passed: Passed) -> IntArray:
     """Return readings with 1/f noise of the print and with mains hum that aliases.
 
     Conducting composites have 1/f noise. Its relative power is S_R / R^2 = 1e-5 / f, much for a
@@ -286,22 +189,8 @@ def unshielded_cable(
     through the sensor beside its resistor in series, 6 kOhm: 3 to 13 counts of 5 V / 1024. The
     board's ceramic resonator is off by up to 0.5 %. So 50 Hz, sampled at nearly 10 Hz, appear
     as 0 to 0.25 Hz, at the same phase in all sensors: the wave has 0.31 Hz.
-
-    Parameters
-    ----------
-    passed
-        The pass with a good cable.
-    one_over_f
-        Relative power of the 1/f noise at 1 Hz, in 1/Hz.
-    mains_v, mains_hz
-        Effective voltage and frequency of the mains.
-    capacitance_pf
-        Least and largest capacitance between cable and mains; its logarithm is drawn evenly.
-    capacitance_spread
-        Spread of its logarithm from sensor to sensor.
-    rate_error
-        Largest relative error of the sampling rate.
     """
+    one_over_f, mains_v, mains_hz, capacitance_pf, rate_error = 1e-5, 230.0, 50.0, (20, 100), 0.005
     time_s, rate_hz = passed.run.time_s, passed.rate_hz
     sensors, samples = passed.run.counts.shape
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
@@ -313,7 +202,7 @@ def unshielded_cable(
 
     numbers, electronics = passed.draw("mains"), passed.phantom.electronics
     capacitance = np.exp(numbers.uniform(*np.log(capacitance_pf)))
-    capacitance *= np.exp(numbers.normal(0.0, capacitance_spread, (sensors, 1)))
+    capacitance *= np.exp(numbers.normal(0.0, 0.3, (sensors, 1)))
     ampere = 2 * np.pi * mains_hz * 1e-12 * capacitance * np.sqrt(2) * mains_v
     alias_hz = mains_hz * rate_error * numbers.uniform(-1.0, 1.0)
     hum = np.sin(2 * np.pi * alias_hz * time_s + numbers.uniform(0.0, 2 * np.pi))
@@ -324,92 +213,33 @@ def unshielded_cable(
     return passed.counts(series * volt / (electronics.vref_v - volt))
 
 
-def losing_logger(
-    passed: Passed, *, losses_per_s: float = 0.05, lost_s: tuple[float, float] = (0.2, 2.0)
-) -> IntArray:
+def losing_logger(passed: Passed) -> IntArray:
     """Return readings of a logger that loses rows without a note.
 
     The host is busy for 0.2 to 2 s, once in 20 s on average. The serial line keeps one or two
     frames meanwhile, and the others are lost. The logger counts rows and stamps no time. So the
     wave and the way from sensor to sensor seem to jump ahead in all sensors at once.
-
-    Parameters
-    ----------
-    passed
-        The pass with all rows.
-    losses_per_s
-        Mean number of losses per second.
-    lost_s
-        Least and largest length of a loss.
     """
     numbers, samples = passed.draw("losses"), passed.run.time_s.size
     kept = np.ones(samples, dtype=bool)
-    for start in np.flatnonzero(numbers.random(samples) < losses_per_s / passed.rate_hz):
-        kept[start : start + round(numbers.uniform(*lost_s) * passed.rate_hz)] = False
+    for start in np.flatnonzero(numbers.random(samples) < 0.05 / passed.rate_hz):
+        kept[start : start + round(numbers.uniform(0.2, 2.0) * passed.rate_hz)] = False
     return passed.run.counts[:, kept]
 
 
-@dataclass(frozen=True)
-class JudgedOnly:
-    """A bench that judges only.
-
-    Attributes
-    ----------
-    trouble
-        Returns the readings of a pass of the usual bench with the trouble added.
-    explains
-        What hides nodules, or looks like them.
-    nearest
-        The nearest mechanism among those that taught or chose, and what it lacks.
-    """
-
-    trouble: Callable[[Passed], IntArray]
-    explains: str
-    nearest: str
-
-
-BENCHES = {
-    "breathing-patient": JudgedOnly(
-        breathing_patient,
-        "breath and coughs press on all sensors in a rhythm of their own",
-        "strength that wanders in all sensors at once, and waves of random height",
-    ),
-    "wetted-sensors": JudgedOnly(
-        wetted_sensors,
-        "fluid shunts one sensor after the other, so that gain and rest value fall along the run",
-        "strength that wanders in one sensor and returns, drift of the rest value, gains that stay",
-    ),
-    "sticky-mucus": JudgedOnly(
-        sticky_mucus,
-        "the capsule rests for long where nothing lies, and is carried back by some mm",
-        "slips between strokes, and rests at nodules",
-    ),
-    "food-residue": JudgedOnly(
-        food_residue,
-        "lumps on the wall that the first awns drag away, and lumps that cling to one awn",
-        "uneven walls that all sensors feel, nodules that one sensor misses, jumps that stay",
-    ),
-    "unshielded-cable": JudgedOnly(
-        unshielded_cable,
-        "1/f noise of the print, and mains hum that aliases to nearly the wave's frequency",
-        "white noise, drift as a random walk, and strength with 1/f noise",
-    ),
-    "losing-logger": JudgedOnly(
-        losing_logger,
-        "rows are lost without a note, so that time jumps ahead",
-        "waves whose period varies",
-    ),
-}
+TROUBLES = (
+    breathing_patient,
+    wetted_sensors,
+    sticky_mucus,
+    food_residue,
+    unshielded_cable,
+    losing_logger,
+)
+BENCHES = {trouble.__name__.replace("_", "-"): trouble for trouble in TROUBLES}
 
 
 def simulate_judged_only(
-    phantom: Phantom,
-    bench: str,
-    nodule_mm: float,
-    seed: int,
-    site: str,
-    attempt: str = "1",
-    sensors: int = SENSORS,
+    phantom: Phantom, bench: str, nodule_mm: float, seed: int, site: str
 ) -> IntArray:
     """Simulate the readings of one pass on a bench of this module, integers (S, K).
 
@@ -419,8 +249,8 @@ def simulate_judged_only(
         The usual bench.
     bench
         A name of `BENCHES`.
-    nodule_mm, seed, site, attempt, sensors
+    nodule_mm, seed, site
         As in `capsule.phantom.simulation.simulate_run`.
     """
-    run = simulate_run(phantom, nodule_mm, seed, site, attempt, sensors)
-    return BENCHES[bench].trouble(Passed(phantom, run, seed, site, attempt))
+    run = simulate_run(phantom, nodule_mm, seed, site)
+    return BENCHES[bench](Passed(phantom, run, seed, site))

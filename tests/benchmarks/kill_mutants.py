@@ -17,7 +17,6 @@ these. To judge the tests, take a seed to which none of them was fitted.
 
 import argparse
 import ast
-import copy
 import difflib
 import os
 import random
@@ -29,9 +28,9 @@ import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = Path("workflow/scripts/capsule")
@@ -68,8 +67,7 @@ OPERATORS: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A place in a module: the node, counted as `ast.walk` meets it, and the comparison in it."""
 
     module: Path
@@ -77,8 +75,7 @@ class Place:
     operator: int = 0
 
 
-@dataclass(frozen=True)
-class Mutant:
+class Mutant(NamedTuple):
     """A changed module, with the line that differs."""
 
     module: Path
@@ -139,8 +136,7 @@ def mutant(place: Place, draw: random.Random) -> Mutant:
     """Change a module in one place."""
     tree = ast.parse((ROOT / place.module).read_text(encoding="utf-8"))
     before = ast.unparse(tree)
-    changed = copy.deepcopy(tree)
-    node = list(ast.walk(changed))[place.node]
+    node = list(ast.walk(tree))[place.node]
     if isinstance(node, ast.Compare):
         old = type(node.ops[place.operator])
         node.ops[place.operator] = draw.choice(COMPARISONS[old])()
@@ -150,14 +146,10 @@ def mutant(place: Place, draw: random.Random) -> Mutant:
         node.value += draw.choice((-1, 1)) if node.value else 1
     elif isinstance(node, ast.Constant) and isinstance(node.value, float):
         node.value = node.value * draw.choice((0.5, 1.5)) if node.value else 1.0
-    after = ast.unparse(changed)
-    differing = [
-        line
-        for line in difflib.ndiff(before.splitlines(), after.splitlines())
-        if line.startswith(("- ", "+ "))
-    ]
+    after = ast.unparse(tree)
+    differing = list(difflib.ndiff(before.splitlines(), after.splitlines()))
     removed, added = (
-        " ".join(line[2:].strip() for line in differing if line[0] == sign) for sign in "-+"
+        " ".join(line[2:].strip() for line in differing if line.startswith(sign)) for sign in "-+"
     )
     return Mutant(place.module, after + "\n", removed, added)
 
