@@ -133,33 +133,33 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    unknown, by_rule, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    lines = final.judge(run.counts.astype(float))
+    unknown, _, by_rule, by_diagonal, by_taught, meant = lines
     assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
-    assert by_taught.startswith("verdict of taught: ")
-    assert by_rule.startswith("verdict of template: n")
+    assert by_taught.startswith("taught ")
+    assert re.match(r"template +n", by_rule)
     found = re.fullmatch(
-        r"verdict of diagonal: (?:nodule|uncertain: pass again), "
-        r"(\d\.\d) mm \((\d\.\d) mm or more\), "
-        r"sensor 1 passes the nodule: ([\d.]+) s, ([\d.]+) mm, "
-        r"probability of a nodule ([\d.]+) % at a prevalence of 10 %",
+        r"diagonal +(?:nodule|uncertain: pass again) +"
+        r"(\d\.\d) mm \((\d\.\d) mm or more\) +[\d.]+ % +([\d.]+) s, ([\d.]+) mm",
         by_diagonal,
     )
+    assert meant.endswith("probability: of a nodule, if 10 % of all recordings have one")
     assert float(found[2]) <= float(found[1])
     assert float(found[4]) == pytest.approx(run.nodule_at_mm, abs=4)
 
 
-def test_a_probability_is_never_told_as_certain(templates, tmp_path, configuration):
-    final = final_verdict(tmp_path, configuration, taught_by())
-    told = final._line("diagonal", Verdict(0.0, 9.0, 1.0, 0.99999), Familiarity(True))
-    assert "probability of a nodule > 99.9 % at a prevalence of 10 %" in told
+def test_a_probability_is_never_told_as_certain(configuration):
+    verdicts = {"diagonal": Verdict(0.0, 9.0, 1.0, 0.99999)}
+    _, told = verdict_table(verdicts, configuration, Familiarity(True))
+    assert told.endswith("> 99.9 %")
 
 
 def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    _, _, by_diagonal, by_taught = final.judge(noise)
-    assert by_taught.startswith("verdict of taught: no verdict (no score")
-    assert by_diagonal.startswith("verdict of diagonal: no verdict (no threshold: labelled")
+    *_, by_diagonal, by_taught, _ = final.judge(noise)
+    assert re.match("taught +no verdict: no score", by_taught)
+    assert re.match("diagonal +no verdict: no threshold: labelled", by_diagonal)
 
 
 def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):
@@ -169,14 +169,15 @@ def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, 
     path = tmp_path / "detectors.json"
     final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
     run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
-    lines = final.judge(run)
-    assert len(lines) == len(configuration["detectors"])
-    assert any("probability" in line for line in lines)
+    head, *verdicts, _ = final.judge(run)
+    assert head.split()[0] == "detector"
+    assert len(verdicts) == len(configuration["detectors"])
+    assert any(" %" in line for line in verdicts)
     slow = np.repeat(run, 2, axis=1)[:, :900]
-    first, *verdicts = final.judge(slow)
+    first, _, *verdicts, _ = final.judge(slow)
     assert first.startswith("unlike the recordings that teach: ")
     assert len(verdicts) == len(configuration["detectors"])
-    assert not any("probability" in line for line in verdicts)
+    assert not any(" %" in line for line in verdicts)
 
 
 def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):

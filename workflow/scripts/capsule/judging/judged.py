@@ -19,7 +19,7 @@ from capsule.detectors.familiar import Familiarity
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
-from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_table, word_of
+from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_lines, word_of
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.recordings.acceptance import check_recording
@@ -173,12 +173,7 @@ def judged_lines(
     lines = [title, *_plot(judged.values, places, rate_hz, width, plain=plain)]
     if check["no_verdict"]:
         return [*lines, f"no detector can judge it: {check['no_verdict']}"]
-    lines += verdict_table(judged.verdicts, settings, judged.familiarity)
-    prevalence = words.percent(settings["evaluation"]["prevalence"])
-    lines.append(
-        "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "
-        f"if {prevalence} of all recordings have one"
-    )
+    lines += verdict_lines(judged.verdicts, settings, judged.familiarity)
     if judged.taught_as:
         lines.append(
             f"note: the detectors have learned from this very recording ({judged.taught_as}), so "

@@ -148,12 +148,9 @@ class FinalVerdict:
         Returns
         -------
         list of str
-            One line per detector, after a line about a recording that is not familiar.
+            As from `verdict_lines`.
         """
-        familiarity = self.familiarity(values)
-        verdicts = self.verdicts(values).items()
-        lines = [self._line(name, verdict, familiarity) for name, verdict in verdicts]
-        return [familiarity.sentence, *lines] if familiarity.sentence else lines
+        return verdict_lines(self.verdicts(values), self._settings, self.familiarity(values))
 
     def judge_so_far(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
@@ -189,28 +186,6 @@ class FinalVerdict:
         ]
         table = verdict_table(verdicts, self._settings, familiarity)
         return SoFar(["if the run ended now:", *table], scores, _advice(scores, familiarity))
-
-    def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
-        recording = self._settings["recording"]
-        parts = [str(word_of(verdict, familiarity))]
-        if np.isnan(verdict.predicted_mm):
-            return f"verdict of {detector}: {parts[0]} ({why_unknown(verdict)})"
-        if verdict.predicted_mm > 0:
-            where = words.place(
-                verdict.location_samples / recording["rate_hz"], verdict.location_mm
-            )
-            parts += [
-                words.estimated_size(vars(verdict)),
-                f"sensor 1 passes the nodule: {where}",
-            ]
-        probability = familiarity.stated(verdict.probability)
-        if not np.isnan(probability):
-            prevalence = words.percent(self._settings["evaluation"]["prevalence"])
-            parts.append(
-                f"probability of a nodule {words.probability(probability)} at a prevalence "
-                f"of {prevalence}"
-            )
-        return f"verdict of {detector}: {', '.join(parts)}"
 
 
 def word_of(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
@@ -263,6 +238,18 @@ def verdict_table(
     rate_hz = settings["recording"]["rate_hz"]
     rows = [_cells(name, each, rate_hz, familiarity) for name, each in verdicts.items()]
     return [*filter(None, [familiarity.sentence]), *_aligned([head, *rows])]
+
+
+def verdict_lines(
+    verdicts: Mapping[str, Verdict], settings: Settings, familiarity: Familiarity
+) -> list[str]:
+    """Return the lines of `verdict_table`, and one that says what its columns mean."""
+    prevalence = words.percent(settings["evaluation"]["prevalence"])
+    return [
+        *verdict_table(verdicts, settings, familiarity),
+        "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "
+        f"if {prevalence} of all recordings have one",
+    ]
 
 
 def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
