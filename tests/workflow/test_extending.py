@@ -118,7 +118,7 @@ final = FinalVerdict(
     Path("results/templates.npz"), Path("results/detectors.json"),
     read_config_file(Path("config/config.yaml")),
 )
-print(*final.judge(np.load("results/signals/unlabelled/patient.npy")), sep="\\n")
+print(*final.judge(np.load("results/signals/unlabelled/patient.npy")).table(), sep="\\n")
 """
     ended = subprocess.run(
         [sys.executable, "-c", code],

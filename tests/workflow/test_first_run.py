@@ -101,7 +101,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     )
     rows = finished.table("detections.csv")
     values = np.load(finished.results / "signals/unlabelled/patient.npy")
-    unknown, _, *said, _ = final.judge(values)
+    unknown, _, *said, _ = final.judge(values).lines()
     # This archive is too small to teach what is familiar.
     assert {row["familiar"] for row in rows} == {""}
     assert unknown.endswith(f" is not known: {rows[0]['unfamiliar_because']}")
@@ -115,7 +115,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
 
     taught = taught_recordings(finished.results / "recordings.csv")
     judged = judge_file(finished.raw / "unlabelled/patient.csv", final, settings, taught)
-    values = as_plain_values(judged, settings["recording"]["rate_hz"])
+    values = as_plain_values(judged)
     assert (values["status"], values["taught_as"]) == ("accepted", "")
     assert list(values["verdicts"]) == [row["detector"] for row in rows]
     for row in rows:

@@ -22,7 +22,7 @@ from capsule.judging.judged import (
     taught_recordings,
     write_picture,
 )
-from capsule.judging.verdict import FinalVerdict
+from capsule.judging.verdict import FinalVerdict, Judgement
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.recordings.acceptance import check_recording
@@ -116,7 +116,7 @@ def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results)
 def test_the_command_prints_nothing_but_json_where_json_is_asked_for(results, judged):
     done = call(results, results / "run.csv", "--json")
     assert done.returncode == 0
-    assert json.loads(done.stdout) == [as_plain_values(judged, 10.0)]
+    assert json.loads(done.stdout) == [as_plain_values(judged)]
 
 
 def test_without_results_the_command_says_how_to_make_them(results, tmp_path):
@@ -159,20 +159,25 @@ def test_a_strange_file_says_so_before_the_verdicts_and_shows_no_probability():
 
 
 def test_the_values_of_a_strange_file_hold_no_probability(judged):
-    judged = replace(judged, verdicts={"one": replace(verdict_at(50.0), probability=0.987)})
-    assert as_plain_values(judged, 10.0)["familiar"] is None
-    known = as_plain_values(replace(judged, familiarity=FAMILIAR_FILE), 10.0)
+    verdicts = {"one": replace(verdict_at(50.0), probability=0.987)}
+
+    def values_of(familiarity):
+        judgement = Judgement(CONFIGURATION, verdicts, familiarity)
+        return as_plain_values(replace(judged, judgement=judgement))
+
+    assert values_of(Familiarity(None))["familiar"] is None
+    known = values_of(FAMILIAR_FILE)
     assert (known["familiar"], known["verdicts"]["one"]["probability"]) == (True, 0.987)
-    strange = as_plain_values(replace(judged, familiarity=Familiarity(False, "noise")), 10.0)
+    strange = values_of(Familiarity(False, "noise"))
     assert (strange["familiar"], strange["unfamiliar_because"]) == (False, "noise")
     assert strange["verdicts"]["one"]["probability"] is None
     assert strange["verdicts"]["one"]["predicted_mm"] == 3.0
 
 
 def test_values_are_those_of_the_verdicts(judged, final):
-    values = as_plain_values(judged, 10.0)
+    values = as_plain_values(judged)
     assert (values["status"], values["samples"]) == ("accepted", judged.values.shape[1])
-    verdict = final.verdicts(judged.values)["diagonal"]
+    verdict = final.judge(judged.values).verdicts["diagonal"]
     said = values["verdicts"]["diagonal"]
     assert said["estimate_mm"] == verdict.estimate_mm
     assert said["location_s"] == verdict.location_samples / 10
@@ -185,7 +190,7 @@ def rejected_line(case, tmp_path, final):
     path = tmp_path / "file.csv"
     case.make(path)
     judged = judge_file(path, final, CONFIGURATION, {})
-    (line,) = judged_lines(judged, CONFIGURATION, 80)
+    (line,) = judged_lines(judged, 80)
     return line.removeprefix(f"{path}: rejected: ")
 
 
@@ -211,9 +216,9 @@ def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_pat
     taught = taught_recordings(tmp_path / "recordings.csv")
     assert taught == {sha: "4mm/r01"}
     known = replace(judged, taught_as="4mm/r01")
-    *_, note = judged_lines(known, CONFIGURATION, 80)
+    *_, note = judged_lines(known, 80)
     assert note.startswith("note: the detectors have learned from this very recording (4mm/r01)")
-    assert "note" not in "".join(judged_lines(judged, CONFIGURATION, 80))
+    assert "note" not in "".join(judged_lines(judged, 80))
     assert taught_recordings(tmp_path / "none.csv") == {}
 
 
@@ -222,8 +227,14 @@ def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):
     values = np.tile(np.arange(100.0), (2, 1))
     values[1, 50:] = np.nan
     check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}
-    judged = JudgedFile("a.csv", check | {"no_verdict": ""}, values, verdicts, familiarity, "")
-    return judged_lines(judged, CONFIGURATION, width, plain=plain)
+    judged = JudgedFile(
+        "a.csv",
+        check | {"no_verdict": ""},
+        values,
+        Judgement(CONFIGURATION, verdicts, familiarity),
+        "",
+    )
+    return judged_lines(judged, width, plain=plain)
 
 
 def verdict_at(samples):
@@ -244,11 +255,11 @@ def test_a_header_moves_no_cursor_of_the_terminal_and_no_cell_of_a_table(
 ):
     check = judged.check | {"header": {"source": text}}
     moved = replace(judged, check=check, file=f"{text}.csv")
-    title = judged_lines(moved, CONFIGURATION, 80)[0]
+    title = judged_lines(moved, 80)[0]
     assert title.startswith(f"{told}.csv: ")
     assert title.endswith(told)
     rejected = replace(moved, check=check | {"status": "rejected", "reason": "torn"})
-    assert judged_lines(rejected, CONFIGURATION, 80) == [f"{told}.csv: rejected: torn"]
+    assert judged_lines(rejected, 80) == [f"{told}.csv: rejected: torn"]
     path = tmp_path / "raw/3mm/r01.csv"
     write_archive(tmp_path / "raw", ["3mm/r01"])
     head = "".join(f"# {key}: {text}\n" for key in ("site", "session", "setup", "source"))
@@ -284,9 +295,9 @@ def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
     path = tmp_path / "noise.csv"
     path.write_text("\n".join(["time_s,sensor_1,sensor_2,sensor_3,sensor_4", *rows, ""]))
     judged = judge_file(path, final, CONFIGURATION, {})
-    *_, last = judged_lines(judged, CONFIGURATION, 80)
+    *_, last = judged_lines(judged, 80)
     assert last.startswith("no detector can judge it: no wave on sensor_1")
-    assert judged.is_accepted and not judged.verdicts
+    assert judged.is_accepted and not judged.judgement.verdicts
 
 
 def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
@@ -295,10 +306,10 @@ def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
         "capsule.figures.style.render_figure",
         lambda figure, kind, name: drawn.append((figure, kind, name)) or b"picture",
     )
-    write_picture(judged, CONFIGURATION, tmp_path / "run.svg")
+    write_picture(judged, tmp_path / "run.svg")
     ((figure, kind, name),) = drawn
     assert (kind, name) == ("svg", "run.csv, simulated")
-    places = places_s(judged.verdicts, 10.0)
+    places = places_s(judged.judgement.verdicts, 10.0)
     signal, envelope, matrix = figure.axes[:3]
     for axes in (signal, envelope, matrix):
         marks = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2]
@@ -314,5 +325,5 @@ def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("kind", "begins"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
 def test_a_picture_is_a_file_of_its_kind(judged, tmp_path, kind, begins):
-    write_picture(judged, CONFIGURATION, tmp_path / f"run.{kind}")
+    write_picture(judged, tmp_path / f"run.{kind}")
     assert (tmp_path / f"run.{kind}").read_bytes().startswith(begins)

@@ -13,7 +13,7 @@ from capsule.detectors.familiar import LEAST_PLACES, Familiarity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
-from capsule.judging.verdict import FinalVerdict, verdict_table
+from capsule.judging.verdict import FinalVerdict, Judgement
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from support.learned import (
@@ -59,26 +59,25 @@ def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     for count in (200, len(samples)):
         so_far = running.judge_so_far(samples[:count], HEADER)
-        title, *table = so_far.lines
+        title, *table = so_far.lines_so_far()
         assert title == "if the run ended now:"
         values = np.array(samples[:count], float).T
-        verdicts = final.verdicts(values)
-        assert table == verdict_table(verdicts, configuration, final.familiarity(values))
+        assert table == final.judge(values).table()
         assert [line.split()[0] for line in table[2:]] == configuration["detectors"]
         assert [each["detector"] for each in so_far.scores] == configuration["detectors"]
 
 
 def test_the_verdict_of_the_papers_detector_follows_the_run(running):
-    line = running.judge_so_far(run_of_waves(bumps=True), HEADER).lines[3]
+    line = running.judge_so_far(run_of_waves(bumps=True), HEADER).lines_so_far()[3]
     assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
-    line = running.judge_so_far(run_of_waves(bumps=False), HEADER).lines[3]
+    line = running.judge_so_far(run_of_waves(bumps=False), HEADER).lines_so_far()[3]
     assert re.fullmatch(r"template +no nodule +not given", line)
 
 
 def test_verdict_passes_over_missing_samples(running):
     samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
-    assert running.judge_so_far(samples, HEADER).lines[3].split()[:4] == [
+    assert running.judge_so_far(samples, HEADER).lines_so_far()[3].split()[:4] == [
         "template",
         "nodule",
         "3.0",
@@ -96,7 +95,7 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
     run = run_of_waves(bumps=True)
 
     def reason(samples):
-        (said,) = running.judge_so_far(samples, HEADER).lines
+        (said,) = running.judge_so_far(samples, HEADER).lines_so_far()
         return said.removeprefix("no verdict yet: ")
 
     # Kills: a run that has just begun is said to have 0 samples, as if something had failed.
@@ -133,7 +132,7 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    lines = final.judge(run.counts.astype(float))
+    lines = final.judge(run.counts.astype(float)).lines()
     unknown, _, by_rule, by_diagonal, by_taught, meant = lines
     assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
     assert by_taught.startswith("taught ")
@@ -150,14 +149,14 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
 
 def test_a_probability_is_never_told_as_certain(configuration):
     verdicts = {"diagonal": Verdict(0.0, 9.0, 1.0, 0.99999)}
-    _, told = verdict_table(verdicts, configuration, Familiarity(True))
+    _, told = Judgement(configuration, verdicts, Familiarity(True)).table()
     assert told.endswith("> 99.9 %")
 
 
 def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    *_, by_diagonal, by_taught, _ = final.judge(noise)
+    *_, by_diagonal, by_taught, _ = final.judge(noise).lines()
     assert re.match("taught +no verdict: no score", by_taught)
     assert re.match("diagonal +no verdict: no threshold: labelled", by_diagonal)
 
@@ -169,12 +168,12 @@ def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, 
     path = tmp_path / "detectors.json"
     final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
     run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
-    head, *verdicts, _ = final.judge(run)
+    head, *verdicts, _ = final.judge(run).lines()
     assert head.split()[0] == "detector"
     assert len(verdicts) == len(configuration["detectors"])
     assert any(" %" in line for line in verdicts)
     slow = np.repeat(run, 2, axis=1)[:, :900]
-    first, _, *verdicts, _ = final.judge(slow)
+    first, _, *verdicts, _ = final.judge(slow).lines()
     assert first.startswith("unlike the recordings that teach: ")
     assert len(verdicts) == len(configuration["detectors"])
     assert not any(" %" in line for line in verdicts)

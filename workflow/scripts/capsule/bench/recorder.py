@@ -455,10 +455,9 @@ def _running_verdict(
             judged_s = time.monotonic()
             source.state.advice = "the detectors still learn"
             if final := learned(False):
-                so_far = final.judge_so_far(source.samples, header)
-                state = source.state
-                state.verdicts, state.scores = so_far.lines, so_far.scores
-                state.advice = so_far.advice
+                judgement, state = final.judge_so_far(source.samples, header), source.state
+                state.verdicts, state.scores = judgement.lines_so_far(), judgement.scores
+                state.advice = judgement.advice
 
     return judge
 
@@ -488,5 +487,5 @@ def _check(
     if no_verdict:
         tell(f"warning: no detector will judge this recording: {no_verdict}")
     elif learned and (final := learned(True)):
-        for line in final.judge(values):
+        for line in final.judge(values).lines():
             tell(line)

@@ -19,7 +19,7 @@ from capsule.detectors.familiar import Familiarity
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
-from capsule.judging.verdict import FinalVerdict, note_of_change, verdict_lines, word_of
+from capsule.judging.verdict import FinalVerdict, Judgement, note_of_change
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.recordings.acceptance import check_recording
@@ -47,10 +47,8 @@ class JudgedFile:
         Result of the workflow's check: ``status``, ``reason``, ``header`` and more.
     values : (S, K) array
         The readings; NaN for a rejected file.
-    verdicts : dict of str to Verdict
-        Verdicts by the detector's name; empty if no detector can judge the file.
-    familiarity : Familiarity
-        Whether the file is of the kind that taught the detectors.
+    judgement : Judgement
+        What the detectors say of it.
     taught_as : str
         Labelled recording with the same readings, such as ``3mm/r07``, from which the detectors
         have learned; empty if there is none.
@@ -59,8 +57,7 @@ class JudgedFile:
     file: str
     check: dict[str, Any]
     values: np.ndarray
-    verdicts: dict[str, Verdict]
-    familiarity: Familiarity
+    judgement: Judgement
     taught_as: str
 
     @property
@@ -103,18 +100,18 @@ def judge_file(
         content = read_limited(path, max_bytes)
     except OSError as error:
         check = {"status": "rejected", "reason": f"it cannot be read: {error.strerror}"}
-        return JudgedFile(str(path), check, np.empty((0, 0)), {}, Familiarity(None), "")
+        return JudgedFile(str(path), check, np.empty((0, 0)), Judgement(settings), "")
     check, values, _ = check_recording(_NAME, content, max_bytes, settings, str(path))
     judged = check["status"] == "accepted" and not check["no_verdict"]
-    verdicts = final.verdicts(values) if judged else {}
-    familiarity = final.familiarity(values) if judged else Familiarity(None)
+    judgement = final.judge(values) if judged else Judgement(settings)
     taught_as = taught.get(check["readings_sha256"], "")
-    return JudgedFile(str(path), check, values, verdicts, familiarity, taught_as)
+    return JudgedFile(str(path), check, values, judgement, taught_as)
 
 
-def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
+def as_plain_values(judged: JudgedFile) -> dict[str, Any]:
     """Return the result for a file as values that JSON can hold; an unknown value is None."""
-    check = judged.check
+    check, judgement = judged.check, judged.judgement
+    familiarity, rate_hz = judgement.familiarity, judgement.settings["recording"]["rate_hz"]
     return {
         "file": judged.file,
         "status": check["status"],
@@ -125,11 +122,11 @@ def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
         "sha256": check.get("sha256"),
         "source": source_of(check.get("header", {})),
         "taught_as": judged.taught_as,
-        "familiar": judged.familiarity.familiar,
-        "unfamiliar_because": judged.familiarity.because,
+        "familiar": familiarity.familiar,
+        "unfamiliar_because": familiarity.because,
         "verdicts": {
-            name: _verdict_values(verdict, rate_hz, judged.familiarity)
-            for name, verdict in judged.verdicts.items()
+            name: _verdict_values(verdict, rate_hz, familiarity)
+            for name, verdict in judgement.verdicts.items()
         },
     }
 
@@ -146,17 +143,13 @@ def _verdict_values(verdict: Verdict, rate_hz: float, familiarity: Familiarity) 
 _MARKS = "abcdefghij"
 
 
-def judged_lines(
-    judged: JudgedFile, settings: Settings, width: int, *, plain: bool = False
-) -> list[str]:
+def judged_lines(judged: JudgedFile, width: int, *, plain: bool = False) -> list[str]:
     """Return the lines that show a judged file.
 
     Parameters
     ----------
     judged : JudgedFile
         The file's result.
-    settings : mapping
-        Sections ``recording`` and ``evaluation`` of the configuration.
     width : int
         Largest number of characters in a line of the plot.
     plain : bool
@@ -165,15 +158,15 @@ def judged_lines(
     check = judged.check
     if not judged.is_accepted:
         return [f"{displayed(judged.file)}: rejected: {check['reason']}"]
-    rate_hz = settings["recording"]["rate_hz"]
+    rate_hz = judged.judgement.settings["recording"]["rate_hz"]
     source = displayed(source_of(check["header"])) or "source not given"
     duration = words.duration(check["duration_s"])
     title = f"{displayed(judged.file)}: {check['samples']} samples, {duration}, {source}"
-    places = places_s(judged.verdicts, rate_hz)
+    places = places_s(judged.judgement.verdicts, rate_hz)
     lines = [title, *_plot(judged.values, places, rate_hz, width, plain=plain)]
     if check["no_verdict"]:
         return [*lines, f"no detector can judge it: {check['no_verdict']}"]
-    lines += verdict_lines(judged.verdicts, settings, judged.familiarity)
+    lines += judged.judgement.lines()
     if judged.taught_as:
         lines.append(
             f"note: the detectors have learned from this very recording ({judged.taught_as}), so "
@@ -227,17 +220,19 @@ def _mean(readings: np.ndarray) -> float | None:
     return float(known.mean()) if known.size else None
 
 
-def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
+def write_picture(judged: JudgedFile, path: Path) -> None:
     """Draw an accepted recording and the places of its verdicts to a .png or .svg file."""
     from capsule.figures.draw_signals import draw_judged  # matplotlib only if it is used
     from capsule.figures.style import render_figure
 
+    judgement, settings = judged.judgement, judged.judgement.settings
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
     simulated = is_simulated(judged.check["header"].get("source", ""))
     name = f"{Path(judged.file).name}{', simulated' if simulated else ''}"
     said = [
-        f"{detector}: {_in_short(each, judged.familiarity)}"
-        for detector, each in judged.verdicts.items()
+        f"{detector}: {judgement.word(detector)}"
+        + (f" {words.estimated_size(vars(each))}" if each.predicted_mm > 0 else "")
+        for detector, each in judgement.verdicts.items()
     ]
     run = preprocess_run(
         judged.file,
@@ -247,7 +242,7 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
         window=shape["window"],
         threshold=shape["threshold"],
     )
-    places = places_s(judged.verdicts, rate_hz)
+    places = places_s(judgement.verdicts, rate_hz)
     passage = DescribedRecording(judged.values, settings).passage
     passing_s = tuple(
         (passage.location_samples + sensor * passage.lag_samples) / rate_hz
@@ -258,11 +253,6 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
     figure = draw_judged(run, shape["threshold"], places, passing_s if found else ())
     with files.write_whole(path, "wb") as stream:
         stream.write(render_figure(figure, path.suffix.lstrip("."), name))
-
-
-def _in_short(verdict: Verdict, familiarity: Familiarity) -> str:
-    size = f" {words.estimated_size(vars(verdict))}" if verdict.predicted_mm > 0 else ""
-    return f"{word_of(verdict, familiarity)}{size}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -301,14 +291,13 @@ def main(arguments: argparse.Namespace) -> int:
     taught = taught_recordings(results / OfArchive.RECORDINGS)
     judged = [judge_file(path, final, settings, taught) for path in arguments.files]
     if arguments.json:
-        rate_hz = settings["recording"]["rate_hz"]
-        values = [as_plain_values(each, rate_hz) for each in judged]
+        values = [as_plain_values(each) for each in judged]
         print(json.dumps(values, indent=1, allow_nan=False))
     else:
         width = shutil.get_terminal_size().columns - 1
         plain = not (sys.stdout.encoding or "ascii").lower().startswith("utf")
         for each in judged:
-            print("\n".join(judged_lines(each, settings, width, plain=plain)))
+            print("\n".join(judged_lines(each, width, plain=plain)))
     if arguments.picture and judged[0].is_accepted:
-        write_picture(judged[0], settings, arguments.picture)
+        write_picture(judged[0], arguments.picture)
     return int(not all(each.is_accepted for each in judged))

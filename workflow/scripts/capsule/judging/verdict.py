@@ -2,7 +2,8 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,22 +47,108 @@ def note_of_change(results: Path, settings: Settings) -> str:
 
 
 @dataclass(frozen=True)
-class SoFar:
-    """What the detectors would say if the run ended now.
+class Judgement:
+    """What all detectors say of a recording.
 
     Attributes
     ----------
-    lines : list of str
-        A table, or one line with the reason why there is no verdict yet.
-    scores : list of dict
-        ``detector``, ``score``, ``threshold`` and ``verdict`` of each detector.
-    advice : str
-        Whether this is enough, or what to do.
+    settings : mapping
+        Sections ``recording`` and ``evaluation`` of the configuration.
+    verdicts : mapping of str to Verdict
+        Verdicts by the detector's name; empty if no detector can judge the recording.
+    familiarity : Familiarity
+        Whether the recording is of the kind that taught the detectors. If it is not, no
+        probability is stated.
+    waits : str
+        Why there is no verdict yet on a run in progress; empty if there is one.
     """
 
-    lines: list[str]
-    scores: list[dict[str, Any]]
-    advice: str
+    settings: Settings
+    verdicts: Mapping[str, Verdict] = field(default_factory=dict)
+    familiarity: Familiarity = field(default_factory=partial(Familiarity, None))
+    waits: str = ""
+
+    def word(self, detector: str) -> VerdictWord:
+        """Return which of the five verdicts a detector gives."""
+        verdict, familiarity = self.verdicts[detector], self.familiarity
+        return verdict_word(
+            verdict.score,
+            verdict.threshold,
+            verdict.probability,
+            unlike=familiarity.because if familiarity.familiar is False else "",
+            reason=why_unknown(verdict),
+        )
+
+    @property
+    def scores(self) -> list[dict[str, Any]]:
+        """``detector``, ``score``, ``threshold`` and ``verdict`` of each detector."""
+        return [
+            {"detector": name, "score": each.score, "threshold": each.threshold}
+            | {"verdict": self.word(name).value}
+            for name, each in self.verdicts.items()
+        ]
+
+    @property
+    def advice(self) -> str:
+        """Whether the verdicts so far are enough, or what to do."""
+        if self.waits:
+            return self.waits
+        if self.familiarity.familiar is False:
+            return f"seat the capsule anew: {self.familiarity.sentence}"
+        said = {self.word(name) for name in self.verdicts} - {VerdictWord.NO_VERDICT}
+        if len(said) == 1 and said <= {VerdictWord.NODULE, VerdictWord.NO_NODULE}:
+            return f"enough: {said.pop()}"
+        return "pass again: the detectors are not sure" if said else "no verdict yet"
+
+    def table(self) -> list[str]:
+        """Return the names of the columns, and a line per detector.
+
+        Before them stands a line about a recording that is not familiar.
+        """
+        confidence = words.percent(self.settings["evaluation"]["size_confidence"])
+        head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
+        rows = [self._cells(name, each) for name, each in self.verdicts.items()]
+        return [*filter(None, [self.familiarity.sentence]), *_aligned([head, *rows])]
+
+    def lines(self) -> list[str]:
+        """Return the table, and a line that says what its columns mean."""
+        prevalence = words.percent(self.settings["evaluation"]["prevalence"])
+        return [
+            *self.table(),
+            "place: time and distance at which sensor 1 passes the nodule; probability: of a "
+            f"nodule, if {prevalence} of all recordings have one",
+        ]
+
+    def lines_so_far(self) -> list[str]:
+        """Return the lines for a run in progress."""
+        return [self.waits] if self.waits else ["if the run ended now:", *self.table()]
+
+    def _cells(self, detector: str, verdict: Verdict) -> list[str]:
+        probability = words.probability(self.familiarity.stated(verdict.probability))
+        word = str(self.word(detector))
+        if not words.is_known(verdict.predicted_mm):
+            return [detector, f"{word}: {why_unknown(verdict)}"]
+        if verdict.predicted_mm == 0:
+            return [detector, word, "", probability]
+        place_s = verdict.location_samples / self.settings["recording"]["rate_hz"]
+        size = words.estimated_size(vars(verdict))
+        return [detector, word, size, probability, words.place(place_s, verdict.location_mm)]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows as lines with aligned columns.
+
+    The last cell of a row may be longer than its column.
+    """
+    columns = max(map(len, rows))
+    widths = [
+        max((len(row[column]) for row in rows if column < len(row) - 1), default=0)
+        for column in range(columns)
+    ]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip()
+        for row in rows
+    ]
 
 
 class FinalVerdict:
@@ -117,45 +204,22 @@ class FinalVerdict:
                 f"snakemake -c2 results/{learned.name}"
             )
 
-    def verdicts(self, values: np.ndarray) -> dict[str, Verdict]:
+    def judge(self, values: np.ndarray) -> Judgement:
         """Judge a recording by every configured detector.
 
         Parameters
         ----------
         values : (S, K) array
             Readings from `capsule.recordings.acceptance.readings_of`; each sensor shows a wave.
-
-        Returns
-        -------
-        dict of str to Verdict
-            Verdicts by the detector's name.
         """
         recording = DescribedRecording(values, self._settings)
-        return {name: model.verdict(recording) for name, model in self._models.items()}
-
-    def familiarity(self, values: np.ndarray) -> Familiarity:
-        """Return whether readings, as in `verdicts`, are of the kind that taught the detectors."""
-        return self._familiar.judge(DescribedRecording(values, self._settings).traits)
-
-    def judge(self, values: np.ndarray) -> list[str]:
-        """Return the verdicts of all configured detectors in words.
-
-        Parameters
-        ----------
-        values : (S, K) array
-            Readings, as in `verdicts`.
-
-        Returns
-        -------
-        list of str
-            As from `verdict_lines`.
-        """
-        return verdict_lines(self.verdicts(values), self._settings, self.familiarity(values))
+        verdicts = {name: model.verdict(recording) for name, model in self._models.items()}
+        return Judgement(self._settings, verdicts, self._familiar.judge(recording.traits))
 
     def judge_so_far(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
-    ) -> SoFar:
-        """Return the verdicts of all detectors if the run ended now.
+    ) -> Judgement:
+        """Judge a run in progress as if it ended now.
 
         Parameters
         ----------
@@ -164,121 +228,17 @@ class FinalVerdict:
         header : mapping of str to str
             The recording's header.
         """
-        rules = self._settings["recording"]
+        rules, window = self._settings["recording"], self._settings["preprocessing"]["window"]
+        if len(samples) < window:
+            wait = f"the detectors judge from {window / rules['rate_hz']:.0f} s on"
+            return Judgement(self._settings, waits=wait)
         missing = [np.nan] * rules["sensors"]
         values = np.array([missing if sample is None else sample for sample in samples], float)
         time_s = np.arange(len(samples)) / rules["rate_hz"]
-        window = self._settings["preprocessing"]["window"]
-        if len(samples) < window:
-            wait = f"the detectors judge from {window / rules['rate_hz']:.0f} s on"
-            return SoFar([wait], [], wait)
         try:
             readings, no_verdict = readings_of(Recording(time_s, values.T, header), self._settings)
         except RecordingError as reason:
             no_verdict = str(reason)
         if no_verdict:
-            return SoFar([f"no verdict yet: {no_verdict}"], [], f"no verdict yet: {no_verdict}")
-        verdicts, familiarity = self.verdicts(readings), self.familiarity(readings)
-        scores = [
-            {"detector": name, "score": each.score, "threshold": each.threshold}
-            | {"verdict": word_of(each, familiarity).value}
-            for name, each in verdicts.items()
-        ]
-        table = verdict_table(verdicts, self._settings, familiarity)
-        return SoFar(["if the run ended now:", *table], scores, _advice(scores, familiarity))
-
-
-def word_of(verdict: Verdict, familiarity: Familiarity) -> VerdictWord:
-    """Return which of the five verdicts this is."""
-    unlike = familiarity.because if familiarity.familiar is False else ""
-    return verdict_word(
-        verdict.score,
-        verdict.threshold,
-        verdict.probability,
-        unlike=unlike,
-        reason=why_unknown(verdict),
-    )
-
-
-def _advice(scores: Sequence[Mapping[str, Any]], familiarity: Familiarity) -> str:
-    """Return whether the verdicts so far are enough, or what to do."""
-    if familiarity.familiar is False:
-        return f"seat the capsule anew: {familiarity.sentence}"
-    said = {each["verdict"] for each in scores} - {VerdictWord.NO_VERDICT.value}
-    if len(said) == 1 and said <= {VerdictWord.NODULE.value, VerdictWord.NO_NODULE.value}:
-        return f"enough: {said.pop()}"
-    return "pass again: the detectors are not sure" if said else "no verdict yet"
-
-
-_GAP = "  "
-
-
-def verdict_table(
-    verdicts: Mapping[str, Verdict], settings: Settings, familiarity: Familiarity
-) -> list[str]:
-    """Return a table with one line per detector.
-
-    Parameters
-    ----------
-    verdicts : mapping of str to Verdict
-        Verdicts by the detector's name.
-    settings : mapping
-        Sections ``recording`` and ``evaluation`` of the configuration.
-    familiarity : Familiarity
-        Whether the recording is familiar. If it is not, no probability is stated.
-
-    Returns
-    -------
-    list of str
-        A line about a recording that is not familiar, and the lines of the table; the first of
-        these names the columns.
-    """
-    confidence = words.percent(settings["evaluation"]["size_confidence"])
-    head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
-    rate_hz = settings["recording"]["rate_hz"]
-    rows = [_cells(name, each, rate_hz, familiarity) for name, each in verdicts.items()]
-    return [*filter(None, [familiarity.sentence]), *_aligned([head, *rows])]
-
-
-def verdict_lines(
-    verdicts: Mapping[str, Verdict], settings: Settings, familiarity: Familiarity
-) -> list[str]:
-    """Return the lines of `verdict_table`, and one that says what its columns mean."""
-    prevalence = words.percent(settings["evaluation"]["prevalence"])
-    return [
-        *verdict_table(verdicts, settings, familiarity),
-        "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "
-        f"if {prevalence} of all recordings have one",
-    ]
-
-
-def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
-    probability = words.probability(familiarity.stated(verdict.probability))
-    word = str(word_of(verdict, familiarity))
-    if not words.is_known(verdict.predicted_mm):
-        return [detector, f"{word}: {why_unknown(verdict)}"]
-    if verdict.predicted_mm == 0:
-        return [detector, word, "", probability]
-    return [
-        detector,
-        word,
-        words.estimated_size(vars(verdict)),
-        probability,
-        words.place(verdict.location_samples / rate_hz, verdict.location_mm),
-    ]
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines with aligned columns.
-
-    The last cell of a row may be longer than its column.
-    """
-    columns = max(map(len, rows))
-    widths = [
-        max((len(row[column]) for row in rows if column < len(row) - 1), default=0)
-        for column in range(columns)
-    ]
-    return [
-        _GAP.join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip()
-        for row in rows
-    ]
+            return Judgement(self._settings, waits=f"no verdict yet: {no_verdict}")
+        return self.judge(readings)
