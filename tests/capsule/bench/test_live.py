@@ -80,7 +80,7 @@ def test_only_a_browser_that_knows_the_address_gets_the_page(page):
 
 
 def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
-    page.show(state, at_once=True)
+    page.show(state)
     listener = Listener(page)
     number, (news, values) = listener.read()
     # A minute is kept, not the whole run.
@@ -91,20 +91,20 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
     )
     listener.close()
     state.add(None)
-    page.show(state, at_once=True)
+    page.show(state)
     listener = Listener(page, last="700")
     assert listener.read()[1][0] == {"first": 700, "samples": [None]}
     listener.close()
 
 
 def test_when_there_are_too_many_the_oldest_goes(page, state):
-    page.show(state, at_once=True)
+    page.show(state)
     listeners = [Listener(page) for _ in range(MOST_CONNECTIONS + 1)]
     for each in listeners:
         each.read()
     assert listeners[0].read() is None
     state.add((1, 2, 3, 4))
-    page.show(state, at_once=True)
+    page.show(state)
     assert [each.read()[0] for each in listeners[1:]] == [701] * MOST_CONNECTIONS
     for each in listeners:
         each.close()
@@ -113,7 +113,7 @@ def test_when_there_are_too_many_the_oldest_goes(page, state):
 # Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
 def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, monkeypatch, capfd):
     bench = ScriptedBench(tmp_path, monkeypatch)
-    bench.recorder.beside.acts["its live page"] = lambda: page.show(bench.recorder.state)
+    bench.recorder.beside.add("its live page", lambda: page.show(bench.recorder.state))
     address = ("127.0.0.1", int(page.host.split(":")[1]))
     dead = [Listener(page) for _ in range(2)]  # they never read an event
 
@@ -160,7 +160,7 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         state.faults = ["no wave runs: end the recording, and record anew"]
         state.scores = [{"detector": "diagonal", "score": 0.5, "threshold": 0.2, "verdict": "x"}]
         state.advice = "enough: nodule"
-        page.show(state, at_once=True)
+        page.show(state)
         browser.wait_until("return document.querySelectorAll('#sensors canvas').length === 4")
         assert browser.texts("#banner") == state.faults
         assert browser.texts("#time") == ["01:10.0"]
@@ -171,7 +171,7 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         state.head_mm, state.places = 300.0, [(1, "confirmed", 200.0, "3.1 mm")]
         state.following, state.threshold = "unfolds in 12 s", 0.15
         state.ended = "the survey is over"
-        page.show(state, at_once=True)
+        page.show(state)
         browser.wait_until("return !document.getElementById('survey').hidden")
         assert browser.texts("#banner") == ["ended: the survey is over"]
         assert browser.texts("#following") == ["unfolds in 12 s"]

@@ -200,7 +200,8 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     def fail(*_):
         raise ZeroDivisionError("by a bug")
 
-    bench.recorder.beside.acts |= {"verdicts": fail, "its display": fail}
+    for what in ("verdicts", "its display"):
+        bench.recorder.beside.add(what, fail)
     bench.run(samples(0, 60))
     assert bench.numbers() == list(range(60))
     bench.recorder.beside.attempt("the check at its end", fail)

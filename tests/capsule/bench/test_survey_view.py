@@ -2,12 +2,14 @@
 
 import io
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
+from capsule.bench import beside
 from capsule.bench.state import State
-from capsule.bench.survey_view import SurveyView, state_lines
-from capsule.survey.survey_log import Event
+from capsule.bench.survey_view import state_lines
+from capsule.bench.terminal import Terminal
 
 NAN = float("nan")
 STATE = State(
@@ -80,34 +82,39 @@ class Screen(io.StringIO):
         return True
 
 
-def test_a_terminal_is_drawn_on_seldom_and_in_its_place():
+def test_a_terminal_is_drawn_on_in_its_place():
     screen = Screen()
-    view = SurveyView(screen)
-    event = Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0)
-    view.tell(event)
-    assert screen.getvalue() == ""
+    terminal = Terminal(screen)
     state = replace(STATE, title="demo", samples=0, places=[(1, "confirmed", 90.0, "2.0 mm")])
-    # Far faster than an eye can follow.
-    for step in range(1000):
-        state.samples, state.head_mm = 8 * step, 100.0 + step / 10
-        view.show(state)
+    terminal.show(state)
     drawn = screen.getvalue()
-    assert drawn.count("head at") < 10
-    state.samples, state.head_known = 8000, False
-    view.end(state)
+    state.samples, state.head_mm, state.head_known = 8000, 199.9, False
+    terminal.show(state)
     last = screen.getvalue()[len(drawn) :]
     assert last.startswith("\x1b[4A\x1b[Jdemo  13 min 20 s  head last at 199.9 mm")
     assert "● place 1 at 90 mm: nodule, 2.0 mm" in last
     # What follows does not wipe it away.
+    terminal.leave()
     ended = screen.getvalue()
-    view.end(state)
+    terminal.note("the survey is over")
     assert "\x1b" not in screen.getvalue()[len(ended) :]
 
 
-def test_a_log_file_gets_a_line_for_each_event_and_no_drawing():
+# Kills: a display that is drawn at each sample, or never again.
+def test_what_is_seen_is_shown_seldom_and_what_is_sent_each_time(monkeypatch):
+    now_s, done = [100.0], []
+    monkeypatch.setattr(beside, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    made = beside.Beside("the survey", print)
+    made.add("its display", lambda: done.append("shown"), 0.25)
+    made.add("its stream", lambda: done.append("sent"))
+    for _ in range(10):
+        made.attempt_due()
+        now_s[0] += 0.0625
+    assert done.count("sent") == 10
+    assert done.count("shown") == 3
+
+
+def test_a_log_file_gets_no_drawing_of_a_survey():
     stream = io.StringIO()
-    view = SurveyView(stream)
-    view.tell(Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0))
-    view.show(STATE)
-    view.end(STATE)
-    assert stream.getvalue() == "     8.0 s     4.0 mm  exploring   the wave is felt\n"
+    Terminal(stream).show(STATE)
+    assert stream.getvalue() == ""

@@ -51,7 +51,6 @@ class LivePage:
         self._news = threading.Condition()
         self._samples: deque[tuple[float, ...] | None] = deque(maxlen=KEPT)
         self._count, self._version, self._values = 0, 0, "null"
-        self._shown_s = 0.0
         self._closed = False
         self._server = _Server(self)
         host, port = self._server.server_address[:2]
@@ -71,12 +70,8 @@ class LivePage:
         if type(browser) is not webbrowser.GenericBrowser:
             threading.Thread(target=browser.open, args=(self.address,), daemon=True).start()
 
-    def show(self, state: State, *, at_once: bool = False) -> None:
-        """Take over the state, if the last one is old enough."""
-        now_s = time.monotonic()
-        if now_s - self._shown_s < SHOW_EVERY_S and not at_once:
-            return
-        self._shown_s = now_s
+    def show(self, state: State) -> None:
+        """Take over the state."""
         values = json.dumps(state.as_values(), allow_nan=False)
         with self._news:
             new = min(state.samples - self._count, len(state.recent))

@@ -5,7 +5,6 @@ import contextlib
 import json
 import math
 import sys
-import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from functools import partial
@@ -20,7 +19,7 @@ from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.identification import connect
 from capsule.bench.line import BAUD
-from capsule.bench.live import LivePage, opened_page
+from capsule.bench.live import SHOW_EVERY_S, LivePage, opened_page
 from capsule.bench.logger import (
     LOOK_EVERY_S,
     SILENT_AFTER_S,
@@ -172,7 +171,7 @@ class Recorder:
             self._serve_wave()
             self._tell_of_length()
             self.state.faults = self._faults()
-            self.beside.attempt_all()
+            self.beside.attempt_due()
             self.ended = self._completed() or self._stop.reason
         self._source.end()
         self._write()
@@ -354,24 +353,26 @@ def record(
         if options.duration:
             source.limit = round(options.duration * source.rate_hz)
             state.end_s = source.limit / source.rate_hz
+        beside = recorder.beside
         if outlet:
-            recorder.beside.acts["its stream"] = partial(outlet.send, state)
+            beside.add("its stream", partial(outlet.send, state))
         if learned:
-            recorder.beside.acts["verdicts"] = _running_verdict(learned, source, header)
-        recorder.beside.acts["its display"] = partial(terminal.show, state)
+            judge = partial(_judge_so_far, learned, source, header)
+            beside.add("verdicts", judge, JUDGE_EVERY_S)
+        beside.add("its display", partial(terminal.show, state), terminal.every_s)
         if page:
-            recorder.beside.acts["its live page"] = partial(page.show, state)
+            beside.add("its live page", partial(page.show, state), SHOW_EVERY_S)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
         recorder.archive()
         state.wave = drive.summary() if drive else ""
         if page:
-            recorder.beside.attempt("its live page", partial(page.show, state, at_once=True))
+            beside.attempt("its live page", partial(page.show, state))
         terminal.note(f"ended: {recorder.ended}")
         if state.damaged:
             terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
         terminal.note(f"archived {part.final}: {state.summary()}")
         final_check = partial(_check, part.final, settings, learned, terminal.note)
-        recorder.beside.attempt("the check at its end", final_check)
+        beside.attempt("the check at its end", final_check)
     return part.final
 
 
@@ -443,23 +444,13 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     return drive
 
 
-def _running_verdict(
-    learned: "Learned", source: Samples, header: Mapping[str, str]
-) -> Callable[[], None]:
-    """Return a function that judges the recording so far, from time to time."""
-    judged_s = 0.0
-
-    def judge() -> None:
-        nonlocal judged_s
-        if time.monotonic() - judged_s >= JUDGE_EVERY_S:
-            judged_s = time.monotonic()
-            source.state.advice = "the detectors still learn"
-            if final := learned(False):
-                judgement, state = final.judge_so_far(source.samples, header), source.state
-                state.verdicts, state.scores = judgement.lines_so_far(), judgement.scores
-                state.advice = judgement.advice
-
-    return judge
+def _judge_so_far(learned: "Learned", source: Samples, header: Mapping[str, str]) -> None:
+    """Judge the recording so far, once the detectors have learned."""
+    source.state.advice = "the detectors still learn"
+    if final := learned(False):
+        judgement, state = final.judge_so_far(source.samples, header), source.state
+        state.verdicts, state.scores = judgement.lines_so_far(), judgement.scores
+        state.advice = judgement.advice
 
 
 def _stop(drive: Drive | None) -> None:

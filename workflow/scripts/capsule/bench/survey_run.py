@@ -20,7 +20,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.live import opened_page
+from capsule.bench.live import SHOW_EVERY_S, opened_page
 from capsule.bench.logger import check_fits, header_of, moment_text
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
@@ -33,7 +33,7 @@ from capsule.bench.survey_folder import (
     read_about,
     read_stored,
 )
-from capsule.bench.survey_view import SurveyView
+from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Wave
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
@@ -64,7 +64,7 @@ class SurveyRun:
         The survey's files.
     sizes : PassSizes
         Estimates nodule sizes from passes.
-    view : SurveyView
+    terminal : Terminal
         The display on the terminal.
     state : State
         What the displays show; the survey writes it.
@@ -88,16 +88,16 @@ class SurveyRun:
         pilot: Pilot,
         disk: SessionFolder,
         sizes: PassSizes,
-        view: SurveyView,
+        terminal: Terminal,
         state: State,
         header: Mapping[str, str],
         rate_hz: float,
         length_mm: float = math.inf,
     ) -> None:
-        self.pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
+        self.pilot, self._disk, self._sizes, self._terminal = pilot, disk, sizes, terminal
         self.state = state
         self.beside = Beside("the survey", disk.note)
-        self.beside.acts["its display"] = lambda: view.show(state)
+        self.beside.add("its display", partial(terminal.show, state), terminal.every_s)
         self._header, self._rate_hz, self._length_mm = header, rate_hz, length_mm
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
@@ -144,9 +144,10 @@ class SurveyRun:
             self._disk.keep()
             self._disk.note_index(bench.index_mm)
             self._note_state(bench)
-            self.beside.attempt_all()
+            self.beside.attempt_due()
         self.state.ended = pilot.log[-1].reason
-        self.beside.attempt("the end of its display", lambda: self._view.end(self.state))
+        self.beside.attempt("the end of its display", partial(self._terminal.show, self.state))
+        self._terminal.leave()
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
     def repeat(self, judged: Sequence[tuple[Readings, float]], told: Mapping[int, Event]) -> None:
@@ -245,8 +246,9 @@ class SurveyRun:
             ]
         self._disk.add_events(events)
         for event in events:
-            if not self._repeating:
-                self.beside.attempt("the line of an event", partial(self._view.tell, event))
+            if not self._repeating and not self._terminal.redraws:
+                at = f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm"
+                self._terminal.note(f"{at}  {event.after:<11} {event.reason}")
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":
@@ -443,15 +445,15 @@ def _run(
         length_mm = math.inf  # the bench knows itself where the gut ends
     disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=raw)
     pilot = Pilot(detector, rate_hz, sensors, targets_mm=about["goto"])
-    run = SurveyRun(pilot, disk, sizes, SurveyView(sys.stdout), state, header, rate_hz, length_mm)
+    run = SurveyRun(pilot, disk, sizes, Terminal(sys.stdout), state, header, rate_hz, length_mm)
     try:
         with contextlib.ExitStack() as at_end:
             if options.live:
                 page = at_end.enter_context(opened_page())
-                run.beside.acts["its live page"] = lambda: page.show(state)
+                run.beside.add("its live page", partial(page.show, state), SHOW_EVERY_S)
             yield run
             if options.live:
-                run.beside.attempt("its live page", lambda: page.show(state, at_once=True))
+                run.beside.attempt("its live page", partial(page.show, state))
     except BaseException:
         if run.begun or resumed:
             disk.close()

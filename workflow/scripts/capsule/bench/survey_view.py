@@ -1,14 +1,11 @@
 """The display of a running survey in the terminal."""
 
 import math
-from typing import TextIO
 
 from capsule import words
 from capsule.bench.state import State
-from capsule.bench.terminal import REDRAW_EVERY_S, LivePanel
 from capsule.detectors.verdicts import OF_SURVEY
 from capsule.survey.cycle import FOLDED_STATES, STATES
-from capsule.survey.survey_log import Event
 
 # Number of places that the display lists.
 _PLACES = 6
@@ -87,36 +84,3 @@ def _score_bar(state: State, width: int) -> str:
     if filled <= mark:
         bar[mark] = "│"
     return f"{label}{''.join(bar)}{end}"
-
-
-class SurveyView:
-    """A display of a survey: a state redrawn in place on a terminal, else a line per event.
-
-    Parameters
-    ----------
-    stream : TextIO
-        The output.
-    """
-
-    def __init__(self, stream: TextIO) -> None:
-        self._panel = LivePanel(stream)
-
-    def tell(self, event: Event) -> None:
-        """Print an event, if the output cannot show the survey's state."""
-        if not self._panel.redraws:
-            at = f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm"
-            self._panel.note(f"{at}  {event.after:<11} {event.reason}")
-
-    def show(self, state: State) -> None:
-        """Show the state of the survey, if the last display is old enough."""
-        if self._panel.redraws and self._panel.is_due(REDRAW_EVERY_S):
-            self._draw(state)
-
-    def end(self, state: State) -> None:
-        """Show the final state of the survey, and leave it on the terminal."""
-        if self._panel.redraws:
-            self._draw(state)
-            self._panel.leave()
-
-    def _draw(self, state: State) -> None:
-        self._panel.draw(state_lines(state, self._panel.width, plain=self._panel.plain))

@@ -8,13 +8,14 @@ import queue
 import shutil
 import sys
 import threading
-import time
-from collections.abc import Sequence
 from typing import TextIO
 
 from capsule.bench.state import FLAT_SHARE, State
+from capsule.bench.survey_view import state_lines
 from capsule.words import BARS, PLAIN_BARS, trace
 
+REDRAW_EVERY_S = 0.2
+LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
 WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
 LAST_WORDS_S = 1.0
 
@@ -87,8 +88,8 @@ def install() -> None:
     sys.stdout = output
 
 
-class LivePanel:
-    """The last lines of a terminal.
+class Terminal:
+    """A terminal that shows notes and, below them, the state of a recording or a survey.
 
     Parameters
     ----------
@@ -98,42 +99,41 @@ class LivePanel:
     Attributes
     ----------
     redraws : bool
-        Whether the terminal can redraw lines in place.
-    plain : bool
-        Whether the terminal shows ASCII only.
+        Whether the terminal can redraw the state in place.
+    every_s : float
+        Time from one display of the state to the next.
     """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self.redraws = stream.isatty() and _can_redraw()
+        self.every_s = REDRAW_EVERY_S if self.redraws else LINE_EVERY_S
         encoding = (getattr(stream, "encoding", None) or "ascii").lower()
-        self.plain = not encoding.startswith("utf")
+        self._plain = not encoding.startswith("utf")
         self._drawn_lines = 0
-        self._shown_s = 0.0
-
-    @property
-    def width(self) -> int:
-        """Largest number of characters in a line."""
-        return shutil.get_terminal_size().columns - 1
-
-    def is_due(self, every_s: float) -> bool:
-        """Return whether the last drawing is `every_s` seconds old; if so, restart the interval."""
-        now_s = time.monotonic()
-        if now_s - self._shown_s < every_s:
-            return False
-        self._shown_s = now_s
-        return True
 
     def note(self, text: str) -> None:
         """Print a note, which stays on the terminal."""
         self.clear()
         print(text, file=self._stream, flush=True)
 
-    def draw(self, lines: Sequence[str]) -> None:
-        """Draw lines in place of the earlier ones."""
-        self.clear()
-        print("\n".join(lines), file=self._stream, flush=True)
-        self._drawn_lines = len(lines)
+    def show(self, state: State) -> None:
+        """Show the state in place of the former one.
+
+        If the terminal cannot redraw, a line shows a recording, and nothing shows a survey.
+        """
+        width = shutil.get_terminal_size().columns - 1
+        if state.doing:
+            lines = state_lines(state, width, plain=self._plain)
+        else:
+            sensors = self._sensor_lines(state, width)
+            lines = [line[:width] for line in (state.summary(), *sensors, *state.verdicts)]
+        if self.redraws:
+            self.clear()
+            print("\n".join(lines), file=self._stream, flush=True)
+            self._drawn_lines = len(lines)
+        elif not state.doing:
+            self.note("\n".join([state.summary(), *state.verdicts]))
 
     def clear(self) -> None:
         """Remove the lines."""
@@ -144,35 +144,6 @@ class LivePanel:
     def leave(self) -> None:
         """Keep the lines on the terminal; later output comes below them."""
         self._drawn_lines = 0
-
-
-def _can_redraw() -> bool:
-    if sys.platform != "win32":
-        return True
-    import ctypes
-
-    # Windows 10 and later understand escape sequences once they are switched on.
-    kernel = ctypes.windll.kernel32
-    return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))
-
-
-REDRAW_EVERY_S = 0.2
-LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
-
-
-class Terminal(LivePanel):
-    """A terminal that shows notes and the recording's state, redrawn in place if possible."""
-
-    def show(self, state: State) -> None:
-        """Show the state, if the last display is old enough."""
-        if not self.is_due(REDRAW_EVERY_S if self.redraws else LINE_EVERY_S):
-            return
-        if not self.redraws:
-            self.note("\n".join([state.summary(), *state.verdicts]))
-            return
-        width = self.width
-        verdicts = [line[:width] for line in state.verdicts]
-        self.draw([state.summary()[:width], *self._sensor_lines(state, width), *verdicts])
 
     def _sensor_lines(self, state: State, width: int) -> list[str]:
         known = [sample for sample in state.recent if sample is not None]
@@ -187,7 +158,7 @@ class Terminal(LivePanel):
             counts: list[float | None] = [
                 None if sample is None else sample[sensor] for sample in trace
             ]
-            lines.append((label + self.sparkline(counts, state.full_scale))[:width])
+            lines.append(label + self.sparkline(counts, state.full_scale))
         return lines
 
     def sparkline(self, counts: list[float | None], full_scale: float) -> str:
@@ -196,4 +167,14 @@ class Terminal(LivePanel):
         A missing sample is a space. Noise of a few counts must not fill the height: a quiet sensor
         should look quiet.
         """
-        return trace(counts, PLAIN_BARS if self.plain else BARS, FLAT_SHARE * full_scale)
+        return trace(counts, PLAIN_BARS if self._plain else BARS, FLAT_SHARE * full_scale)
+
+
+def _can_redraw() -> bool:
+    if sys.platform != "win32":
+        return True
+    import ctypes
+
+    # Windows 10 and later understand escape sequences once they are switched on.
+    kernel = ctypes.windll.kernel32
+    return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))
