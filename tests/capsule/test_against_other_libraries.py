@@ -68,9 +68,9 @@ def test_ridge_regression_and_its_predictions_of_what_is_left_out(seed):
 def test_the_brier_score_at_a_prevalence(scored):
     scores, nodule = scored
     chance = 1 / (1 + np.exp(-scores))
-    weights = prevalence_weights(nodule, PREVALENCE)
+    weights = prevalence_weights(nodule, PREVALENCE, np.ones(nodule.size))
     expected = brier_score_loss(nodule, chance, sample_weight=weights)
-    assert brier_score(chance, nodule, PREVALENCE) == pytest.approx(expected)
+    assert brier_score(chance, nodule, weights) == pytest.approx(expected)
 
 
 def test_the_calibration_where_the_archive_has_the_prevalence(scored):
@@ -80,7 +80,7 @@ def test_the_calibration_where_the_archive_has_the_prevalence(scored):
     verdicts = verdicts.assign(detector="one", scheme="leave_one_out", predicted_mm=1.0)
     ((_, judged),) = of_each(verdicts, 1.0)
     rules = {"prevalence": nodule.mean(), "calibration_bins": 5, "confidence": 0.95}
-    made = calibration(judged, rules)
+    _, *made = calibration(judged, rules)
     rows = [row for row in made if row["recordings"]]
     observed, stated = calibration_curve(nodule, chance, n_bins=5)
     assert [row["observed"] for row in rows] == pytest.approx(observed)

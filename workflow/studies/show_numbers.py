@@ -19,6 +19,7 @@ from capsule.engine.configuration import read_settings
 from capsule.evaluation.cross_validation import HELD_OUT
 from capsule.evaluation.files import read_table
 from capsule.evaluation.lead import leading
+from capsule.evaluation.rates import of_any
 from capsule.store.results import OfArchive
 from capsule.words import interval, percent
 
@@ -37,28 +38,25 @@ def numbers(results: Path, config: Path) -> dict[str, str]:
     """
     settings = read_settings(config)
     evaluation, schemes = results / OfArchive.EVALUATION, settings["evaluation"]["schemes"]
-    summary = read_table(evaluation / "summary.csv")
+    tables = [read_table(evaluation / f"{name}.csv") for name in ("summary", "detection", "sizing")]
     named = settings["report"]["lead"]
-    shown = {"lead": leading(summary, settings["detectors"], schemes, named).detector}
+    shown = {"lead": leading(tables[0], settings["detectors"], schemes, named).detector}
     for prefix, detector in (("", shown["lead"]), ("paper_", settings["detectors"][0])):
-        found, healthy, values, sizes = (
+        values, detection, sizes = (
             table[(table["detector"] == detector) & (table["scheme"] == HELD_OUT)]
-            for table in (
-                read_table(evaluation / f"{name}.csv")
-                for name in ("detection", "specificity", "predictive_values", "size_error")
-            )
+            for table in tables
         )
-        found = found[found["size_mm"] > 0]
+        found = detection[detection["size_mm"] > 0]
         large = found[found["size_mm"] >= 2]
         for name, rows in (("small", found[found["size_mm"] < 2]), ("large", large)):
             shown[f"{prefix}{name}"] = f"{rows['tp'].sum()} of {(rows['tp'] + rows['fn']).sum()}"
-        (row,) = healthy.to_dict("records")
-        shown[f"{prefix}alarms"] = f"{row['healthy'] - row['true_negatives']} of {row['healthy']}"
-        shown[f"{prefix}specificity"] = percent(row["specificity"])
-        (row,) = values[values["size_mm"].isna()].to_dict("records")
+        (row,) = detection[detection["size_mm"] == 0].to_dict("records")
+        shown[f"{prefix}alarms"] = f"{row['fn']} of {row['tp'] + row['fn']}"
+        shown[f"{prefix}specificity"] = percent(row["recall"])
+        (row,) = of_any(values).to_dict("records")
         shown[f"{prefix}right"] = f"{100 * row['ppv']:.0f}"
         shown[f"{prefix}right_range"] = interval(row["ppv_low"], row["ppv_high"])
-        (row,) = sizes[sizes["size_mm"].isna()].to_dict("records")
+        (row,) = of_any(sizes).to_dict("records")
         shown[f"{prefix}size_error"] = f"{row['absolute_error_mm']:.2f} mm"
     listed = read_table(results / OfArchive.RECORDINGS)
     shown["recordings"] = str(len(listed))

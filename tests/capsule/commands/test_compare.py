@@ -38,6 +38,9 @@ def folders(tmp_path):
         ]
         pd.DataFrame(said).to_csv(folder / "evaluation/predictions.csv", index=False)
         summary = [KEY | {"sensitivity": rate, "specificity": rate}]
+        if name == "B":  # A is of an earlier version, whose table had no sizes.
+            one = KEY | {"sensitivity": 0.0, "specificity": 0.0}
+            summary = [summary[0] | {"size_mm": None}, one | {"size_mm": 1.0}]
         pd.DataFrame(summary).to_csv(folder / "evaluation/summary.csv", index=False)
         made.append(folder)
     return tuple(made)

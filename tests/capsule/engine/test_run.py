@@ -146,8 +146,18 @@ def test_results_of_recordings_that_are_gone_are_counted(capsys):
         files.write_json(Path(f"results/checks/3mm/{name}.json"), {})
     run_of(["3mm/r01"]).succeed(KEY)
     assert capsys.readouterr().err == (
-        "2 files are of recordings or batches that are gone, and are not used, such as "
+        "2 files are of recordings, batches or tables that are gone, and are not used, such as "
         "results/checks/3mm/r02.json\n"
+    )
+
+
+def test_tables_that_an_earlier_version_has_left_are_counted(capsys):
+    for name in ("brier", "auc", "summary", "predictions", "learning"):
+        files.write_csv(Path(f"results/evaluation/{name}.csv"), ["detector"], [])
+    run_of([]).succeed(KEY)
+    assert capsys.readouterr().err == (
+        "2 files are of recordings, batches or tables that are gone, and are not used, such as "
+        "results/evaluation/auc.csv\n"
     )
 
 

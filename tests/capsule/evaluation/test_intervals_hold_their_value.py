@@ -20,12 +20,13 @@ from capsule.evaluation.intervals import (
     rate_of,
     ratio_interval,
 )
-from capsule.evaluation.rates import of_each
+from capsule.evaluation.rates import of_each, sizing
 from capsule.seeding import generator
 
 pytestmark = pytest.mark.takes(0.2)
 
 LEVEL = st.sampled_from([0.5, 0.68, 0.9, 0.95, 0.999])
+RULES = {"tolerance_mm": 1.0, "specificity": 0.95, "prevalence": 0.1, "sizes_mm": [0.0, 1.0]}
 COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 
 
@@ -64,8 +65,9 @@ def of_counts(detected, quiet):
 @settings(deadline=None, max_examples=25)
 @given(COUNTS, COUNTS, st.floats(0.001, 0.999), LEVEL)
 def test_of_predictive_values(detected, quiet, prevalence, level):
-    rules = {"prevalence": prevalence, "confidence": level}
-    values = next(iter(measures.predictive(of_counts(detected, quiet), rules)))
+    rules = RULES | {"prevalence": prevalence, "confidence": level}
+    of_scheme = {"one": of_counts(detected, quiet)}
+    values = next(measures.summary("leave_one_out", of_scheme, rules))
     for name in ("ppv", "npv"):
         ends = values[f"{name}_low"], values[f"{name}_high"]
         assert holds(values[name], *ends)
@@ -130,8 +132,8 @@ def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
 @settings(deadline=None, max_examples=25)
 @given(COUNTS, COUNTS, LEVEL)
 def test_of_a_balanced_accuracy(first, second, level):
-    rules = {"confidence": level, "tolerance_mm": 1.0, "specificity": 0.95}
-    row = next(iter(measures.summary("leave_one_out", {"one": of_counts(first, second)}, rules)))
+    rows, rules = of_counts(first, second), RULES | {"confidence": level}
+    row = next(measures.summary("leave_one_out", {"one": rows}, rules)) | next(sizing(rows, rules))
     for name in ("accuracy", "sensitivity", "specificity", "balanced_accuracy", "within_rate"):
         assert holds(row[name], row[f"{name}_low"], row[f"{name}_high"])
 

@@ -32,7 +32,7 @@ def summary(**by_detector):
         for true, score in zip([0.0] * 4 + [2.0] * 4, scores, strict=True)
     ]
     columns = ["detector", "scheme", "score", "size_mm", "threshold", "predicted_mm"]
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75}
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75, "prevalence": 0.1}
     table = pd.DataFrame(rows, columns=columns)
     return measure_tables(table, [0.0, 2.0], rules, names=["summary"])["summary"]
 
@@ -74,7 +74,7 @@ def test_scores_on_the_scales_of_their_folds_are_compared_by_their_thresholds():
     added = np.tile([0.0, 10.0], 4)
     table = pd.DataFrame(rows).assign(detector="taught", scheme="leave_one_out")
     table = table.assign(score=added + np.repeat([0.0, 2.0], 4), threshold=added + 1)
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75}
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75, "prevalence": 0.1}
     made = measure_tables(table, [0.0, 2.0], rules, names=["summary"])["summary"]
     assert made["sensitivity_at_specificity"][0] == 1.0
 

@@ -57,26 +57,40 @@ RULES = {
     "specificity": 0.5,
     "calibration_bins": 2,
     "passes": [1, 2],
+    "sizes_mm": [0.0, 1.0, 2.0],
 }
+
+
+def summary(judged, rules=RULES):
+    """Return the rows of one detector by size, without those of the baseline."""
+    *made, _ = measures.summary("leave_one_out", {"one": judged}, rules)
+    return {row["size_mm"]: row for row in made}
+
+
+def sizing(judged, rules=RULES):
+    return {row["size_mm"]: row for row in rates.sizing(judged, rules)}
 
 
 def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     both = pd.concat([rows("one", [0, 1, 0, 1, 2]), rows("other", [0, 0, 1, 1, 2])])
     of_scheme = of_each(both)
-    summary = {row["detector"]: row for row in measures.summary("leave_one_out", of_scheme, RULES)}
-    assert summary["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
-    assert summary["always_nodule"]["sensitivity"] == 1.0
-    assert summary["always_nodule"]["balanced_accuracy"] == 0.5
+    whole = rates.of_any(
+        measures.measure_tables(both, RULES["sizes_mm"], RULES, names=["summary"])["summary"]
+    )
+    whole = whole.set_index("detector").to_dict("index")
+    assert whole["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
+    assert whole["always_nodule"]["sensitivity"] == 1.0
+    assert whole["always_nodule"]["balanced_accuracy"] == 0.5
+    assert np.isnan(whole["always_nodule"]["ppv"]) and np.isnan(whole["always_nodule"]["auc"])
+    low, high = (whole["one"][f"balanced_accuracy_{end}"] for end in ("low", "high"))
+    assert low < whole["one"]["balanced_accuracy"] < high
     # "one" misses a nodule of 1 mm, which then has no size; "other" has all three sizes right.
-    assert summary["one"]["exact_rate"] == summary["one"]["within_rate"] == pytest.approx(2 / 3)
-    assert summary["other"]["exact_rate"] == 1.0
-    assert np.isnan(summary["always_nodule"]["exact_rate"])
+    one, other = (sizing(of_scheme[name])[measures.ANY] for name in ("one", "other"))
+    assert one["exact_rate"] == one["within_rate"] == pytest.approx(2 / 3)
+    assert other["exact_rate"] == 1.0
     # The missed nodule counts as 0 mm.
-    errors = [summary[name]["mean_absolute_error_mm"] for name in ("one", "other")]
+    errors = [each["mean_absolute_error_mm"] for each in (one, other)]
     assert errors == [pytest.approx(1 / 3), 0.0]
-    assert np.isnan(summary["always_nodule"]["mean_absolute_error_mm"])
-    low, high = (summary["one"][f"balanced_accuracy_{end}"] for end in ("low", "high"))
-    assert low < summary["one"]["balanced_accuracy"] < high
     compared = {
         (row["measure"], row["size_mm"]): row["difference"]
         for row in measures.comparisons("leave_one_out", of_scheme, RULES)
@@ -115,11 +129,11 @@ def test_without_a_verdict_every_table_is_empty():
 def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
     verdicts = rows("one", [0, UNKNOWN, 1, UNKNOWN, 2])
     both = of_each(pd.concat([verdicts, rows("other", [0, 0, 1, 1, 2])]))
-    row, _, _ = measures.summary("leave_one_out", both, RULES)
+    row = next(measures.summary("leave_one_out", both, RULES))
     assert (row["recordings"], row["accuracy"]) == (5, 3 / 5)
     assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
-    assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
-    assert row["mean_absolute_error_mm"] == pytest.approx(1 / 3)
+    # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
+    assert (row["ppv"], row["npv"]) == (1.0, 1.0)
     compared = {
         (row["measure"], row["size_mm"]): (row["recordings"], row["only_second"])
         for row in measures.comparisons("leave_one_out", both, RULES)
@@ -127,12 +141,10 @@ def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
     assert compared["detection", measures.ANY] == (3, 1)
     assert compared["detection", 0.0] == (2, 1)
     judged = one(verdicts)
-    values = next(iter(measures.predictive(judged, RULES)))
-    assert values["sensitivity"] == 2 / 3
-    # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
-    assert (values["ppv"], values["npv"]) == (1.0, 1.0)
     judged["estimate_mm"] = [0, 0, 1, 1, 2]
-    sized = next(iter(measures.size_errors(judged, RULES)))
+    sized = sizing(judged)[measures.ANY]
+    assert (sized["exact_rate"], sized["within_rate"]) == (2 / 3, 2 / 3)
+    assert sized["mean_absolute_error_mm"] == pytest.approx(1 / 3)
     assert (sized["recordings"], sized["detected"]) == (3, 2)
 
 
@@ -140,7 +152,7 @@ def test_predictive_values_follow_bayes():
     def predictive(hits, nodules, quiet, healthy, prevalence):
         predicted = [0] * quiet + [1] * (healthy - quiet) + [1] * hits + [0] * (nodules - hits)
         judged = one(rows("one", predicted, [0.0] * healthy + [1.0] * nodules))
-        return next(iter(measures.predictive(judged, RULES | {"prevalence": prevalence})))
+        return summary(judged, RULES | {"prevalence": prevalence})[measures.ANY]
 
     values = predictive(90, 100, 80, 100, 0.1)
     assert values["ppv"] == pytest.approx(0.09 / (0.09 + 0.18))
@@ -159,22 +171,23 @@ def test_the_interval_of_a_predictive_value_is_over_places():
     rare = RULES | {"prevalence": 0.1}
     sizes, predicted = [0.0] * 20 + [1.0] * 20, [0] * 16 + [1] * 4 + [0] * 4 + [1] * 16
     verdicts = rows("one", predicted, sizes)
-    plain = next(iter(measures.predictive(one(verdicts), rare)))
+    plain = summary(one(verdicts), rare)[measures.ANY]
     sites = [number // 4 for number in range(40)]
-    places = next(iter(measures.predictive(one(verdicts, site=sites), rare)))
+    places = summary(one(verdicts, site=sites), rare)[measures.ANY]
     assert (places["clusters"], plain["clusters"]) == (10, 40)
     for name in ("sensitivity", "ppv", "npv"):
         assert places[name] == pytest.approx(plain[name])
         assert places[f"{name}_low"] < plain[f"{name}_low"]
         assert places[f"{name}_high"] > plain[f"{name}_high"]
-    two = next(iter(measures.predictive(one(verdicts, site=[n // 10 for n in range(40)]), rare)))
+    two = summary(one(verdicts, site=[n // 10 for n in range(40)]), rare)[measures.ANY]
     assert two["ppv"] == pytest.approx(plain["ppv"]) and np.isnan(two["ppv_low"])
 
 
 def calibration(probability, nodule, prevalence, bins):
+    """Return the rows of the bins."""
     judged = one(rows("one", nodule, np.asarray(nodule, dtype=float), probability=probability))
     rules = RULES | {"prevalence": prevalence, "calibration_bins": bins}
-    return list(measures.calibration(judged, rules))
+    return list(measures.calibration(judged, rules))[1:]
 
 
 def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
@@ -185,9 +198,9 @@ def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
     for row in calibration(truth, nodule, share, 5):
         assert row["observed"] == pytest.approx(row["stated"], abs=0.03)
         assert row["observed_low"] <= row["observed"] <= row["observed_high"]
+    equal = np.full(nodule.size, 1 / nodule.size)
     score = measures.brier_score
-    assert score(truth, nodule, share) < score(1 - truth, nodule, share)
-    assert score(np.full(nodule.size, 0.1), nodule, 0.1) == pytest.approx(0.09)
+    assert score(truth, nodule, equal) < score(1 - truth, nodule, equal)
 
 
 def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
@@ -228,19 +241,9 @@ def test_its_probability_is_that_of_the_binomial_test(first, second):
     assert found == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_missed_nodule_has_no_size_error():
-    judged = one(rows("one", [2, 0, 2], [2.0, 2.0, 3.0], estimate_mm=[2.5, UNKNOWN, 2.5]))
-    row = next(iter(measures.size_errors(judged, RULES)))
-    assert (row["recordings"], row["detected"]) == (3, 2)
-    assert row["bias_mm"] == 0.0
-    assert row["absolute_error_mm"] == 0.5
-
-
 def test_a_recording_without_a_score_enters_no_curve():
     judged = one(rows("one", [0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
-    area = next(iter(measures.areas(judged, RULES)))
-    assert area["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
-    assert area["clusters"] == 4
+    assert summary(judged)[measures.ANY]["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
     curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is measures.ANY]
     assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
     assert [row["false_positive_rate"] for row in curve] == [
@@ -251,17 +254,8 @@ def test_a_recording_without_a_score_enters_no_curve():
 @pytest.mark.parametrize("size_mm", [0.0, 2.0])
 def test_of_one_kind_alone_there_is_no_curve_and_no_area(size_mm):
     judged = one(rows("one", [0, 2], [size_mm] * 2))
-    assert not list(measures.areas(judged, RULES)) and not list(measures.curves(judged, RULES))
-
-
-def test_places_are_compared_where_the_header_tells_them():
-    verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=[5, 5, 7, 9, 11])
-    where = index_of(verdicts, nodule_at_mm=["", "", 6.0, 6.0, ""])
-    (judged,) = of_each(verdicts, where).values()
-    found = {row["size_mm"]: row for row in measures.localisation(judged, RULES)}
-    assert set(found) == {measures.ANY, 1.0}
-    assert found[1.0]["median_absolute_error_mm"] == 2.0
-    assert found[1.0]["bias_mm"] == 2.0
+    assert np.isnan(summary(judged)[measures.ANY]["auc"])
+    assert not list(measures.curves(judged, RULES))
 
 
 def test_a_nodule_may_lie_where_the_capsule_starts():
@@ -269,8 +263,8 @@ def test_a_nodule_may_lie_where_the_capsule_starts():
     index = index_of(verdicts)
     index["1mm/r2"]["nodule_at_mm"] = 0.0
     (judged,) = of_each(verdicts, index).values()
-    (first, _) = measures.localisation(judged, RULES)
-    assert (first["recordings"], first["bias_mm"]) == (1, 3.0)
+    first = sizing(judged)[measures.ANY]
+    assert (first["located"], first["location_bias_mm"]) == (1, 3.0)
 
 
 def test_passes_of_one_site_with_different_labels_are_not_merged():
@@ -310,8 +304,9 @@ def test_the_intervals_of_every_table_are_over_places():
     sites = [number // 3 for number in range(36)]
     index = index_of(verdicts, nodule_at_mm=where, site=sites)
     for name, made in measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index).items():
-        if name not in ("brier", "roc", "retest", "confusion"):
-            assert (made["clusters"] < single[name]["clusters"]).all(), name
+        if name not in ("roc", "retest", "confusion"):
+            for column in made.filter(like="clusters"):
+                assert (made[column] < single[name][column]).all(), (name, column)
 
 
 def test_a_rate_of_the_summary_is_the_rate_over_its_clusters():
@@ -344,13 +339,6 @@ def test_the_stated_probability_of_a_bin_is_weighted_to_the_prevalence():
     assert row["observed"] == pytest.approx(0.2)
 
 
-def test_the_brier_score_is_the_weighted_mean_square_written_out():
-    probability, nodule = np.array([0.1, 0.3, 0.9, 0.4]), np.array([False, False, True, True])
-    healthy, found = (0.1**2 + 0.3**2) / 2, (0.1**2 + 0.6**2) / 2
-    expected = 0.7 * healthy + 0.3 * found
-    assert measures.brier_score(probability, nodule, 0.3) == pytest.approx(expected)
-
-
 def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
     predicted = [0] * 7 + [1] * 3 + [1] * 8 + [0] * 4
     verdicts = rows("one", predicted, [0.0] * 10 + [1.0] * 12)
@@ -369,38 +357,38 @@ def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
 def test_an_error_and_a_rate_do_not_reach_below_0_or_above_1():
     verdicts = rows("one", [0, 0, 1, 1, 5])
     row = next(iter(measures.summary("leave_one_out", of_each(verdicts), RULES)))
+    assert row["balanced_accuracy"] == row["balanced_accuracy_high"] == 1.0
+    row = sizing(one(verdicts))[measures.ANY]
     assert row["mean_absolute_error_mm"] == pytest.approx(1.0)
     assert row["mean_absolute_error_mm_low"] == 0.0
-    assert row["balanced_accuracy"] == row["balanced_accuracy_high"] == 1.0
     assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
 
 
 def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
     scores = [0.0, 3.0, 1.0, UNKNOWN, 2.0]
     verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], score=scores)
-    area = {row["size_mm"]: row["auc"] for row in measures.areas(one(verdicts), RULES)}
+    area = {size_mm: row["auc"] for size_mm, row in summary(one(verdicts)).items()}
     # The healthy recording with 3 has no verdict, so both nodules lie above what is left.
     assert area == {measures.ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
 
 
 def test_an_error_of_size_is_signed_and_counts_what_was_found():
-    verdicts = rows("one", [0, 0, 1, 1, 2], estimate_mm=[UNKNOWN, UNKNOWN, 0.5, 2.5, 1.0])
-    made = {row["size_mm"]: row for row in measures.size_errors(one(verdicts), RULES)}
+    estimates = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN]
+    made = sizing(one(rows("one", [0, 0, 1, 1, 0], estimate_mm=estimates)))
     assert made[1.0]["bias_mm"] == pytest.approx(0.5)
     assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
-    assert made[2.0]["bias_mm"] == -1.0 and made[2.0]["absolute_error_mm"] == 1.0
-    assert made[measures.ANY]["bias_mm"] == pytest.approx(0.0)
-    assert (made[measures.ANY]["recordings"], made[measures.ANY]["detected"]) == (3, 3)
+    whole = made[measures.ANY]
+    assert (whole["recordings"], whole["detected"], whole["detected_clusters"]) == (3, 2, 2)
+    assert whole["bias_mm"] == made[1.0]["bias_mm"] and np.isnan(made[2.0]["bias_mm"])
 
 
 def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
     verdicts = rows("one", [1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
     judged = one(verdicts, nodule_at_mm=["", "", "7", "7", "7"])
-    made = {row["size_mm"]: row for row in measures.localisation(judged, RULES)}
-    assert set(made) == {measures.ANY, 1.0}
-    assert made[1.0]["recordings"] == 2
-    assert made[1.0]["median_absolute_error_mm"] == pytest.approx(1.5)
-    assert made[1.0]["bias_mm"] == pytest.approx(-0.5)
+    made = sizing(judged)
+    assert [made[size]["located"] for size in (measures.ANY, 1.0, 2.0)] == [2, 2, 0]
+    assert made[1.0]["location_error_mm"] == pytest.approx(1.5)
+    assert made[1.0]["location_bias_mm"] == pytest.approx(-0.5)
 
 
 def test_what_only_one_of_two_detectors_judges_rightly_is_counted():
@@ -416,15 +404,18 @@ def test_what_only_one_of_two_detectors_judges_rightly_is_counted():
     assert made["size_within_tolerance", 1.0] == (2, 1)
 
 
-def test_the_brier_table_compares_the_detector_with_the_prevalence_alone():
+def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_alone():
     # The recording without a verdict has no probability that counts.
     stated = [0.1, 0.5, 0.9, 0.6, 0.8]
     verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], probability=stated)
-    (row,) = measures.brier(one(verdicts), RULES | {"prevalence": 0.2})
+    row, *bins = measures.calibration(one(verdicts), RULES | {"prevalence": 0.2})
     expected = 0.8 * 0.1**2 + 0.2 * (0.1**2 + 0.4**2 + 0.2**2) / 3
     assert row["recordings"] == 4
     assert row["brier"] == pytest.approx(expected)
     assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)
+    assert row["stated"] == pytest.approx(0.8 * 0.1 + 0.2 * (0.9 + 0.6 + 0.8) / 3)
+    assert row["observed"] == pytest.approx(0.2) and np.isnan(row["stated_low"])
+    assert all("brier" not in each for each in bins)
 
 
 def test_verdicts_stand_by_detector_then_by_name_then_as_they_were_made():

@@ -53,7 +53,7 @@ PAPER = [
 
 
 def test_the_definitions_give_the_papers_precision_and_recall():
-    rows = table("detection", PAPER)
+    _, *rows = table("detection", PAPER)
     precision = [round(100 * row["precision"], 1) for row in rows]
     recall = [round(100 * row["recall"], 1) for row in rows]
     assert precision == [57.7, 85.0, 100.0, 100.0, 100.0]
@@ -64,16 +64,20 @@ def test_the_definitions_give_the_papers_precision_and_recall():
 
 
 def test_the_definitions_give_the_papers_size_rates():
-    rows = table("sizing", PAPER)
+    whole, *rows = table("sizing", PAPER)
+    # Of all sizes together: 43 of 100 exact.
+    assert (whole["recordings"], whole["exact"], whole["one_sided"]) == (100, 43, False)
     assert [row["exact_rate"] for row in rows[1:]] == [0.30, 0.55, 0.70, 0.15]
     assert [row["within_rate"] for row in rows[1:]] == [0.85, 0.85, 0.85, 0.70]
     assert [row["one_sided"] for row in rows] == [True, False, False, False, True]
 
 
 def test_specificity_is_what_the_paper_leaves_unsaid():
-    (row,) = table("specificity", PAPER)
-    assert (row["healthy"], row["true_negatives"], row["specificity"]) == (20, 6, 0.3)
-    assert row["specificity_at_least"] == rate(6, 20, 0.9)[1]
+    none, *_ = table("detection", PAPER)
+    assert (none["size_mm"], none["tp"], none["fn"], none["recall"]) == (0.0, 6, 14, 0.3)
+    assert none["recall_at_least"] == rate(6, 20, 0.9)[1]
+    # Eight nodules are missed, so 6 of 14 verdicts of no nodule are right.
+    assert (none["fp"], none["precision"]) == (8, 6 / 14)
 
 
 def test_the_confusion_table_counts_every_recording_once():
@@ -86,25 +90,24 @@ def test_the_confusion_table_counts_every_recording_once():
 
 
 def test_a_missed_nodule_has_no_size_within_the_tolerance():
-    (row,) = table("sizing", [(1.0, 0.0), (1.0, 2.0)], [0.0, 1.0])
-    assert row["within"] == 1
-    assert row["mean_absolute_error_mm"] == 1.0
+    for row in table("sizing", [(1.0, 0.0), (1.0, 2.0)], [0.0, 1.0]):
+        assert row["within"] == 1
+        assert row["mean_absolute_error_mm"] == 1.0
 
 
 def test_decimal_sizes_lie_within_a_decimal_tolerance():
-    (row,) = table("sizing", [(2.5, 2.3)], [0.0, 2.5], RULES | {"tolerance_mm": 0.2})
+    _, row = table("sizing", [(2.5, 2.3)], [0.0, 2.5], RULES | {"tolerance_mm": 0.2})
     assert row["within"] == 1
 
 
 def test_a_recording_without_a_verdict_is_a_failure_in_every_rate_but_the_precision():
     pairs = [(0.0, 0.0), (0.0, UNKNOWN), (0.0, 1.0), (1.0, 1.0), (1.0, UNKNOWN), (1.0, 0.0)]
     made = rate_tables(predictions(pairs), [0.0, 1.0], RULES)
-    (detection,) = made["detection"].to_dict("records")
+    specific, detection = made["detection"].to_dict("records")
     assert (detection["tp"], detection["fp"], detection["fn"]) == (1, 1, 2)
     assert (detection["recall"], detection["precision"]) == (1 / 3, 1 / 2)
-    (specific,) = made["specificity"].to_dict("records")
-    assert (specific["healthy"], specific["true_negatives"]) == (3, 1)
-    (sizing,) = made["sizing"].to_dict("records")
+    assert (specific["tp"], specific["fp"], specific["fn"]) == (1, 1, 2)
+    _, sizing = made["sizing"].to_dict("records")
     assert (sizing["recordings"], sizing["exact"], sizing["within"]) == (3, 1, 1)
     assert sizing["mean_absolute_error_mm"] == pytest.approx(2 / 3)
     confusion = made["confusion"]
@@ -113,7 +116,7 @@ def test_a_recording_without_a_verdict_is_a_failure_in_every_rate_but_the_precis
     assert silent["count"].tolist() == [1, 1]
     # A detector that is never silent has no row for it; one that always is has no rows.
     assert len(table("confusion", PAPER)) == 36
-    assert rate_tables(predictions([(0.0, UNKNOWN)]), [0.0, 1.0], RULES)["specificity"].empty
+    assert rate_tables(predictions([(0.0, UNKNOWN)]), [0.0, 1.0], RULES)["detection"].empty
 
 
 def test_no_verdict_is_never_right():
@@ -133,15 +136,15 @@ def test_the_interval_of_a_rate_is_over_places():
     pairs = [(0.0, 0.0)] * 6 + [(0.0, 1.0)] * 2
     table_of = predictions(pairs)
     index = index_of(table_of["recording"], site=["a", "a", "b", "b", "c", "c", "d", "d"])
-    (row,) = rate_tables(table_of, [0.0, 1.0], RULES, index)["specificity"].to_dict("records")
+    row, _ = rate_tables(table_of, [0.0, 1.0], RULES, index)["detection"].to_dict("records")
     right = np.array([True] * 6 + [False] * 2)
     places = Units.of_places(np.repeat(np.arange(4), 2))
     expected = rate_of(right, places, 0.95)
-    assert [row[f"specificity{end}"] for end in ("", "_low", "_high")] == list(expected)
-    assert row["specificity_at_least"] == lower_bound(right, places)
+    assert [row[f"recall{end}"] for end in ("", "_low", "_high")] == list(expected)
+    assert row["recall_at_least"] == lower_bound(right, places)
     assert row["clusters"] == 4
     copies = index_of(table_of["recording"], near_copies=[table_of["recording"][1], *[""] * 7])
-    (row,) = rate_tables(table_of, [0.0, 1.0], RULES, copies)["specificity"].to_dict("records")
+    row, _ = rate_tables(table_of, [0.0, 1.0], RULES, copies)["detection"].to_dict("records")
     assert row["clusters"] == 7
 
 
@@ -204,15 +207,16 @@ def test_intervals_are_those_of_scipy(hits, count, confidence):
 
 def test_a_rate_of_nothing_is_unknown():
     assert all(math.isnan(number) for number in rate(0, 0, 0.95))
-    (row,) = table("specificity", [(1.0, 1.0)])
-    assert math.isnan(row["specificity"]) and math.isnan(row["specificity_at_least"])
-    assert (row["healthy"], row["clusters"]) == (0, 0)
+    none, *_ = table("detection", [(1.0, 1.0)])
+    assert math.isnan(none["recall"]) and math.isnan(none["recall_at_least"])
+    assert (none["tp"] + none["fn"], none["clusters"]) == (0, 0)
 
 
 def test_tables_keep_schemes_apart():
     both = [predictions([(1.0, 0.0)]), predictions([(1.0, 1.0)], "resubstitution")]
     made = rate_tables(pd.concat(both), [0.0, 1.0], RULES)
-    recall = dict(zip(made["detection"]["scheme"], made["detection"]["recall"], strict=True))
+    of_nodules = made["detection"].query("size_mm > 0")
+    recall = dict(zip(of_nodules["scheme"], of_nodules["recall"], strict=True))
     assert recall == {"leave_one_out": 0.0, "resubstitution": 1.0}
     assert len(made["confusion"]) == 2 * 4
 

@@ -440,8 +440,8 @@ def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
     (results / "fits/3mm/r07.json").unlink()
     with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
         gathering.gather(results, CONFIG, "fits")
-    (results / "evaluation/auc.csv").unlink()
-    with pytest.raises(CapsuleError, match=r"auc\.csv does not exist; .*snakemake -c2"):
+    (results / "evaluation/roc.csv").unlink()
+    with pytest.raises(CapsuleError, match=r"roc\.csv does not exist; .*snakemake -c2"):
         gathering.gather(results, CONFIG, "evaluation")
     (results / "signals/3mm/r07.npy").write_bytes(b"cut off")
     with pytest.raises(CapsuleError, match=r"r07\.npy is damaged .*; delete it"):
@@ -459,7 +459,7 @@ def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, m
     ("name", "unit", "words"),
     [
         ("rmse_2.5mm", "1", "root mean square error beside the template of 2.5mm"),
-        ("bias_mm_low", "mm", "lower end of the interval of bias"),
+        ("bias_mm_low", "mm", "mean error of the estimated size of a detected nodule"),
         ("location_s", "s", "time at which the nodule is located"),
         ("peak_spacing_2", "samples", "sensor 2"),
     ],

@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from capsule.evaluation import paper
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
-from capsule.evaluation.measures import measure_tables
+from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.figures.draw_curves import curve_table, draw_learning, draw_roc
 from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
@@ -52,7 +52,7 @@ def judged(verdicts, sizes_mm):
 
 
 def tables_of(rows, sizes_mm):
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.95}
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.95, "prevalence": 0.1}
     return measure_tables(pd.DataFrame(rows), sizes_mm, rules, names=[*RATES, "summary"])
 
 
@@ -274,7 +274,7 @@ def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
 
 
 def curves(detectors, sizes=(np.nan, 1.0)):
-    """Make tables as capsule.evaluation.measures does: curves, specificity and sensitivity."""
+    """Make tables as capsule.evaluation.measures does: curves, and rates with the baseline's."""
     roc = [
         {
             "detector": name, "scheme": "leave_one_out", "size_mm": size,
@@ -282,15 +282,15 @@ def curves(detectors, sizes=(np.nan, 1.0)):
         }
         for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
     ]  # fmt: skip
-    key = [{"detector": name, "scheme": "leave_one_out"} for name in detectors]
-    summary = [row | {"specificity": 0.75} for row in key]
-    sensitivity = [row | {"size_mm": size, "sensitivity": 0.5} for row in key for size in sizes]
+    summary = [
+        {"detector": name, "scheme": "leave_one_out", "size_mm": size}
+        | {"specificity": 0.75, "sensitivity": 0.5}
+        for name in [*detectors, ALWAYS]
+        for size in sizes
+    ]
     columns = ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"]
-    tables = (
-        pd.DataFrame(roc, columns=None if roc else columns),
-        *map(pd.DataFrame, (summary, sensitivity)),
-    )
-    return curve_table(*tables, "leave_one_out")
+    roc = pd.DataFrame(roc, columns=None if roc else columns)
+    return curve_table(roc, pd.DataFrame(summary), "leave_one_out")
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -298,6 +298,7 @@ def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
     table = curves({"template": 1, "beats": 1, "diagonal": 0.5})
     points = table[table["kind"] == "operating point"]
     assert set(points["false_positive_rate"]) == {0.25}
+    assert set(points["detector"]) == set(table["detector"]) == {"template", "beats", "diagonal"}
     figure = draw_roc(table, ["template", "beats", "diagonal"], width)
     shown = texts(figure)
     assert "score of template, beats" in shown and "score of diagonal" in shown
@@ -313,7 +314,7 @@ def test_without_a_curve_the_figure_says_so():
     empty = pd.DataFrame(columns=["detector", "scheme", "size_mm", "false_positive_rate"])
     summary = pd.DataFrame({"detector": ["template"], "scheme": ["leave_one_out"]})
     summary = summary.assign(specificity=np.nan, size_mm=np.nan, sensitivity=1.0)
-    table = curve_table(empty, summary, summary, "leave_one_out")
+    table = curve_table(empty, summary, "leave_one_out")
     assert "no recording to count" in texts(draw_roc(table, ["template"]))
 
 

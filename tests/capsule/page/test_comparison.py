@@ -170,17 +170,17 @@ def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
 
 
 def test_a_number_has_its_unit_and_its_interval():
-    bias = partial(comparison.number_cell, name="bias", unit=" mm", end="_mm")
-    cell = bias({"bias_mm": 0.251, "bias_low_mm": -0.1, "bias_high_mm": 0.6})
+    bias = partial(comparison.number_cell, name="bias_mm", unit=" mm")
+    cell = bias({"bias_mm": 0.251, "bias_mm_low": -0.1, "bias_mm_high": 0.6})
     assert (cell["value"], cell["text"]) == (0.251, "0.25 mm")
     assert cell["interval"] == "\u22120.10 to 0.60 mm"
-    cell = bias({"bias_mm": 0.251, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN})
+    cell = bias({"bias_mm": 0.251, "bias_mm_low": UNKNOWN, "bias_mm_high": UNKNOWN})
     assert (cell["text"], cell["interval"]) == ("0.25 mm", "")
 
 
 def test_what_is_not_known_has_no_value():
-    row = {"bias_mm": UNKNOWN, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN}
-    cell = comparison.number_cell(row, "bias", " mm", "_mm")
+    row = {"bias_mm": UNKNOWN, "bias_mm_low": UNKNOWN, "bias_mm_high": UNKNOWN}
+    cell = comparison.number_cell(row, "bias_mm", " mm")
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
     cell = comparison.difference({"difference": UNKNOWN})
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)

@@ -87,7 +87,9 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         this size.
     """
     rows = confusion.tolist()
-    healthy, tables = rows[0], {"detection": [], "sizing": []}
+    healthy, missed = rows[0], [row[0] for row in rows[1:]]
+    quiet = {"size_mm": 0, "tp": healthy[0], "fp": sum(missed), "fn": sum(healthy[1:])}
+    tables = {"detection": [quiet], "sizing": []}
     for size_mm, row in enumerate(rows[1:], start=1):
         hits = {"tp": sum(row[1:]), "fp": healthy[size_mm], "fn": row[0]}
         tables["detection"].append({"size_mm": size_mm} | hits)
@@ -95,7 +97,6 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         within = int(confusion[size_mm, near].sum())
         sizes = {"recordings": sum(row), "exact": row[size_mm], "within": within}
         tables["sizing"].append({"size_mm": size_mm} | sizes)
-    tables["specificity"] = [{"healthy": sum(healthy), "true_negatives": healthy[0]}]
     tables["confusion"] = [
         {"size_mm": 0, "predicted_mm": size_mm, "count": count}
         for size_mm, count in enumerate(healthy)
@@ -169,8 +170,8 @@ def mean_difference(rows: Sequence[Mapping]) -> float:
 
 def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[str, float]:
     """Return the cells in percent from tables of rates, of the paper or of an archive."""
-    detection, sizing = rates["detection"], rates["sizing"]
-    (healthy,) = rates["specificity"]
+    (healthy, *detection), sizing = rates["detection"], rates["sizing"]
+    healthy_runs = healthy["tp"] + healthy["fn"]
     named = {}
     for row in detection:
         named[f"precision {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fp"])
@@ -181,11 +182,11 @@ def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[
     for row in sizing:
         name = f"within {tolerance_mm:g} mm of {_label(row)}"
         named[name] = _percent(row["within"], row["recordings"])
-    named["specificity"] = _percent(healthy["true_negatives"], healthy["healthy"])
+    named["specificity"] = _percent(healthy["tp"], healthy_runs)
     for row in rates["confusion"]:
         if row["size_mm"] == 0:
             label = f"{row['predicted_mm']:g} mm" if row["predicted_mm"] > 0 else "none"
-            named[f"no nodule as {label}"] = _percent(row["count"], healthy["healthy"])
+            named[f"no nodule as {label}"] = _percent(row["count"], healthy_runs)
     return named
 
 

@@ -17,7 +17,7 @@ from capsule.errors import CapsuleError
 from capsule.evaluation.files import read_table
 from capsule.evaluation.intervals import Units
 from capsule.evaluation.measures import sign_test
-from capsule.evaluation.rates import is_right
+from capsule.evaluation.rates import is_right, of_any
 from capsule.store import files
 from capsule.store.results import OfArchive
 
@@ -120,6 +120,8 @@ def recordings_that_differ(a: pd.DataFrame, b: pd.DataFrame) -> list[str]:
 def compared(folders: tuple[Path, Path], listed: list[pd.DataFrame]) -> pd.DataFrame:
     """Return the rates of both folders and the paired verdicts, a row a detector and scheme."""
     rates = [read_table(folder / OfArchive.EVALUATION / "summary.csv") for folder in folders]
+    # In a table of an earlier version, which has no sizes, all rows are of any nodule.
+    rates = [of_any(each) if "size_mm" in each else each for each in rates]
     rates = [each[["detector", "scheme", "sensitivity", "specificity"]] for each in rates]
     table = rates[0].merge(rates[1], how="outer", on=_PAIR[:2], suffixes=("_a", "_b"), sort=False)
     contents = listed[0].merge(listed[1], on=["recording", "sha256", "size_mm"])["recording"]

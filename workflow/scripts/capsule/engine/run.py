@@ -17,6 +17,7 @@ from capsule.engine.folder import is_made_from, mark_outdated, sign_results, tid
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
 from capsule.engine.unchanged import STATES, State
 from capsule.errors import CapsuleError, error_line
+from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.kinds import Settings
 from capsule.recordings.held_out import unknown_sessions
@@ -187,12 +188,17 @@ class Run:
             _tell(f"  survey passed over: {self.sessions}/{name}: {problem}")
 
     def _tell_leftovers(self) -> None:
-        """Print how many results are of recordings, or of batches, that are gone."""
+        """Print how many results are of recordings, batches or tables that are gone."""
         left = left_over(Path(self.results), self.size, self.batches, self.described)
+        tables, known = (
+            Path(self.results) / OfArchive.EVALUATION,
+            {"predictions", "learning", *COLUMNS},
+        )
+        left += sorted(path.as_posix() for path in tables.glob("*.csv") if path.stem not in known)
         if left:
             _tell(
-                f"{len(left)} files are of recordings or batches that are gone, and are not used, "
-                f"such as {left[0]}"
+                f"{len(left)} files are of recordings, batches or tables that are gone, and are "
+                f"not used, such as {left[0]}"
             )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 
+import numpy as np
 import pandas as pd
 
 from capsule import words
@@ -16,7 +17,7 @@ from capsule.evaluation.intervals import (
     rate,
 )
 from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.evaluation.measures import measure_tables
+from capsule.evaluation.rates import of_any, of_each, rate_over
 from capsule.kinds import Row
 
 NO_INTERVAL = "no interval: fewer than three places"
@@ -174,17 +175,17 @@ def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = Non
     if level != rules["confidence"]:
         tables = rates.at(detector, scheme, level)
     set_by = set_specificity(rates, scheme) if sets_specificity(detector, scheme) else None
-    found, specific = sizes_found(tables["detection"]), specificity(tables["specificity"])
-    quiet = specific.at_least if set_by is None else set_by.low
+    found, specificity = found_and_quiet(tables["detection"])
+    quiet = specificity.at_least if set_by is None else set_by.low
     confounded = in_words(rates.confounded)
 
     return Answers(
         scheme=scheme,
         found=found,
         smallest_mm=(None if confounded else smallest_reliable_size(found, quiet, reliable_rate)),
-        specificity=specific,
+        specificity=specificity,
         set_specificity=set_by,
-        meaning=None if confounded else _meaning(tables["predictive_values"], set_by),
+        meaning=None if confounded else _meaning(tables["summary"], set_by),
         confounded=confounded,
         quiet=quiet,
     )
@@ -203,19 +204,21 @@ def set_specificity(rates: Rates, scheme: str) -> SetSpecificity | None:
     return SetSpecificity(wanted, places, least, low, high, mean)
 
 
-def sizes_found(detection: pd.DataFrame) -> dict[float, Estimate]:
-    """Return how often the nodules of each size are found, for the sizes that were judged.
+def found_and_quiet(detection: pd.DataFrame) -> tuple[dict[float, Estimate], Estimate]:
+    """Return how often the nodules of each judged size are found, ascending, and the specificity.
 
     Parameters
     ----------
     detection : DataFrame
-        Counts and recall per size, of one detector and scheme.
+        Counts and recall per size, of one detector and scheme; that of 0 mm is the specificity.
     """
     rows = detection[detection["tp"] + detection["fn"] > 0].sort_values("size_mm")
-    return {
+    found = {
         float(row["size_mm"]): _estimate(row, "recall", row["tp"], row["tp"] + row["fn"])
         for row in rows.to_dict("records")
     }
+    specificity = found.pop(0.0, Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, 0))
+    return found, specificity
 
 
 def recordings_to_show(level: float) -> int:
@@ -228,15 +231,15 @@ def recordings_to_show(level: float) -> int:
 
 
 def _meaning(
-    table: pd.DataFrame, set_by: SetSpecificity | None
+    summary: pd.DataFrame, set_by: SetSpecificity | None
 ) -> tuple[Estimate, Estimate] | None:
-    """Return the predictive values over all sizes; the table has an empty size for these.
+    """Return the predictive values over all sizes.
 
     Where the threshold sets the specificity, they follow from the set one (Bayes' rule). Their
     ranges follow from the specificity that new places of this bench may expect together with the
     interval of the sensitivity, each at the same end.
     """
-    rows = table[pd.to_numeric(table["size_mm"]).isna()]
+    rows = of_any(summary)
     if rows.empty:
         return None
     row = rows.iloc[0]
@@ -296,33 +299,15 @@ def smallest_reliable_size(
     return smallest
 
 
-def specificity(table: pd.DataFrame) -> Estimate:
-    """Return the specificity from the only row of its table; NaN if the table is empty."""
-    if table.empty:
-        return Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, 0)
-    row = table.iloc[0]
-    return _estimate(row, "specificity", row["true_negatives"], row["healthy"])
-
-
 def pooled(
-    rates: Rates,
-    verdicts: pd.DataFrame,
-    sizes_mm: Sequence[float],
-    found: Mapping[float, Estimate],
-    level: float,
+    rates: Rates, verdicts: pd.DataFrame, found: Mapping[float, Estimate], level: float
 ) -> Estimate:
-    """Return how many nodules of some sizes are found, with an interval over their set-ups."""
-    if len(found) == 1:
-        return found[sizes_mm[0]]
-    some = verdicts[verdicts["size_mm"].isin([0.0, *sizes_mm])]
-    rules = {**rates.settings["evaluation"], "confidence": level}
-    table = measure_tables(
-        some, rates.evaluation.sizes_mm(), rules, rates.accepted_rows(), ("summary",)
-    )["summary"]
-    row = table.iloc[0]
+    """Return how many nodules of the found sizes are found, with an interval over their set-ups."""
+    tolerance_mm = rates.settings["evaluation"]["tolerance_mm"]
+    ((_, rows),) = of_each(verdicts, tolerance_mm, rates.accepted_rows())
+    some = rows[np.isin(rows["size_mm"], [*found])]
     hits, of = (sum(getattr(each, name) for each in found.values()) for name in ("hits", "of"))
-    value, low, high = (float(row[f"sensitivity{end}"]) for end in ("", "_low", "_high"))
-    return Estimate(value, low, high, hits, of)
+    return Estimate(*rate_over(some, level), hits, of)
 
 
 def together(estimates: Sequence[Estimate], level: float) -> Estimate | None:

@@ -28,7 +28,7 @@ LEAVE_ONE_SETUP_OUT = group_scheme("setup")
 # The order of the page: what is measured on recordings that taught nothing stands first.
 _ORDER = (HELD_OUT, LEAVE_ONE_OUT)
 # The tables of a detector and a scheme that its answers need.
-_OF_ANSWERS = (*RATES, "summary", "predictive_values")
+_OF_ANSWERS = (*RATES, "summary")
 
 
 @dataclass(frozen=True)

@@ -16,21 +16,23 @@ SITES = [
 ]
 
 _KEY = ("detector", "scheme")
-# Rates by the paper's definitions.
+# Rates by the paper's definitions. In the tables, an empty size stands for any nodule.
 RATES = {
     "detection": [
         *(*_KEY, "size_mm", "tp", "fp", "fn"),
         *("precision", "precision_low", "precision_high", "precision_at_least"),
         *("recall", "recall_low", "recall_high", "recall_at_least", "clusters"),
     ],
-    "specificity": [
-        *(*_KEY, "healthy", "true_negatives", "specificity", "specificity_low"),
-        *("specificity_high", "specificity_at_least", "clusters"),
-    ],
     "sizing": [
         *(*_KEY, "size_mm", "recordings", "exact", "exact_rate", "exact_rate_low"),
         *("exact_rate_high", "within", "within_rate", "within_rate_low", "within_rate_high"),
-        *("one_sided", "mean_absolute_error_mm", "clusters"),
+        *("one_sided", "mean_absolute_error_mm", "mean_absolute_error_mm_low"),
+        *("mean_absolute_error_mm_high", "detected", "detected_clusters"),
+        *("bias_mm", "bias_mm_low", "bias_mm_high"),
+        *("absolute_error_mm", "absolute_error_mm_low", "absolute_error_mm_high"),
+        *("located", "located_clusters"),
+        *("location_error_mm", "location_error_mm_low", "location_error_mm_high"),
+        *("location_bias_mm", "location_bias_mm_low", "location_bias_mm_high", "clusters"),
     ],
     "confusion": [
         *(*_KEY, "size_mm", "predicted_mm", "count", "share", "share_low", "share_high"),
@@ -39,17 +41,12 @@ RATES = {
 COLUMNS = {
     **RATES,
     "summary": [
-        *(*_KEY, "recordings", "accuracy", "sensitivity", "specificity"),
-        "sensitivity_at_specificity",
+        *(*_KEY, "size_mm", "recordings", "accuracy", "sensitivity", "specificity"),
+        *("sensitivity_at_specificity", "auc", "prevalence", "ppv", "npv"),
     ],
-    "predictive_values": [*_KEY, "size_mm", "prevalence", "ppv", "npv"],
-    "size_error": [*_KEY, "size_mm", "recordings", "detected", "bias_mm"],
-    "calibration": [*_KEY, "stated_low", "stated_high", "recordings", "stated"],
-    "brier": [*_KEY, "recordings", "prevalence", "brier", "brier_uninformed"],
-    "localisation": [*_KEY, "size_mm", "recordings", "median_absolute_error_mm"],
+    "calibration": [*_KEY, "stated_low", "stated_high", "recordings", "stated", "brier"],
     "comparison": ["scheme", "first", "second", "measure", "size_mm", "recordings"],
     "retest": [*_KEY, "passes", "size_mm", "sites", "detected"],
-    "auc": [*_KEY, "size_mm", "auc"],
     "roc": [*_KEY, "size_mm", "false_positive_rate", "true_positive_rate"],
 }
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
+from capsule.evaluation.rates import of_any
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ def leading(
     named : str
         The configured detector. Any other text selects the highest sensitivity at the specificity.
     """
-    of_scheme = summary[summary["scheme"] == choosing_scheme(schemes)].set_index("detector")
+    of_scheme = summary[summary["scheme"] == choosing_scheme(schemes)]
+    of_scheme = of_any(of_scheme).set_index("detector")
     reached = of_scheme["sensitivity_at_specificity"].reindex(list(detectors)).astype(float)
     known = reached.dropna()
     # Of several that are equal, idxmax returns the first.

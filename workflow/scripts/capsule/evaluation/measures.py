@@ -25,14 +25,14 @@ from capsule.evaluation.intervals import (
     effective_count,
     gain_interval,
     height_at,
-    mean_interval,
-    median_interval,
     rate_of,
     ratio_interval,
 )
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.learning import learning_rows
 from capsule.evaluation.rates import (
+    ANY,
+    by_size,
     cells_over,
     cluster_unit,
     confusion,
@@ -40,9 +40,9 @@ from capsule.evaluation.rates import (
     of_each,
     rate_over,
     sizing,
-    specificity,
     units_of,
     with_ends,
+    with_value,
 )
 from capsule.evaluation.sites import detections_by_passes
 from capsule.kinds import Cells, Settings, Spread
@@ -51,7 +51,6 @@ from capsule.recordings.names import sort_key
 # The columns of a prediction that the verdict's follow.
 KEY = ["recording", "size_mm", "detector", "scheme"]
 ALWAYS = "always_nodule"
-ANY = None  # In place of a size, this stands for any nodule.
 _GRID = np.linspace(0.0, 1.0, 21)
 
 
@@ -124,55 +123,63 @@ def measure_tables(
     }
 
 
-def by_size(rows: RecordArray) -> Iterator[tuple[float | None, RecordArray]]:
-    """Yield `ANY` with all recordings over nodules, and each size with its recordings."""
-    nodules = rows[rows["size_mm"] > 0]
-    yield ANY, nodules
-    for size_mm in np.unique(nodules["size_mm"]).tolist():
-        yield size_mm, nodules[nodules["size_mm"] == size_mm]
-
-
 def _healthy(rows: RecordArray) -> RecordArray:
     healthy: RecordArray = rows[rows["size_mm"] == 0]
     return healthy
 
 
-def _known(rows: RecordArray, column: str) -> RecordArray:
-    """Return the recordings that have a verdict, and a value in a column."""
-    known: RecordArray = rows[~np.isnan(rows[column]) & ~np.isnan(rows["predicted_mm"])]
-    return known
-
-
 def summary(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) -> Iterator[Cells]:
-    """Yield each detector's rates over all recordings, and those of always predicting a nodule.
+    """Yield how well each detector tells nodules from none, for any nodule and for each size.
 
-    A missed nodule has no size, so it is neither exact nor within the tolerance. In the mean
-    absolute error it counts as 0 mm, and so does a nodule without a verdict.
+    The recordings are the healthy ones, and those with a nodule of the size. Always predicting a
+    nodule is a detector too, `ALWAYS`, whose verdicts have no meaning and no score.
+
+    The experimenter chooses the prevalence of an archive. So the predictive values at the stated
+    prevalence follow from the shares of verdicts by Bayes' rule, from `share_right`. A recording
+    without a verdict is neither a positive nor a negative one. Only recordings with a verdict and a
+    score have a place in the order of the scores, of which ``auc`` is the area under the ROC curve.
     """
-    level, always = rules["confidence"], next(iter(of_scheme.values())).copy()
+    level, prevalence = rules["confidence"], rules["prevalence"]
+    odds = prevalence / (1 - prevalence)
+    for detector, all_rows in of_scheme.items():
+        for size_mm, nodules in by_size(all_rows):
+            rows = all_rows[np.isin(all_rows["size_mm"], [0.0, *nodules["size_mm"]])]
+            nodule, scored = rows["size_mm"] > 0, with_value(rows, "score")
+            yield cells_over(
+                rows,
+                detector=detector,
+                scheme=scheme,
+                size_mm=size_mm,
+                **_rates(rows, level),
+                sensitivity_at_specificity=found_at(rows, rules["specificity"]),
+                auc=_area(_healthy(scored), scored[scored["size_mm"] > 0], level),
+                prevalence=prevalence,
+                ppv=share_right(rows, rows["found"], nodule, odds, level),
+                npv=share_right(rows, rows["quiet"], ~nodule, 1 / odds, level),
+            )
+    always = next(iter(of_scheme.values())).copy()
     always["right"] = always["size_mm"] > 0
-    for detector, rows in {**of_scheme, ALWAYS: always}.items():
-        nodules, healthy = rows[rows["size_mm"] > 0], _healthy(rows)
-        sensitivity, specificity = rate_over(nodules, level), rate_over(healthy, level)
-        # The baseline names no size.
-        sized = nodules if detector != ALWAYS else nodules[:0]
-        error = np.nan_to_num(sized["predicted_mm"]) - sized["size_mm"]
-        yield cells_over(
-            rows,
-            detector=detector,
-            scheme=scheme,
-            recordings=len(rows),
-            accuracy=rate_over(rows, level),
-            sensitivity=sensitivity,
-            specificity=specificity,
-            balanced_accuracy=_mean_of(sensitivity, specificity),
-            sensitivity_at_specificity=found_at(rows, rules["specificity"])
-            if detector != ALWAYS
-            else np.nan,
-            exact_rate=rate_over(sized, level, "exact"),
-            within_rate=rate_over(sized, level, "within"),
-            mean_absolute_error_mm=_absolute_error(error, sized, level),
-        )
+    yield cells_over(always, detector=ALWAYS, scheme=scheme, size_mm=ANY, **_rates(always, level))
+
+
+def _rates(rows: RecordArray, confidence: float) -> Cells:
+    """Return the rates of right verdicts on nodules, on healthy recordings, and on both."""
+    sensitivity = rate_over(rows[rows["size_mm"] > 0], confidence)
+    specificity = rate_over(_healthy(rows), confidence)
+    return {
+        "recordings": len(rows),
+        "accuracy": rate_over(rows, confidence),
+        "sensitivity": sensitivity,
+        "specificity": specificity,
+        "balanced_accuracy": _mean_of(sensitivity, specificity),
+    }
+
+
+def _area(healthy: RecordArray, nodules: RecordArray, confidence: float) -> Interval:
+    """Return the area under the ROC curve of the scores of recordings of both kinds."""
+    unit = cluster_unit(healthy, nodules)
+    units = units_of(healthy, unit), units_of(nodules, unit)
+    return auc_interval(healthy["score"], nodules["score"], confidence, *units)
 
 
 def found_at(rows: RecordArray, specificity: float) -> float:
@@ -200,65 +207,21 @@ def _mean_of(first: Interval, second: Interval) -> Interval:
     return value, float(max(value - low, 0.0)), float(min(value + high, 1.0))
 
 
-def _absolute_error(error: FloatArray, rows: RecordArray, confidence: float) -> Interval:
-    """Return the mean absolute error with its interval, which does not reach below 0."""
-    value, low, high = mean_interval(np.abs(error), confidence, units_of(rows))
-    # NaN stays NaN as the first argument.
-    return value, max(low, 0.0), high
-
-
-def areas(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the areas under the ROC curves, for any nodule and for each size.
-
-    Only recordings with a verdict and a score have a place in the order of the scores.
-    """
-    for size_mm, healthy, nodules in _scored(rows):
-        unit = cluster_unit(healthy, nodules)
-        units = units_of(healthy, unit), units_of(nodules, unit)
-        area = auc_interval(healthy["score"], nodules["score"], rules["confidence"], *units)
-        count = np.unique(np.concatenate([each.clusters for each in units])).size
-        yield with_ends(size_mm=size_mm, auc=area, clusters=count)
-
-
 def curves(rows: RecordArray, _: Settings) -> Iterator[Cells]:
-    """Yield the points of the ROC curves, for any nodule and for each size."""
-    for size_mm, healthy, nodules in _scored(rows):
+    """Yield the points of the ROC curves, for any nodule and for each size.
+
+    Without recordings of a kind that have a verdict and a score there is no curve.
+    """
+    scored = with_value(rows, "score")
+    healthy = _healthy(scored)
+    for size_mm, nodules in by_size(scored):
+        if not len(healthy) or not len(nodules):
+            continue
         weights = healthy["weight"], nodules["weight"]
         heights = height_at(healthy["score"], nodules["score"], _GRID, weights)
         for allowed, found in zip(_GRID.tolist(), heights.tolist(), strict=True):
             point = {"false_positive_rate": round(allowed, 10), "true_positive_rate": found}
             yield {"size_mm": size_mm, **point}
-
-
-def _scored(rows: RecordArray) -> Iterator[tuple[float | None, RecordArray, RecordArray]]:
-    """Yield for any nodule and for each size the healthy recordings and the nodules with scores."""
-    known = _known(rows, "score")
-    healthy = _healthy(known)
-    for size_mm, nodules in by_size(known):
-        if len(healthy) and len(nodules):
-            yield size_mm, healthy, nodules
-
-
-def predictive(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the predictive values at a stated prevalence, for any nodule and for each size.
-
-    The experimenter chooses the prevalence of an archive. The values therefore follow from the
-    shares of verdicts by Bayes' rule, from `share_right`. A recording without a verdict is neither
-    a positive nor a negative one.
-    """
-    prevalence, level, healthy = rules["prevalence"], rules["confidence"], _healthy(rows)
-    odds = prevalence / (1 - prevalence)
-    for size_mm, nodules in by_size(rows):
-        both = np.concatenate([healthy, nodules])
-        nodule = both["size_mm"] > 0
-        yield cells_over(
-            both,
-            size_mm=size_mm,
-            prevalence=prevalence,
-            sensitivity=rate_over(nodules, level),
-            ppv=share_right(both, both["found"], nodule, odds, level),
-            npv=share_right(both, both["quiet"], ~nodule, 1 / odds, level),
-        )
 
 
 def share_right(
@@ -298,11 +261,8 @@ def share_right(
     return value, min(low, value), max(high, value)
 
 
-def prevalence_weights(
-    nodule: BoolArray, prevalence: float, weights: FloatArray | None = None
-) -> FloatArray:
-    """Return weights, by default equal ones, scaled to the prevalence of nodules; the sum is 1."""
-    weights = np.ones(nodule.size) if weights is None else weights
+def prevalence_weights(nodule: BoolArray, prevalence: float, weights: FloatArray) -> FloatArray:
+    """Return weights scaled to the prevalence of nodules; the sum is 1."""
     of_nodules, of_healthy = weights[nodule].sum(), weights[~nodule].sum()
     if not of_nodules or not of_healthy:
         return np.full(nodule.size, np.nan)
@@ -311,91 +271,50 @@ def prevalence_weights(
     return scaled
 
 
-def brier_score(
-    probability: FloatArray | float,
-    nodule: BoolArray,
-    prevalence: float,
-    weights: FloatArray | None = None,
-) -> float:
-    """Return the mean squared error of the probability at the stated prevalence; 0 is best."""
-    scaled = prevalence_weights(nodule, prevalence, weights)
-    return float(np.sum(scaled * (probability - nodule) ** 2))
-
-
-def brier(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the Brier score of a detector that states probabilities."""
-    known, prevalence = _known(rows, "probability"), rules["prevalence"]
-    nodule = known["size_mm"] > 0
-    if nodule.size:
-        yield {
-            "recordings": nodule.size,
-            "prevalence": prevalence,
-            "brier": brier_score(known["probability"], nodule, prevalence, known["weight"]),
-            "brier_uninformed": brier_score(prevalence, nodule, prevalence, known["weight"]),
-        }
+def brier_score(probability: FloatArray | float, nodule: BoolArray, weights: FloatArray) -> float:
+    """Return the mean squared error of the probability, with weights whose sum is 1; 0 is best."""
+    return float(np.sum(weights * (probability - nodule) ** 2))
 
 
 def calibration(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the stated probability and the observed frequency of nodules in each bin.
+    """Yield the stated probability and the observed frequency of nodules, of all and in each bin.
 
     Both are weighted to the prevalence, and NaN if the bin is empty. A probability in a bin is
     treated as a verdict. The frequency of nodules in the bin is then a predictive value with its
     interval: five nodules and no healthy recording do not prove 100 %.
+
+    The first row is of all recordings, without the ends of a bin. It alone has the Brier scores of
+    the detector and of always stating the prevalence.
     """
-    known, bins = _known(rows, "probability"), rules["calibration_bins"]
+    known, bins = with_value(rows, "probability"), rules["calibration_bins"]
     nodule, stated = known["size_mm"] > 0, known["probability"]
-    bin_of = np.minimum((stated * bins).astype(int), bins - 1)
-    weights = prevalence_weights(nodule, rules["prevalence"], known["weight"])
-    odds = rules["prevalence"] / (1 - rules["prevalence"])
-    for turn in range(bins if len(known) else 0):
-        inside = bin_of == turn
+    if not known.size:
+        return
+    prevalence = rules["prevalence"]
+    odds = prevalence / (1 - prevalence)
+    weights = prevalence_weights(nodule, prevalence, known["weight"])
+
+    def frequency(inside: BoolArray) -> Cells:
         total = weights[inside].sum()
-        yield cells_over(
-            known[inside],
-            stated_low=turn / bins,
-            stated_high=(turn + 1) / bins,
-            recordings=int(inside.sum()),
-            stated=float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
-            observed=share_right(known, inside, nodule, odds, rules["confidence"]),
-        )
+        return {
+            "recordings": int(inside.sum()),
+            "stated": float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
+            "observed": share_right(known, inside, nodule, odds, rules["confidence"]),
+        }
 
-
-def size_errors(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield bias and absolute error of the estimated size, for any nodule and for each size.
-
-    Only recordings in which a nodule was detected have an estimate.
-    """
-    for size_mm, nodules in by_size(rows):
-        sized = _known(nodules, "estimate_mm")
-        error = sized["estimate_mm"] - sized["size_mm"]
-        errors = with_ends(
-            bias=mean_interval(error, rules["confidence"], units_of(sized)),
-            absolute_error=_absolute_error(error, sized, rules["confidence"]),
-        )
-        yield cells_over(
-            sized,
-            size_mm=size_mm,
-            recordings=len(nodules),
-            detected=len(sized),
-            **{f"{name}_mm": value for name, value in errors.items()},
-        )
-
-
-def localisation(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the error of the location, for recordings whose header has the nodule's position."""
-    error = rows["location_mm"] - rows["nodule_at_mm"]
-    for size_mm, known in by_size(rows[(rows["predicted_mm"] > 0) & ~np.isnan(error)]):
-        if len(known):
-            errors, units = known["location_mm"] - known["nodule_at_mm"], units_of(known)
-            yield cells_over(
-                known,
-                size_mm=size_mm,
-                recordings=len(known),
-                median_absolute_error_mm=median_interval(
-                    np.abs(errors), rules["confidence"], units
-                ),
-                bias_mm=mean_interval(errors, rules["confidence"], units),
-            )
+    yield cells_over(
+        known,
+        stated_low=np.nan,
+        stated_high=np.nan,
+        **frequency(np.ones(known.size, dtype=bool)),
+        prevalence=prevalence,
+        brier=brier_score(stated, nodule, weights),
+        brier_uninformed=brier_score(prevalence, nodule, weights),
+    )
+    bin_of = np.minimum((stated * bins).astype(int), bins - 1)
+    for turn in range(bins):
+        ends = {"stated_low": turn / bins, "stated_high": (turn + 1) / bins}
+        yield cells_over(known[bin_of == turn], **ends, **frequency(bin_of == turn))
 
 
 def comparisons(
@@ -467,15 +386,9 @@ def retests(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) 
 # The tables of one detector under one scheme, and those of all detectors under one scheme.
 _OF_ONE: Mapping[str, Callable[[RecordArray, Settings], Iterator[Cells]]] = {
     "detection": detection,
-    "specificity": specificity,
     "sizing": sizing,
     "confusion": confusion,
-    "predictive_values": predictive,
-    "size_error": size_errors,
     "calibration": calibration,
-    "brier": brier,
-    "localisation": localisation,
-    "auc": areas,
     "roc": curves,
 }
 _OF_SCHEME = {"summary": summary, "comparison": comparisons, "retest": retests}

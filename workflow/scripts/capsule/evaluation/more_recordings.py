@@ -28,16 +28,19 @@ def needed_sentence(rates: Rates, detector: str) -> str:
 
     The rates of the page's first scheme count; a specificity that the threshold sets does not.
     """
-    confidence = rates.settings["evaluation"]["confidence"]
-    judged = {
-        size_mm: (of, recordings_needed(row[name], HALF_WIDTH, confidence) - of)
-        for size_mm, (of, name, row) in _rates_of(rates, detector).items()
-        if of and row is not None
+    confidence, scheme = rates.settings["evaluation"]["confidence"], rates.schemes[0]
+    rows = rates.of(detector, scheme)["detection"]
+    if sets_specificity(detector, scheme):
+        rows = rows[rows["size_mm"] > 0]
+    more = {
+        row["size_mm"]: recordings_needed(row["recall"], HALF_WIDTH, confidence) - of
+        for row in rows.to_dict("records")
+        if (of := row["tp"] + row["fn"])
     }
-    if not judged:
+    if not more:
         return ""
     wanted = f"{words.percent(confidence)} interval of ±{100 * HALF_WIDTH:g} points"
-    missing = [f"{more} of {words.size(size)}" for size, (_, more) in judged.items() if more > 0]
+    missing = [f"{count} of {words.size(size)}" for size, count in more.items() if count > 0]
     if not missing:
         return f"Each rate has a {wanted} or a narrower one."
     return f"A {wanted} needs more recordings: {words.enumerate_words(missing)}."
@@ -51,21 +54,6 @@ def learning_sentence(learning: pd.DataFrame, detector: str) -> str:
         curves[_title(first_mm, last_mm)] = of_range.set_index("share").to_dict("index")
     said = _sentence(curves)
     return f"With half of the recordings to teach it, and with all but one: {said}" if said else ""
-
-
-def _rates_of(rates: Rates, detector: str) -> dict[float, tuple[int, str, Row | None]]:
-    """Return a detector's specificity (as size 0) and recalls: recordings, name and row of each.
-
-    A specificity that the threshold sets is None.
-    """
-    scheme = rates.schemes[0]
-    tables, is_set = rates.of(detector, scheme), sets_specificity(detector, scheme)
-    found: dict[float, tuple[int, str, Row | None]] = {}
-    for row in tables["specificity"].to_dict("records"):
-        found[0.0] = row["healthy"], "specificity", None if is_set else row
-    for row in tables["detection"].to_dict("records"):
-        found[row["size_mm"]] = row["tp"] + row["fn"], "recall", row
-    return found
 
 
 def _advice(half: Row) -> str:

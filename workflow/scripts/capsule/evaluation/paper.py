@@ -51,8 +51,8 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFra
 
     The paper prints percentages. The counts follow from the number of recordings of each size: TP
     from the recall, FP from the precision. Recordings without a nodule that are no FP of any size
-    are true negatives. They give the specificity, which the paper does not print. Our own tables of
-    as many verdicts give the intervals.
+    are true negatives. They give the recall of 0 mm, the specificity, which the paper does not
+    print. Our own tables of as many verdicts give the intervals.
 
     Each recording counts as a cluster, because the paper names no set-ups. Of ``confusion``, only
     the rows for recordings without a nodule are known, and of ``sizing`` not the errors.
@@ -86,20 +86,23 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFra
     made = measure_tables(predictions, sizes_mm, rules, names=RATES)
     sizing = made["sizing"][made["sizing"]["size_mm"].isin([*sized])]
     one_sided = [row["one_sided"] for row in printed["sizing"]]
-    made["sizing"] = sizing.assign(one_sided=one_sided, mean_absolute_error_mm=float("nan"))
+    error = [name for name in sizing if name.startswith("mean_absolute_error_mm")]
+    made["sizing"] = sizing.assign(one_sided=one_sided, **dict.fromkeys(error, float("nan")))
     return made | {"confusion": made["confusion"].query("size_mm == 0")}
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
-    """Return precision and recall per size from the table of detection, ours and the paper's."""
-    counted = detection.assign(
-        positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
+    """Return precision and recall of nodules by size from the table, ours and the paper's."""
+    nodules = detection[detection["size_mm"] > 0]
+    counted = nodules.assign(
+        positives=nodules["tp"] + nodules["fp"], of_size=nodules["tp"] + nodules["fn"]
     )
     return _points(counted, precision=("tp", "positives"), recall=("tp", "of_size"))
 
 
 def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
     """Return the exact and the within-tolerance rate per size from the table of sizing."""
+    sizing = sizing[sizing["size_mm"] > 0]
     counts = {f"{name}_rate": (name, "recordings") for name in ("exact", "within")}
     one_sided = [*[False] * len(sizing), *sizing["one_sided"].astype(bool)]
     return _points(sizing, **counts).assign(one_sided=one_sided)

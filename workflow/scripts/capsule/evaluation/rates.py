@@ -9,7 +9,7 @@ specificity and the rates of sizes. A precision is a share of given verdicts (Sc
 345, 2012). A detector that gives no verdict at all under a scheme has no rows.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 
 import numpy as np
@@ -17,10 +17,19 @@ import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, RecordArray
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION, Rows
-from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, Units, lower_bound, rate_of
+from capsule.evaluation.intervals import (
+    FEWEST_CLUSTERS,
+    Interval,
+    Units,
+    lower_bound,
+    mean_interval,
+    median_interval,
+    rate_of,
+)
 from capsule.kinds import Cells, Settings
 from capsule.recordings.held_out import places_of
 
+ANY = None  # In place of a size, this stands for any nodule.
 # What was held out comes first, what was learned last.
 _TURN = {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}
 # Under these, the place is left out, or nothing; under any other one, whole set-ups may be.
@@ -77,7 +86,9 @@ def of_each(
         number = predictions.groupby(["detector", "scheme"], sort=False).cumcount()
         predictions, index = predictions.assign(recording=number), {name: {} for name in number}
     true_mm, predicted_mm = (predictions[f"{name}_mm"].to_numpy() for name in ("size", "predicted"))
+    unknown = {name: np.nan for name in ("estimate_mm", "location_mm") if name not in predictions}
     marked = predictions.assign(
+        **unknown,
         found=predicted_mm > 0,
         quiet=predicted_mm == 0,
         right=is_right(predicted_mm, true_mm),
@@ -137,6 +148,11 @@ def units_of(rows: RecordArray, unit: str = "") -> Units:
     return Units(rows["weight"], rows[unit or cluster_unit(rows)])
 
 
+def clusters_of(rows: RecordArray) -> int:
+    """Return the number of clusters of the recordings of a measure."""
+    return int(np.unique(units_of(rows).clusters).size)
+
+
 def rate_over(rows: RecordArray, confidence: float, mark: str = "right") -> Interval:
     """Return the share of marked recordings at a new place, and its Wilson interval.
 
@@ -158,59 +174,104 @@ def with_ends(**values: object) -> Cells:
 
 def cells_over(rows: RecordArray, **values: object) -> Cells:
     """Return a row of a table and the number of clusters on which its intervals rest."""
-    return with_ends(**values, clusters=int(np.unique(units_of(rows).clusters).size))
+    return with_ends(**values, clusters=clusters_of(rows))
 
 
-def _bounded(name: str, rows: RecordArray, confidence: float) -> Cells:
-    """Return the rate of right verdicts, and its `lower_bound` as ``name_at_least``."""
-    bound = lower_bound(rows["right"], units_of(rows))
-    return {name: rate_over(rows, confidence), f"{name}_at_least": bound}
+def by_size(
+    rows: RecordArray, sizes_mm: Iterable[float] = ()
+) -> Iterator[tuple[float | None, RecordArray]]:
+    """Yield `ANY` with all recordings over nodules, and each size with its recordings.
+
+    The sizes are those of the recordings, and the given ones.
+    """
+    nodules = rows[rows["size_mm"] > 0]
+    yield ANY, nodules
+    for size_mm in filter(None, np.union1d(list(sizes_mm), nodules["size_mm"]).tolist()):
+        yield size_mm, nodules[nodules["size_mm"] == size_mm]
+
+
+def of_any(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of a table that hold for any nodule, whose size is empty."""
+    return table[pd.to_numeric(table["size_mm"]).isna()]
+
+
+def with_value(rows: RecordArray, column: str) -> RecordArray:
+    """Return the recordings that have a verdict, and a value in a column."""
+    known: RecordArray = rows[~np.isnan(rows[column]) & ~np.isnan(rows["predicted_mm"])]
+    return known
 
 
 def detection(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield precision and recall of every nodule size b, with intervals.
+    """Yield precision and recall of every size b, and of 0 mm, with intervals.
 
     Only these definitions give the paper's numbers. TP: recordings of size b in which any nodule is
     detected. FN: recordings of size b in which none is detected. FP: recordings without a nodule
     whose predicted size is exactly b.
+
+    Of 0 mm, TP are the recordings without a nodule in which none is detected, and FN the others, so
+    that the recall is the specificity. FP are the missed nodules.
     """
-    for size_mm in filter(None, rules["sizes_mm"]):
-        of_size = rows["size_mm"] == size_mm
-        alarm = (rows["size_mm"] == 0) & (rows["predicted_mm"] == size_mm)
-        named, all_of_size = rows[of_size & rows["found"] | alarm], rows[of_size]
-        hits = int(all_of_size["found"].sum())
-        counts = {"tp": hits, "fp": int(alarm.sum()), "fn": len(all_of_size) - hits}
-        precision = _bounded("precision", named, rules["confidence"])
-        recall = _bounded("recall", all_of_size, rules["confidence"])
-        yield cells_over(all_of_size, size_mm=size_mm, **counts, **precision, **recall)
-
-
-def specificity(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the share of recordings without a nodule in which none is detected."""
-    healthy = rows[rows["size_mm"] == 0]
-    counts = {"healthy": len(healthy), "true_negatives": int(healthy["quiet"].sum())}
-    yield cells_over(healthy, **counts, **_bounded("specificity", healthy, rules["confidence"]))
+    for size_mm in rules["sizes_mm"]:
+        of_size, right = rows["size_mm"] == size_mm, rows["right"]
+        hit, alarm = of_size & right, (rows["predicted_mm"] == size_mm) & ~right
+        named, all_of_size = rows[hit | alarm], rows[of_size]
+        yield cells_over(
+            all_of_size,
+            size_mm=size_mm,
+            tp=int(hit.sum()),
+            fp=int(alarm.sum()),
+            fn=int((of_size & ~right).sum()),
+            precision=rate_over(named, rules["confidence"]),
+            precision_at_least=lower_bound(named["right"], units_of(named)),
+            recall=rate_over(all_of_size, rules["confidence"]),
+            recall_at_least=lower_bound(all_of_size["right"], units_of(all_of_size)),
+        )
 
 
 def sizing(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
-    """Yield the rates of exact sizes and of sizes within the tolerance, for every nodule size.
+    """Yield how right sizes and locations are, for any nodule and for each size.
 
-    A recording in which no nodule is detected has no size, so it is never within the tolerance. In
-    the mean absolute error it counts as 0 mm. So does a recording without a verdict. ``one_sided``
-    marks the sizes whose tolerance reaches past the largest or the smallest template.
+    Of all recordings, ``exact`` and ``within`` are those of a right size. A recording in which no
+    nodule is detected has no size, so it is never within the tolerance. In
+    ``mean_absolute_error_mm`` it counts as 0 mm. So does a recording without a verdict.
+    ``one_sided`` marks the sizes whose tolerance reaches past the largest or the smallest template.
+
+    Bias and absolute error are those of the estimated sizes of the ``detected`` nodules. Those of
+    the location, of which the median error is taken, are of the ``located`` ones: detected nodules
+    whose position the header has.
     """
-    tolerance_mm, sizes_mm = rules["tolerance_mm"], [*filter(None, rules["sizes_mm"])]
-    for size_mm in sizes_mm:
-        of_size = rows[rows["size_mm"] == size_mm]
-        row: Cells = {"size_mm": size_mm, "recordings": len(of_size)}
+    level, tolerance_mm = rules["confidence"], rules["tolerance_mm"]
+    templates_mm = [*filter(None, rules["sizes_mm"])]
+    smallest_mm, largest_mm = min(templates_mm, default=np.nan), max(templates_mm, default=np.nan)
+    for size_mm, nodules in by_size(rows, templates_mm):
+        row: Cells = {"size_mm": size_mm, "recordings": len(nodules)}
         for mark in ("exact", "within"):
-            row[mark] = int(of_size[mark].sum())
-            row[f"{mark}_rate"] = rate_over(of_size, rules["confidence"], mark)
-        ends = size_mm - tolerance_mm, size_mm + tolerance_mm
-        row["one_sided"] = bool(ends[0] < sizes_mm[0] or ends[1] > sizes_mm[-1])
-        error = np.abs(np.nan_to_num(of_size["predicted_mm"]) - size_mm)
-        mean = np.average(error, weights=of_size["weight"]) if error.size else np.nan
-        yield cells_over(of_size, **row, mean_absolute_error_mm=mean)
+            row[mark] = int(nodules[mark].sum())
+            row[f"{mark}_rate"] = rate_over(nodules, level, mark)
+        row["one_sided"] = size_mm is not ANY and bool(
+            size_mm - tolerance_mm < smallest_mm or size_mm + tolerance_mm > largest_mm
+        )
+        error = np.nan_to_num(nodules["predicted_mm"]) - nodules["size_mm"]
+        row["mean_absolute_error_mm"] = _absolute_error(error, nodules, level)
+        detected = with_value(nodules, "estimate_mm")
+        error = detected["estimate_mm"] - detected["size_mm"]
+        row |= {"detected": len(detected), "detected_clusters": clusters_of(detected)}
+        row["bias_mm"] = mean_interval(error, level, units_of(detected))
+        row["absolute_error_mm"] = _absolute_error(error, detected, level)
+        error = nodules["location_mm"] - nodules["nodule_at_mm"]
+        of_located = nodules["found"] & ~np.isnan(error)
+        located, error = nodules[of_located], error[of_located]
+        row |= {"located": len(located), "located_clusters": clusters_of(located)}
+        row["location_error_mm"] = median_interval(np.abs(error), level, units_of(located))
+        row["location_bias_mm"] = mean_interval(error, level, units_of(located))
+        yield cells_over(nodules, **row)
+
+
+def _absolute_error(error: FloatArray, rows: RecordArray, confidence: float) -> Interval:
+    """Return the mean absolute error with its interval, which does not reach below 0."""
+    value, low, high = mean_interval(np.abs(error), confidence, units_of(rows))
+    # NaN stays NaN as the first argument.
+    return value, max(low, 0.0), high
 
 
 def confusion(rows: RecordArray, rules: Settings) -> Iterator[Cells]:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.learning import main_ranges
+from capsule.evaluation.measures import ALWAYS
 from capsule.figures.inputs import FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
@@ -26,17 +27,15 @@ from capsule.figures.style import (
 from capsule.kinds import Look
 
 
-def curve_table(
-    roc: pd.DataFrame, summary: pd.DataFrame, sensitivity: pd.DataFrame, scheme: str
-) -> pd.DataFrame:
+def curve_table(roc: pd.DataFrame, summary: pd.DataFrame, scheme: str) -> pd.DataFrame:
     """Return the curves and the operating points of one scheme.
 
     Parameters
     ----------
     roc : DataFrame
         Curves, per detector and size; an empty size means any nodule.
-    summary, sensitivity : DataFrame
-        Specificity per detector, and sensitivity per detector and size.
+    summary : DataFrame
+        Specificity and sensitivity, per detector and size.
     scheme : str
         The scheme.
 
@@ -48,12 +47,12 @@ def curve_table(
     """
     columns = ["detector", "size_mm", "false_positive_rate", "true_positive_rate"]
     curves = roc[roc["scheme"] == scheme].reindex(columns=columns)
-    specificity = summary[summary["scheme"] == scheme].set_index("detector")["specificity"]
-    points = sensitivity[sensitivity["scheme"] == scheme].assign(
-        false_positive_rate=lambda rows: 1 - rows["detector"].map(specificity).astype(float)
+    points = summary[(summary["scheme"] == scheme) & (summary["detector"] != ALWAYS)]
+    points = points.assign(
+        false_positive_rate=1 - points["specificity"].astype(float),
+        true_positive_rate=points["sensitivity"],
     )
-    points = points.rename(columns={"sensitivity": "true_positive_rate"}).reindex(columns=columns)
-    points = points.dropna(subset=columns[2:])
+    points = points.reindex(columns=columns).dropna(subset=columns[2:])
     parts = [curves.assign(kind="curve"), points.assign(kind="operating point")]
     # Leave out empty parts: pandas warns about them, because their columns have no types.
     return pd.concat([part for part in parts if not part.empty] or parts[:1], ignore_index=True)
@@ -63,7 +62,7 @@ def roc_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of all detectors' curves for the main scheme."""
     tables = inputs.evaluation.tables
     scheme = main_scheme(tables["roc"]["scheme"].unique())
-    curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
+    curves = curve_table(tables["roc"], tables["summary"], scheme)
     detectors = inputs.evaluation.detectors()
     return curves, partial(draw_roc, curves, detectors)
 

@@ -39,8 +39,8 @@ class Judgement:
         verdict), score, threshold, probability, place, ...; as
         ``results/evaluation/predictions.csv``.
     tables : dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing``, ``confusion``, ``summary``, ``auc``, ...: the
-        tables of ``results/evaluation/``.
+        ``detection``, ``sizing``, ``confusion``, ``summary``, ``calibration``, ``comparison``,
+        ``retest``, ``roc``, ``learning``: the tables of ``results/evaluation/``.
     detections : DataFrame
         Verdicts on the unlabelled recordings, as ``results/detections.csv``.
     confounded : DataFrame

@@ -12,6 +12,7 @@ from capsule.detectors.registry import DETECTORS
 from capsule.evaluation.archive_rates import sets_specificity
 from capsule.evaluation.cross_validation import RESUBSTITUTION
 from capsule.evaluation.measures import ALWAYS
+from capsule.evaluation.rates import of_any
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
 
@@ -53,27 +54,23 @@ class Measure:
     of_specificity: bool = False
 
 
-def number_cell(row: Row, name: str, unit: str = "", end: str = "") -> Cells:
+def number_cell(row: Row, name: str, unit: str = "") -> Cells:
     """Return the cell of a number with its unit and interval.
 
     Parameters
     ----------
     row : mapping
         A row of a table.
-    name, end : str
-        Start and end of the names of three columns: the value, ``_low`` and ``_high``.
+    name : str
+        Name of the column of the value; those of its interval end in ``_low`` and ``_high``.
     unit : str
         Text after the number; it begins with a space.
     """
-    value, low, high = (row[f"{name}{part}{end}"] for part in ("", "_low", "_high"))
+    value, low, high = (row[f"{name}{end}"] for end in ("", "_low", "_high"))
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
     interval = f"{words.number(low)} to {words.number(high)}{unit}" if words.is_known(low) else ""
     return plain_cell(float(value), words.number(value) + unit, interval)
-
-
-def _auc(row: Row) -> Cells:
-    return number_cell(row, "auc")
 
 
 def _brier(row: Row) -> Cells:
@@ -84,18 +81,16 @@ def _brier(row: Row) -> Cells:
 
 def _size_error(row: Row) -> Cells:
     """Return the mean absolute error of the size, and the number of nodules that it covers."""
-    cell = number_cell(row, "absolute_error", " mm", "_mm")
+    cell = number_cell(row, "absolute_error_mm", " mm")
     return cell | {"count": words.count_of(row["detected"], row["recordings"])}
-
-
-def _bias(row: Row) -> Cells:
-    return number_cell(row, "bias", " mm", "_mm")
 
 
 def _location_error(row: Row) -> Cells:
     """Return the median error of the place, and the number of recordings that it covers."""
-    cell = number_cell(row, "median_absolute_error_mm", " mm", "")
-    return cell | {"count": words.plural(int(row["recordings"]), "recording")}
+    if not row["located"]:
+        return NOT_APPLICABLE
+    cell = number_cell(row, "location_error_mm", " mm")
+    return cell | {"count": words.plural(int(row["located"]), "recording")}
 
 
 def difference(row: Row) -> Cells:
@@ -107,6 +102,8 @@ def difference(row: Row) -> Cells:
     return plain_cell(float(value), words.points(value), bounds, words.p_value(row["mcnemar_p"]))
 
 
+_auc = partial(number_cell, name="auc")
+_bias = partial(number_cell, name="bias_mm", unit=" mm")
 _differs = partial(Measure, table="comparison", cell=difference)
 
 # The rows under each heading, in which {prevalence} and {reference} are filled in.
@@ -114,27 +111,27 @@ GROUPS = {
     "Finding a nodule": (
         Measure("Specificity", "summary", "specificity", of_specificity=True),
         Measure("Sensitivity, any nodule", "summary", "sensitivity"),
-        Measure("Sensitivity, {size}", "predictive_values", "sensitivity", "each"),
+        Measure("Sensitivity, {size}", "summary", "sensitivity", "each"),
         Measure("Balanced accuracy", "summary", "balanced_accuracy"),
     ),
 }
 # Those that are folded away, because most readers do not need them.
 FOLDED_GROUPS = {
     "Size and place of a nodule": (
-        Measure("Exact size, of all nodules", "summary", "exact_rate"),
-        Measure("Within {tolerance}, of all nodules", "summary", "within_rate"),
-        Measure("Mean absolute error, of those found", "size_error", _size_error),
-        Measure("Bias, of those found", "size_error", _bias),
-        Measure("Median error of the place", "localisation", _location_error),
+        Measure("Exact size, of all nodules", "sizing", "exact_rate"),
+        Measure("Within {tolerance}, of all nodules", "sizing", "within_rate"),
+        Measure("Mean absolute error, of those found", "sizing", _size_error),
+        Measure("Bias, of those found", "sizing", _bias),
+        Measure("Median error of the place", "sizing", _location_error),
     ),
     "Ranking by the score, for all thresholds": (
-        Measure("AUC, any nodule against none", "auc", _auc),
-        Measure("AUC, {size} against none", "auc", _auc, "smallest"),
+        Measure("AUC, any nodule against none", "summary", _auc),
+        Measure("AUC, {size} against none", "summary", _auc, "smallest"),
     ),
     "Meaning of a verdict if {prevalence} of the places have a nodule": (
-        Measure("Positive predictive value", "predictive_values", "ppv"),
-        Measure("Negative predictive value", "predictive_values", "npv"),
-        Measure("Brier score of the probability", "brier", _brier),
+        Measure("Positive predictive value", "summary", "ppv"),
+        Measure("Negative predictive value", "summary", "npv"),
+        Measure("Brier score of the probability", "calibration", _brier),
     ),
     "Difference from {reference}, on the same recordings": (
         _differs("Sensitivity, difference", measure="detection"),
@@ -193,7 +190,7 @@ def _compared(
             for name, table in judgements.items()
             if "scheme" in table
         }
-        judged = list(tables["summary"]["detector"])
+        judged = list(of_any(tables["summary"])["detector"])
         if judged:
             # Differences are from the first in the configuration.
             names = judged[:1] + sorted(judged, key=lambda name: name != lead)
@@ -210,7 +207,9 @@ def _compared(
                     "groups": _filled(GROUPS, tables, names, settings),
                     "folded_groups": _filled(FOLDED_GROUPS, tables, names, settings),
                     "calibration": [
-                        _calibrated(row) for row in tables["calibration"].to_dict("records")
+                        _calibrated(row)
+                        for row in tables["calibration"].to_dict("records")
+                        if words.is_known(row["stated_low"])
                     ],
                 }
             )
@@ -235,7 +234,7 @@ def _filled(
     settings: Settings,
 ) -> list[Cells]:
     """Return the filled rows of groups; `names` are the reference, and the columns."""
-    sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
+    sizes_mm = sorted(tables["summary"]["size_mm"].dropna().unique())
     sizes_of: dict[str, list[float | None]] = {
         "all": [None],
         "healthy": [0.0],
@@ -277,9 +276,9 @@ def _cells(
         table = table[(table["first"] == reference) & (table["measure"] == row.measure)]
         table = table.rename(columns={"second": "detector"})
         by_detector[reference] = REFERENCE
-    if "size_mm" in table:
-        size = pd.to_numeric(table["size_mm"])
-        table = table[size.isna() if size_mm is None else size == size_mm]
+    # As no size stands for any nodule, a bin without ends stands for all probabilities.
+    part = pd.to_numeric(table["size_mm" if "size_mm" in table else "stated_low"])
+    table = table[part.isna() if size_mm is None else part == size_mm]
     for values in table.to_dict("records"):
         cell = rate_cell_of(values, row.cell) if isinstance(row.cell, str) else row.cell(values)
         if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):

@@ -11,9 +11,8 @@ from capsule.evaluation.answers import (
     Answers,
     Estimate,
     false_alarms,
+    found_and_quiet,
     pooled,
-    sizes_found,
-    specificity,
     together,
 )
 from capsule.evaluation.archive_rates import Rates
@@ -41,7 +40,7 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
     scheme, confidence = rates.schemes[0], rates.settings["evaluation"]["confidence"]
     level = headline_confidence(lead, scheme, confidence)
     verdicts = rates.verdicts(lead.detector, scheme)
-    paper = sizes_found(rates.evaluation.paper["detection"])
+    paper, paper_quiet = found_and_quiet(rates.evaluation.paper["detection"])
     counts = []
     for what, some in (("large", _large), ("small", _small)):
         mine = {size: each for size, each in ours.found.items() if some(size)}
@@ -50,21 +49,20 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
                 {
                     "what": what,
                     "sizes": _range(list(mine)),
-                    "ours": pooled(rates, verdicts, list(mine), mine, level),
+                    "ours": pooled(rates, verdicts, mine, level),
                     "paper": together(
                         [each for size, each in paper.items() if some(size)], confidence
                     ),
                     "split": _split(verdicts[verdicts["size_mm"].isin(list(mine))]),
                 }
             )
-    quiet, printed = ours.specificity, specificity(rates.evaluation.paper["specificity"])
-    if quiet.of:
+    if ours.specificity.of:
         counts.append(
             {
                 "what": "alarms",
                 "sizes": "",
-                "ours": false_alarms(quiet),
-                "paper": false_alarms(printed),
+                "ours": false_alarms(ours.specificity),
+                "paper": false_alarms(paper_quiet),
                 "split": _split(verdicts[verdicts["size_mm"] == 0]),
             }
         )
@@ -135,7 +133,8 @@ def _charted(rates: Rates) -> list[str]:
 
 
 def _found(rates: Rates, detector: str, scheme: str) -> dict[float, Estimate]:
-    return sizes_found(rates.of(detector, scheme)["detection"])
+    found, _ = found_and_quiet(rates.of(detector, scheme)["detection"])
+    return found
 
 
 def _points(
