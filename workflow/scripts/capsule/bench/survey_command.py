@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from capsule.arguments import natural, number_within
-from capsule.bench import survey_run, terminal
+from capsule.bench import survey_session, terminal
 from capsule.bench.record_command import add_board_options, add_wave_options
 from capsule.errors import WrongOptionError
 from capsule.phantom.files import add_phantom_arguments
@@ -83,7 +83,7 @@ def main(arguments: argparse.Namespace) -> None:
     """
     check(arguments)
     terminal.install()
-    survey_run.survey(arguments)
+    survey_session.survey(arguments)
 
 
 def check(options: argparse.Namespace) -> None:

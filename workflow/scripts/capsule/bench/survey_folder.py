@@ -244,7 +244,7 @@ def _cell(value: float, digits: int) -> str:
 
 
 def read_stored(
-    folder: Path, sensors: int, rate_hz: float, every: int
+    folder: Path, recording: Settings, every: int
 ) -> tuple[list[tuple[Readings, float]], dict[int, Event]]:
     """Read a killed survey up to the last complete judgement that can be read.
 
@@ -252,10 +252,8 @@ def read_stored(
     ----------
     folder : Path
         The session's folder.
-    sensors : int
-        Number of sensors S.
-    rate_hz : float
-        Sampling rate in Hz.
+    recording : mapping
+        Section ``recording`` of the configuration.
     every : int
         Number of samples from one judgement to the next.
 
@@ -267,7 +265,8 @@ def read_stored(
     told : dict of int to Event
         Events that may have come from outside, by their numbers in the log.
     """
-    rows = list(_rows(folder / (STREAM + PART), sensors))
+    rate_hz = recording["rate_hz"]
+    rows = list(_rows(folder / (STREAM + PART), recording["sensors"]))
     judged = []
     for start in range(0, len(rows) - every + 1, every):
         some = rows[start : start + every]
