@@ -2,12 +2,16 @@
 
 import errno
 import os
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from capsule.bench import survey_folder
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError
 from capsule.bench.survey_folder import SessionFolder, read_about
+from capsule.survey.files import parse_session
+from support.surveys import session_contents
 
 
 def no_room(path, *_):
@@ -53,6 +57,19 @@ def test_another_fault_of_the_disk_is_told_as_it_is(tmp_path, monkeypatch):
         disk.write_places([])
     assert not isinstance(refused.value, DiskFullError)
     disk.discard()
+
+
+# Kills: a column that is read and that nobody writes, such as whether a place may be off.
+def test_the_places_are_written_as_they_are_read(tmp_path):
+    disk, contents = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False), session_contents()
+    places = [
+        replace(place, may_be_off_mm=80.0) for place in parse_session("tuesday", contents).places
+    ]
+    disk.write_places(places)
+    written = {"places.csv": (tmp_path / "tuesday" / "places.csv").read_bytes()}
+    again = parse_session("tuesday", contents | written).places
+    np.testing.assert_equal([vars(place) for place in again], [vars(place) for place in places])
+    disk.close()
 
 
 @pytest.mark.parametrize("content", [b"", b'{"boards": ', b"\xff"])

@@ -56,11 +56,14 @@ def test_the_places_are_those_of_the_file_in_words(session):
     json.dumps(values, allow_nan=False)
 
 
-def test_a_strange_place_says_so_before_its_size(session):
-    strange = replace(session.places[0], unfamiliar_because="noise")
+def test_a_strange_place_says_so_before_its_size_and_one_that_may_be_off_where_else(session):
+    strange = replace(
+        session.places[0], familiar="no", unfamiliar_because="noise", may_be_off_mm=80.0
+    )
     changed = replace(session, places=[strange, *session.places[1:]])
     first, _ = survey_values(changed, track_of(changed), pins_of(changed))["places"]
     assert first["size"] == "unlike the recordings that teach (noise); 3.1 mm (2.4 to 3.9)"
+    assert first["where"] == "36.4 mm, or off by 80 mm"
 
 
 def test_of_a_way_to_targets_the_page_says_where_to():

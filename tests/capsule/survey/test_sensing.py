@@ -1,6 +1,7 @@
 """The position of the capsule after it was not felt for some time."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,11 @@ from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulated_bench import bench_with
+from capsule.survey.cycle import Cycle
+from capsule.survey.gut_evidence import GutEvidence
+from capsule.survey.pilot import Pilot
 from capsule.survey.sensing import Sensing
+from capsule.survey.survey_log import UNFOLDED, Readings
 
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 
@@ -31,3 +36,21 @@ def test_a_capsule_that_was_not_felt_for_long_may_be_one_wavelength_off(unfelt_s
     assert sensing.may_be_off_mm == off_mm
     error_mm = sensing.position_mm - bench.head_mm[-1][-1]
     assert error_mm == pytest.approx(-off_mm, abs=5)
+
+
+# Kills: a suspected place that does not say what the sensing knows of its position.
+def test_a_place_that_is_found_after_that_may_be_off_as_well():
+    pilot = Pilot(DETECTOR, 10.0, 4)
+    pilot.cycle = Cycle("exploring")
+    evidence = GutEvidence(np.arange(30.0), np.where(np.arange(30) == 20, 9.0, 0.0))
+    pilot.sensing = SimpleNamespace(
+        may_be_off_mm=80.0,
+        fix_mm=20.0,
+        position_mm=21.0,
+        take=lambda readings: None,
+        follow=lambda: True,
+        evidence=lambda: evidence,
+    )
+    pilot.tick(Readings(np.zeros(8), np.zeros((4, 8)), np.zeros(8), UNFOLDED))
+    (place,) = pilot.suspects.places
+    assert (place.first_mm, place.may_be_off_mm) == (20.0, 80.0)

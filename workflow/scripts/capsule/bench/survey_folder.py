@@ -3,7 +3,7 @@
 import contextlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,11 @@ import numpy as np
 from capsule.arrays import plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import RESUME, FrameLog, GrowingFile, writing
-from capsule.kinds import Row, Settings
+from capsule.kinds import Settings
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.recordings.recording import Recording, column_names, format_recording
 from capsule.store.files import read_json, write_csv, write_json, write_whole
+from capsule.survey.files import StoredPlace
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import (
     FOLDED,
@@ -33,22 +34,6 @@ RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 JUDGED = ("head_mm", "score", "threshold")
 # Entry of session.json that becomes known later: the phase of the wave at the cam shaft's index.
 INDEX = "index_mm"
-PLACE_COLUMNS = (
-    "place",
-    "status",
-    "place_mm",
-    "may_be_off_mm",
-    "passes",
-    "size_mm",
-    "size_low_mm",
-    "size_high_mm",
-    "evidence",
-    "height",
-    "threshold",
-    "recordings",
-    "familiar",
-    "unfamiliar_because",
-)
 _FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
 # Events that the pilot gets from outside; no reading shows them.
 _TOLD = {"stopped", "gut_ended", "fault"}
@@ -155,10 +140,11 @@ class SessionFolder:
                     stream.write(format_recording(recording))
         return f"{RECORDINGS}/{name}.csv"
 
-    def write_places(self, rows: Sequence[Row]) -> None:
+    def write_places(self, places: Sequence[StoredPlace]) -> None:
         """Write the table of places."""
+        columns = [each.name for each in fields(StoredPlace)]
         with writing(self.folder / PLACES, RESUME):
-            write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
+            write_csv(self.folder / PLACES, columns, map(vars, places))
 
     def finish(self) -> None:
         """Rename the files to their final names."""

@@ -8,7 +8,6 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from capsule.bench.terminal import Terminal
 from capsule.kinds import Settings
 from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import Recording
+from capsule.survey.files import StoredPlace
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Event, Readings
 from capsule.survey.suspects import Place
@@ -270,7 +270,7 @@ class SurveyRun:
         recording = Recording(np.round(time_s - time_s[0], 6), values, header)
         passes.append((self.disk.add_recording(name, recording), values))
 
-    def _row(self, place: Place) -> dict[str, Any]:
+    def _row(self, place: Place) -> StoredPlace:
         passes = self._passes.get(place.number, [])
         kind = self._sizes.familiarity([values for _, values in passes])
         said = [kind.sentence] if kind.familiar is False else []
@@ -283,19 +283,21 @@ class SurveyRun:
                 said.append(words.estimated_size(estimate))
         self._size_words[place.number] = "; ".join(said)
         heights = [height for height in place.heights if not np.isnan(height)]
-        return {
-            "place": place.number,
-            "status": place.status or "undecided",
-            "place_mm": round(place.place_mm, 1),
-            "may_be_off_mm": place.may_be_off_mm,
-            "passes": place.passes,
-            **dict(zip(("size_mm", "size_low_mm", "size_high_mm"), size, strict=True)),
-            "evidence": place.evidence[0] if place.evidence else float("nan"),
-            "height": float(np.mean(heights)) if heights else float("nan"),
-            "threshold": place.threshold,
-            "recordings": " ".join(name for name, _ in passes),
+        return StoredPlace(
+            place=place.number,
+            status=place.status or "undecided",
+            place_mm=round(place.place_mm, 1),
+            may_be_off_mm=place.may_be_off_mm,
+            passes=place.passes,
+            size_mm=size[0],
+            size_low_mm=size[1],
+            size_high_mm=size[2],
+            evidence=place.evidence[0] if place.evidence else float("nan"),
+            height=float(np.mean(heights)) if heights else float("nan"),
+            threshold=place.threshold,
+            recordings=" ".join(name for name, _ in passes),
             **kind.cells,
-        }
+        )
 
 
 def length_mm_of(about: Settings) -> float:

@@ -195,7 +195,7 @@ def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]
     ranked = sorted(
         picture.places, key=lambda pair: (order[pair[0].status], -np.nan_to_num(pair[0].height))
     )
-    return sorted(ranked[:most], key=lambda pair: pair[0].number)
+    return sorted(ranked[:most], key=lambda pair: pair[0].place)
 
 
 def _add_legend(figure: Figure, picture: _Picture) -> None:
@@ -308,7 +308,7 @@ def _draw_pins(axes: Axes, picture: _Picture) -> None:
             )
             axes.plot([at_mm], [label], zorder=4, **_PIN_LOOKS[place.status])
             axes.annotate(
-                f"{place.number} {verdict_words(place)}",
+                f"{place.place} {verdict_words(place)}",
                 (at_mm, label),
                 xytext=(5 if right else -5, 0),
                 textcoords="offset points",
@@ -398,4 +398,4 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
     axes.xaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     verdict = verdict_words(place).replace(", ", ",\n    ")
-    axes.set_title(f"{place.number}  {verdict}", fontsize=7.5, pad=7)
+    axes.set_title(f"{place.place}  {verdict}", fontsize=7.5, pad=7)

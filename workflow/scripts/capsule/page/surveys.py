@@ -93,7 +93,7 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
         ),
         "places": [
             {
-                "number": place.number,
+                "number": place.place,
                 "status": str(OF_SURVEY[place.status]),
                 "where": _where(place),
                 "passes": place.passes,
@@ -130,8 +130,8 @@ def _size(place: StoredPlace) -> str:
     names = ("size_mm", "size_low_mm", "size_high_mm")
     size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
     said = words.estimated_size(size) if place.status == "confirmed" else words.NOT_APPLICABLE
-    if place.unfamiliar_because:
-        return f"{words.UNLIKE} ({place.unfamiliar_because}); {said}"
+    if because := words.unlike_because(vars(place)):
+        return f"{words.UNLIKE} ({because}); {said}"
     return said
 
 

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,6 @@ from capsule.survey.survey_log import Event
 
 _WORD = re.compile("[a-z]{1,20}")
 _TEXTS = ("before", "event", "after", "reason")
-_NUMBERS_OF_PLACE = ("place_mm", "size_mm", "size_low_mm", "size_high_mm", "height", "threshold")
-_OFF = "may_be_off_mm"
 _SHOWN = 60
 
 
@@ -33,41 +31,46 @@ class SessionError(CapsuleError):
     """The error of a session that cannot be read; its text names the file and the fault."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StoredPlace:
-    """A row of places.csv; NaN where a cell is empty.
+    """A row of places.csv, with an attribute for each column; a number is NaN if it is unknown.
 
     Attributes
     ----------
-    number, passes : int
+    place, passes : int
         Number of the place, from 1, and number of passes with evidence.
     status : str
         One of `capsule.survey.cycle.STATUSES`.
     place_mm : float
         Position of the place.
-    size_mm, size_low_mm, size_high_mm : float
-        Size of the nodule, with its interval, whose high end is infinite if it has none.
-    height : float
-        Mean evidence in units of the usual evidence.
-    threshold : float
-        Threshold above which the first pass was suspicious.
     may_be_off_mm : float
         Error that the position may have, after the capsule was not felt for long; 0 if it was.
-    unfamiliar_because : str
-        Why a pass is unlike the recordings that teach the size; empty if none is.
+    size_mm, size_low_mm, size_high_mm : float
+        Size of the nodule, with its interval, whose high end is infinite if it has none.
+    evidence, height : float
+        Evidence of the first pass; mean evidence in units of the usual evidence.
+    threshold : float
+        Threshold above which the first pass was suspicious.
+    recordings : str
+        Names of the recordings of its passes.
+    familiar, unfamiliar_because : str
+        As in the tables of results: whether all passes are like the recordings that teach the size.
     """
 
-    number: int
-    passes: int
+    place: int
     status: str
     place_mm: float
+    may_be_off_mm: float = 0.0
+    passes: int
     size_mm: float
     size_low_mm: float
     size_high_mm: float
+    evidence: float
     height: float
     threshold: float
+    recordings: str
+    familiar: str = ""
     unfamiliar_because: str = ""
-    may_be_off_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -248,20 +251,21 @@ def _is_number(value: object) -> bool:
 
 
 def _parse_places(text: str) -> list[StoredPlace]:
-    wanted = ("place", "passes", *_NUMBERS_OF_PLACE)
-    columns = _columns(PLACES, text, ("status", *wanted))
-    # A survey of an earlier version says neither this nor which places are familiar.
-    columns.setdefault(_OFF, ["0"] * len(columns["status"]))
-    numbers = [_numbers(PLACES, columns, name).tolist() for name in (*wanted, _OFF)]
+    # A survey of an earlier version has no columns for what has a default.
+    needed = [each.name for each in fields(StoredPlace) if each.default is MISSING]
+    columns = _columns(PLACES, text, needed)
+    known: dict[str, list[Any]] = {
+        each.name: columns[each.name]
+        if each.type is str
+        else _numbers(PLACES, columns, each.name).tolist()
+        for each in fields(StoredPlace)
+        if each.name in columns
+    }
     places = []
     for at, status in enumerate(columns["status"]):
-        number, passes, *values = (column[at] for column in numbers)
-        if status not in STATUSES or math.isnan(number + passes):
+        row = {name: column[at] for name, column in known.items()}
+        if status not in STATUSES or math.isnan(row["place"] + row["passes"]):
             raise SessionError(f"{PLACES}: line {at + 2} is not a place with a verdict")
-        cells = {name: column[at] for name, column in columns.items()}
-        because = cells.get("unfamiliar_because", "") if cells.get("familiar") == "no" else ""
-        known = dict(zip((*_NUMBERS_OF_PLACE, _OFF), values, strict=True))
-        places.append(
-            StoredPlace(int(number), int(passes), status, **known, unfamiliar_because=because)
-        )
+        row |= {name: int(row[name]) for name in ("place", "passes")}
+        places.append(StoredPlace(**row))
     return places
