@@ -1,19 +1,22 @@
 """What cannot be used is refused with its reason, and costs the rest nothing.
 
-`bad_recordings.py` holds the cases.
+Each reason is tested where it is written: tests/capsule/recordings and tests/capsule/store. Here
+stands one file of each kind, which all lie in one archive.
 """
 
 import csv
 import os
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from capsule.recordings.names import as_cell
+from capsule.recordings.names import as_cell, displayed
+from capsule.recordings.recording import Recording, format_recording
 from capsule.store.results import Results
-from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED
+from support.synthetic import make_recording
 
 pytestmark = [
     pytest.mark.workflow,
@@ -27,6 +30,87 @@ GOOD = [f"0mm/r{run:02d}" for run in (1, 2, 3, 4)]
 GOOD += ["1mm/r01", "1mm/r02", "2.5mm/r01", "2.5mm/r02", "unlabelled/patient"]
 # Results that hold all recordings; the others have a file for each batch, which the lists name.
 OF_ALL = ("evaluation/", "figures/", "templates", "detections.csv", "detectors.json", "sites.csv")
+HOSTILE = "<script>alert(1)</script>"
+INDEX = np.arange(600)
+
+
+def content(name, **changes):
+    """Return the bytes of a good recording, another one for each name, or of a changed one."""
+    made = make_recording(3.0, f"bad/{name}", samples=INDEX.size)
+    return format_recording(Recording(**vars(made) | changes))
+
+
+def sensor(name, number, readings):
+    """Return the readings of a good recording with one sensor replaced."""
+    values = make_recording(3.0, f"bad/{name}", samples=INDEX.size).values
+    values[number - 1] = readings
+    return values
+
+
+# The bytes of each file, or what makes it; a part of its reason.
+UNUSABLE = {
+    "3mm/empty.csv": (b"", "the file is empty"),
+    "3mm/html.csv": (
+        re.sub(rb"\n0\.4,\d+", f"\n0.4,{HOSTILE}".encode(), content("html")),
+        f"line 10: '{HOSTILE}' is not a number",
+    ),
+    "3mm/semicolons.csv": (
+        content("semicolons", header={}).replace(b",", b";"),
+        "capsule import raw/3mm/semicolons.csv --size 3 --name semicolons-imported --dry-run",
+    ),
+    "3mm/huge.csv": (
+        lambda path: os.truncate(os.open(path, os.O_CREAT | os.O_WRONLY), 1_000_000_000),
+        "larger than 16 MB",
+    ),
+    "3mm/rail.csv": (
+        content("rail", values=sensor("rail", 2, np.where(INDEX < 198, 1023, 500 + INDEX % 7))),
+        "sensor_2 is at 1023, the end of the ADC's range, in 33 % of the samples",
+    ),
+    "3mm/long.csv": (
+        format_recording(make_recording(3.0, "long", samples=1001)),
+        "1001 samples are more than the 1000 columns of the matrix",
+    ),
+    "1mm/a-copy-of-r01.csv": (
+        lambda path: path.write_bytes(b"# by: me\n" + path.with_name("r01.csv").read_bytes()),
+        "the same content as 1mm/r01",
+    ),
+    "3mm/twice.csv": (content("twice"), "the same content as 4mm/twice, under another size"),
+    "4mm/twice.csv": (content("twice"), "the same content as 3mm/twice, under another size"),
+    "3mm/pipe.csv": (os.mkfifo, "a pipe or a device, not a file"),
+    "3mm/link-out.csv": (
+        lambda path: path.symlink_to("/etc/passwd"),
+        "a link to a place outside raw/",
+    ),
+    "3mm/$(touch pwned).csv": (content("command"), "rename the file"),
+    "3mm/`touch pwned`;touch pwned;'.csv": (content("commands"), "rename the file"),
+    "3mm/{recording}.csv": (content("wildcard"), "rename the file"),
+    "3mm/line\nbreak.csv": (content("line"), "rename the file"),
+    '3mm/"><img src=x onerror=alert(1)>.csv': (content("html name"), "rename the file"),
+    "3mm/\udcff.csv": (content("bytes"), "rename the file"),
+}
+PASSED_OVER = {
+    "3mm/notes.txt": (b"moved the sensor", "not a .csv file"),
+    "3mm/r07.csv.part": (content("part"), "an unfinished recording"),
+    "=1+1.csv": (content("formula"), "directly in raw/"),
+    "\uff1d1+1.csv": (content("full-width formula"), "directly in raw/"),
+    "7mm": (lambda path: path.symlink_to("/etc"), "a link to a place outside raw/"),
+    "$(touch pwned)mm": (Path.mkdir, "a folder whose name is not a size"),
+    "<b>3mm": (Path.mkdir, "a folder whose name is not a size"),
+}
+# Good recordings that look other than usual.
+HARMLESS = {
+    "0mm/r01": lambda data: b"\xef\xbb\xbf" + data.replace(b"\n", b"\r\n"),
+    "0mm/r02": lambda data: data.replace(
+        b"# source: ", f"# {HOSTILE}: x\n# source: ={HOSTILE} ".encode()
+    ),
+    "1mm/r01": lambda data: data[data.index(b"time_s") :],
+}
+
+
+def listed_as(path):
+    """Return the name of a file in the list of recordings."""
+    by_name = UNUSABLE[path][1].startswith(("rename", "a pipe", "a link"))
+    return displayed(path) if by_name else path.removesuffix(".csv")
 
 
 @pytest.fixture(scope="module")
@@ -39,11 +123,14 @@ def mixed(finished, tmp_path_factory):
     folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
     project = finished.copy(folder, results=False)
     project.configure(recordings_per_job=20)
-    for case in REJECTED + PASSED_OVER:
-        path = os.fsencode(project.raw) + b"/" + os.fsencode(case.name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)  # noqa: PTH103, PTH120
-        case.make(type(project.raw)(os.fsdecode(path)))
-    for name, (_, disguise) in zip(GOOD, HARMLESS, strict=False):
+    for name, (made, _) in (UNUSABLE | PASSED_OVER).items():
+        path = project.raw / name
+        path.parent.mkdir(exist_ok=True)
+        if isinstance(made, bytes):
+            path.write_bytes(made)
+        else:
+            made(path)
+    for name, disguise in HARMLESS.items():
         path = project.raw / f"{name}.csv"
         path.write_bytes(disguise(path.read_bytes()))
     run = project.snakemake()
@@ -55,20 +142,22 @@ def test_a_bad_recording_is_one_row_with_its_reason_and_a_line_on_the_terminal(m
     project, run = mixed
     rows = project.table("recordings.csv")
     rejected = {row["recording"]: row["reason"] for row in rows if row["status"] == "rejected"}
-    assert rejected == {case.listed_as: case.reason for case in REJECTED}
-    assert len(rows) == len(GOOD) + len(REJECTED)
-    for name, reason in rejected.items():
-        assert f"  rejected: raw/{name}: {reason}\n" in run.output
-    assert f"{len(GOOD)} recordings accepted, {len(REJECTED)} rejected." in run.output
+    assert rejected.keys() == set(map(listed_as, UNUSABLE))
+    assert len(rows) == len(GOOD) + len(UNUSABLE)
+    for path, (_, reason) in UNUSABLE.items():
+        told = rejected[listed_as(path)]
+        assert reason in told
+        assert f"  rejected: raw/{listed_as(path)}: {told}\n" in run.output
+    assert f"{len(GOOD)} recordings accepted, {len(UNUSABLE)} rejected." in run.output
 
 
 def test_what_is_no_recording_is_named(mixed):
     project, run = mixed
     rows = {row["path"].rstrip("/"): row for row in project.table("passed_over.csv")}
-    assert {name: row["reason"] for name, row in rows.items()} == {
-        as_cell(os.fsdecode(case.name)): case.reason for case in PASSED_OVER
-    }
-    for row in rows.values():
+    assert rows.keys() == set(map(as_cell, PASSED_OVER))
+    for path, (_, reason) in PASSED_OVER.items():
+        row = rows[as_cell(path)]
+        assert reason in row["reason"]
         assert f"  passed over: raw/{row['path']}: {row['reason']}\n" in run.output
 
 
@@ -134,8 +223,10 @@ def test_on_request_the_run_stops_before_any_fit_and_names_them_all(mixed):
     run = project.snakemake("--config", "on_rejected=fail")
     assert run.status != 0
     assert not run.jobs["fit"]
-    for case in REJECTED:
-        assert f"\n  {case.listed_as}: {case.reason}\n" in run.output
+    for path, (_, reason) in UNUSABLE.items():
+        assert re.search(
+            rf"\n  {re.escape(f'{listed_as(path)}: ')}.*{re.escape(reason)}", run.output
+        )
     assert "set on_rejected: report in config/config.yaml" in run.output
 
 

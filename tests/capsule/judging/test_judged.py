@@ -1,9 +1,11 @@
 """capsule judge: any file judged, in words, as JSON and as a picture."""
 
 import json
+import os
 import shutil
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,14 +31,12 @@ from capsule.recordings.acceptance import check_recording
 from capsule.recordings.listing import full_list
 from capsule.recordings.recording import format_recording
 from capsule.store.files import fingerprint, list_archive, write_csv
-from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
 from support.command import CAPSULE, run_command
 from support.learned import taught_by, write_learned, write_templates
 from support.synthetic import write_archive
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
-# Of these the reason lies in one file alone, and in no other one and no folder.
-ONE_FILE = [case for case in (*UNREADABLE, *UNUSABLE) if "the same" not in case.what]
+MOST_BYTES = 16_000_000
 FAMILIAR_FILE = Familiarity(True)
 
 
@@ -186,24 +186,45 @@ def test_values_are_those_of_the_verdicts(judged, final):
     json.dumps(values, allow_nan=False)
 
 
-def rejected_line(case, tmp_path, final):
-    path = tmp_path / "file.csv"
-    case.make(path)
+def rejected_line(path, final):
     judged = judge_file(path, final, CONFIGURATION, {})
     (line,) = judged_lines(judged, 80)
     return line.removeprefix(f"{path}: rejected: ")
 
 
-@pytest.mark.parametrize("case", ONE_FILE, ids=lambda case: case.what)
-def test_a_rejected_file_tells_the_workflows_own_reason(case, tmp_path, final):
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda data: b"", "the file is empty"),
+        (lambda data: data[data.index(b"time_s") :].replace(b",", b";"), "line 1 separates"),
+        (lambda data: data.replace(b"adc_bits: 10", b"adc_bits: 9"), "outside the ADC's range"),
+        (lambda data: bytes(17_000_000), "the file is larger than 16 MB"),
+    ],
+)
+def test_a_rejected_file_tells_the_workflows_own_reason(change, reason, results, tmp_path, final):
+    path, data = tmp_path / "file.csv", change((results / "run.csv").read_bytes())
+    path.write_bytes(data)
+    told = rejected_line(path, final)
+    own = check_recording("file", data, MOST_BYTES, CONFIGURATION)[0]["reason"]
     # Here the import that could read the file is named by the file's own path.
-    told, reason = rejected_line(case, tmp_path, final), case.reason
-    assert told.partition(": capsule import ")[0] == reason.partition(": capsule import ")[0]
+    assert told.partition(": capsule import ")[0] == own.partition(": capsule import ")[0]
+    assert reason in told
 
 
-@pytest.mark.parametrize("case", NO_FILES[:5], ids=lambda case: case.what)
-def test_what_is_no_file_is_not_waited_for(case, tmp_path, final):
-    assert rejected_line(case, tmp_path, final).startswith("it cannot be read: ")
+@pytest.mark.parametrize(
+    "make",
+    [
+        Path.mkdir,
+        os.mkfifo,
+        lambda path: path.symlink_to("nowhere.csv"),
+        lambda path: path.symlink_to(path.name),
+        lambda path: path.symlink_to("/dev/zero"),
+    ],
+    ids=["folder", "pipe", "broken link", "link to itself", "device"],
+)
+def test_what_is_no_file_is_not_waited_for(make, tmp_path, final):
+    make(tmp_path / "file.csv")
+    assert rejected_line(tmp_path / "file.csv", final).startswith("it cannot be read: ")
 
 
 def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_path):

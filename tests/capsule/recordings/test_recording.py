@@ -101,6 +101,7 @@ def test_a_missing_sample_keeps_its_place():
         (BARE + b"0.2,1e300,1\n", "line 4: '1e300' is too large"),
         (b"# format_version: 2\n" + BARE, "format_version '2'; this program reads version 1 only"),
         (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
+        (b"# session: a\n# session: b\n" + BARE, "line 2: .* session 'a' above, and 'b' here"),
         (b"a," * 6000, "line 1 has 12000 characters; .* at most 10000"),
         (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
     ],
