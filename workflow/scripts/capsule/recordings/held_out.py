@@ -1,11 +1,8 @@
-"""Which recordings teach and which judge: held-out sessions, and the places that passes share.
+"""Which recordings teach and which judge: those of held-out sessions judge only.
 
 A recording is held out if it is labelled and the section ``evaluation`` of the configuration names
 its session in ``held_out``. The header line ``# session:`` gives the session. Held-out recordings
 judge the detectors, and teach nothing.
-
-Passes over one place share its gut wall and its nodule. If one pass teaches a detector, the verdict
-on another pass is not independent. So a place is the unit that is left out, counted and weighed.
 
 The Snakefile uses this module at every start, so it imports only fast modules.
 """
@@ -14,14 +11,12 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from capsule.errors import CapsuleError, RecordingError
+from capsule.errors import CapsuleError
+from capsule.recordings.header import session_of
 from capsule.recordings.names import as_cell, size_mm
-from capsule.recordings.recording import one_line_end, split_header
 from capsule.store import files
 
 Row = TypeVar("Row", bound=Mapping[str, object])
-# Bytes that are read of a recording at first; nearly all headers are shorter.
-_BEGINNING = 2048
 
 
 def is_held_out(recording: str, session: object, held_out: Iterable[str]) -> bool:
@@ -96,43 +91,11 @@ def fitted(
             name
             for name in names
             if size_mm(name)
-            and not (held_out and is_held_out(name, _session(raw / f"{name}.csv"), held_out))
+            and not (held_out and is_held_out(name, session_of(raw / f"{name}.csv"), held_out))
         ]
         for batch, names in batches.items()
     }
     return {batch: names for batch, names in found.items() if names}
-
-
-def _session(path: Path) -> str:
-    """Return the session of a recording as its table has it; empty if it names none."""
-    try:
-        return as_cell(header_of(path).get("session", ""))
-    except (RecordingError, OSError):
-        # The recording will be rejected with this reason.
-        return ""
-
-
-def header_of(path: Path) -> dict[str, str]:
-    """Return the header lines of a recording; read no more of it than they take.
-
-    Raises
-    ------
-    RecordingError
-        The header cannot be read, or says two things.
-    OSError
-        The file cannot be read.
-    """
-    size = _BEGINNING
-    while True:
-        content = files.read_beginning(path, size)
-        # The end may cut a letter in two, or a line.
-        lines = one_line_end(content.decode("utf-8-sig", errors="replace")).split("\n")
-        if len(content) == size:
-            lines.pop()
-        header, index = split_header(lines)
-        if index < len(lines) or len(content) < size:
-            return header
-        size *= 8
 
 
 def recordings_with_fits(table: Path, held_out: Collection[str] = ()) -> list[str]:
@@ -177,42 +140,3 @@ def _why_not(row: Mapping[str, str], held_out: bool) -> tuple[str, str] | None:
     if held_out:
         return "held out", f"evaluation.held_out names its session {row['session']}"
     return ("not judged", row["no_verdict"]) if row["no_verdict"] else None
-
-
-def places_of(rows: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """Return the place of each recording.
-
-    Recordings are of one place if their headers name the same site, or if they are near copies of
-    each other. Both relations are joined: a near copy brings its whole site with it.
-
-    Parameters
-    ----------
-    rows : mapping of str to mapping
-        The rows of recordings.csv, with ``site`` and ``near_copies``. Names of recordings that have
-        no row are passed over.
-
-    Returns
-    -------
-    dict of str to str
-        Two recordings have the same text exactly if they are of one place. The text is the name of
-        the place's first recording, so it does not depend on what other places hold.
-    """
-    place = {name: name for name in rows}
-    first_of_site: dict[str, str] = {}
-    for name, row in rows.items():
-        near = [other for other in row.get("near_copies", "").split() if other in place]
-        if row.get("site"):
-            near.append(first_of_site.setdefault(row["site"], name))
-        for other in near:
-            one, two = _root(place, name), _root(place, other)
-            place[two] = one
-    members: dict[str, list[str]] = {}
-    for name in rows:
-        members.setdefault(_root(place, name), []).append(name)
-    return {name: names[0] for names in members.values() for name in names}
-
-
-def _root(place: dict[str, str], name: str) -> str:
-    while place[name] != name:
-        name = place[name]
-    return name
