@@ -40,20 +40,17 @@ from support.bench.scripted import ENTRIES
 
 
 def test_every_fault_has_a_status_of_its_own():
-    docs = Path(__file__).parents[3] / "docs"
+    page = (Path(__file__).parents[3] / "docs/command.md").read_text(encoding="utf-8")
     # What goes wrong on the way back can happen to a survey alone.
     of_surveys = {bench_errors.CannotArriveError, bench_errors.SurveyFaultError}
-    pages = {name: (docs / name).read_text(encoding="utf-8") for name in ("bench.md", "survey.md")}
     kinds = AcquisitionError.__subclasses__()
     statuses = [kind.status for kind in kinds]
     assert len(set(statuses)) == len(kinds) >= 9
     assert not {0, 1, 2} & set(statuses)
     for kind in kinds:
-        page, command = (
-            ("survey.md", survey_command) if kind in of_surveys else ("bench.md", record_command)
-        )
+        command = survey_command if kind in of_surveys else record_command
         assert f" {kind.status} " in command.EXAMPLES
-        assert f"\n| {kind.status} | " in pages[page]
+        assert f"\n| {kind.status} | " in page
 
 
 def test_faults_end_the_program_plainly(monkeypatch, capsys):
