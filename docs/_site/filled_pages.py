@@ -4,6 +4,7 @@
 |---|---|
 | ``<!-- filled: configuration -->`` | config/README.md, which a test holds to the schema |
 | ``<!-- filled: options -->`` | what each command prints for ``--help`` |
+| ``<!-- filled: contents -->`` | the site's contents, from the lines of links on its first page |
 | ``<!-- filled: public names -->`` | the names that ``import capsule`` offers |
 | ``<!-- filled: keys of lab.yaml -->`` | the keys of its schema |
 | ``<!-- filled: modules of capsule.NAME -->`` | the modules of a package, by their docstrings |
@@ -36,9 +37,22 @@ STUDIES = (study_phantom, teach_scorer)
 BOARDS = ("logger", "peristalsis", "fold")
 _FILLED = re.compile(r"<!-- filled: (.+?) -->")
 _SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
+# A caption of the contents with its pages, as "**The bench**: [The bench](bench.md) · ...".
+_CAPTION = re.compile(r"^\*\*([^*]+)\*\*: (\[.+?)\n\n", re.MULTILINE | re.DOTALL)
+_PAGE = re.compile(r"\]\((\S+)\.md\)")
 _STUDY = re.compile(r"\]\((\.\./workflow/[^)]+\.md)\)")
 # Where a page links to a file of the project that has a page of its own in the site.
 _PAGES = {"../README.md": "index.md", "../config/README.md": "configuration.md"}
+
+
+def contents() -> str:
+    """Give the contents of the site, which its first page lists for its readers."""
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    lists = []
+    for caption, links in _CAPTION.findall(text):
+        pages = "\n".join(_PAGE.findall(links))
+        lists.append(f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{pages}\n```")
+    return "\n".join(lists)
 
 
 def configuration() -> str:
@@ -133,6 +147,7 @@ def _as_directives(lines: list[str]) -> str:
 
 _FILLINGS: dict[str, Callable[[], str]] = {
     "configuration": configuration,
+    "contents": contents,
     "keys of lab.yaml": lab_keys,
     "options": options,
     "public names": library,
