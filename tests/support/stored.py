@@ -27,6 +27,7 @@ class StoredResults:
         self._matrix = np.zeros((4, 1000)) if matrix is None else matrix
         self.drawn = Named(lambda name: deflated(to_json({"recording": name, "peaks": []})))
         self.qualities = Named(lambda name: f"{name}: no gap, no loose sensor")
+        self.measures = {}
 
     def matrix(self, name):
         """Return the same matrix for every recording."""

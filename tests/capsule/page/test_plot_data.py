@@ -34,6 +34,7 @@ def evidence_of(values, check=CHECK, stretches=None, **shape):
         settings,
     )
     assert made["quality"] == "no gap, no loose sensor"
+    assert made["measures"]["rail"] == check["at_ends"]
     return inflated(made["drawn"])
 
 

@@ -34,19 +34,28 @@ def test_rows_hold_the_verdict_and_the_reason_of_the_rejected():
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
     )
-    good, bad = recordings.recording_rows(index, verdicts, "template", 1.0)
+    cells = [{"value": 0.3, "text": "0.30", "shade": 4}] * 4
+    quality = {"2mm/a": {"cells": cells, "remarks": ["sensor 2 drifts"]}}
+    good, bad = recordings.recording_rows(index, verdicts, "template", 1.0, quality)
     assert (good["size"], good["verdict"], good["outcome"]) == ("2 mm", "3 mm", "within tolerance")
-    assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")
+    assert (good["quality"], good["remark"]) == (cells, "sensor 2 drifts")
+    assert (bad["outcome"], bad["remark"], bad["verdict"]) == ("rejected", "the file is empty", "")
+    assert [cell["text"] for cell in bad["quality"]] == [""] * 4
 
 
-# Kills: a recording of which a part is no evidence that looks like any other.
-def test_an_accepted_recording_that_is_evidence_in_part_has_its_reason():
+# Kills: a recording of which a part is no evidence, or that is unlike, and looks like any other.
+def test_an_accepted_recording_that_is_evidence_in_part_or_unlike_the_others_has_its_reason():
     part, both = (
         {"status": "accepted", "reason": "no wave ran from 44.8 s on", "no_verdict": no_verdict}
         for no_verdict in (UNKNOWN, "no wave")
     )
-    assert recordings._why_not(part) == "no wave ran from 44.8 s on"
-    assert recordings._why_not(both) == "no verdict: no wave; no wave ran from 44.8 s on"
+    unlike = {"familiar": "no", "unfamiliar_because": "noise"}
+    assert recordings._why_not(part, {}) == ["no wave ran from 44.8 s on"]
+    assert recordings._why_not(both, {}) == ["no verdict: no wave", "no wave ran from 44.8 s on"]
+    assert recordings._why_not({"status": "accepted"}, unlike) == [
+        "unlike the recordings that teach: noise"
+    ]
+    assert not recordings._why_not({"status": "accepted"}, unlike | {"familiar": ""})
 
 
 def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_place_left_out():

@@ -59,7 +59,7 @@ def wave_traits(wave: Wave | None, rate_hz: float) -> WaveTraits:
     """
     if wave is None:
         return UNKNOWN_TRAITS
-    depth = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
+    depth = depths(wave)
     if not (depth > 0).all():
         return UNKNOWN_TRAITS
     period_s = wave.period * wave.stride / rate_hz
@@ -68,28 +68,40 @@ def wave_traits(wave: Wave | None, rate_hz: float) -> WaveTraits:
     steps = np.array([np.nan]) if alone else np.angle(np.exp(1j * np.diff(wave.offset)))
     steps_s = steps * period_s / (2 * np.pi)
     change = wave.irregular[wave.window :] - wave.irregular[: -wave.window]
-    bend = np.abs(np.diff(wave.pressed, n=2))
-    # Some samples are missing; a sensor may miss every second one.
-    mean_bend = np.nansum(bend, axis=1) / np.maximum(np.count_nonzero(bend >= 0, axis=1), 1)
     return WaveTraits(
         period_s=period_s,
         step_s=float(steps_s.mean()),
         step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
         unsteadiness=float(change.std()) / (2 * np.pi),
-        wave_share=_wave_share(wave.steady, wave.period),
-        noise=float(np.median(mean_bend / depth)),
+        wave_share=float(wave_shares(wave).min()),
+        noise=float(np.median(noises(wave) / depth)),
     )
 
 
-def _wave_share(steady: FloatArray, period: float) -> float:
-    """Return the share of the power near the wave and its overtones, of the least sensor."""
-    centred = steady - steady.mean(axis=1, keepdims=True)
-    tapered = centred * np.hanning(steady.shape[1] + 2)[1:-1]
+def depths(wave: Wave) -> FloatArray:
+    """Return the depth of the wave under each sensor, (S,), in the unit of the readings."""
+    depth: FloatArray = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
+    return depth
+
+
+def noises(wave: Wave) -> FloatArray:
+    """Return the mean absolute second difference of each sensor's readings, (S,)."""
+    bend = np.abs(np.diff(wave.pressed, n=2))
+    # Some samples are missing; a sensor may miss every second one.
+    mean: FloatArray = np.nansum(bend, axis=1) / np.maximum(np.count_nonzero(bend >= 0, axis=1), 1)
+    return mean
+
+
+def wave_shares(wave: Wave) -> FloatArray:
+    """Return the share of each sensor's power near the wave and its overtones, (S,)."""
+    centred = wave.steady - wave.steady.mean(axis=1, keepdims=True)
+    tapered = centred * np.hanning(wave.steady.shape[1] + 2)[1:-1]
     power = np.abs(np.fft.rfft(tapered, axis=1)) ** 2
-    line = period / (2 * (power.shape[1] - 1))
+    line = wave.period / (2 * (power.shape[1] - 1))
     frequency = np.arange(power.shape[1]) * line
     # A taper spreads a pure tone over two lines on each side.
     near = [np.abs(frequency - harmonic) < _NEAR + 2 * line for harmonic in _HARMONICS]
     band = (frequency > _BAND[0]) & (frequency < _BAND[1])
     inside = power[:, np.any(near, axis=0) & band].sum(axis=1)
-    return float((inside / power[:, band].sum(axis=1)).min())
+    shares: FloatArray = inside / power[:, band].sum(axis=1)
+    return shares

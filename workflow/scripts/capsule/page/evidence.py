@@ -45,6 +45,8 @@ class StoredRecordings:
     ----------
     drawn, qualities : mapping of str to str
         What the page shows of each recording alone, as deflated JSON, and its quality in words.
+    measures : mapping of str to mapping
+        From `capsule.page.quality_map.sensor_measures`.
     """
 
     def __init__(self, results: Results, settings: Settings) -> None:
@@ -57,6 +59,9 @@ class StoredRecordings:
         self.drawn: Mapping[str, str] = {name: each["drawn"] for name, each in plot_data.items()}
         self.qualities: Mapping[str, str] = {
             name: each["quality"] for name, each in plot_data.items()
+        }
+        self.measures: Mapping[str, Mapping[str, Sequence[float]]] = {
+            name: each["measures"] for name, each in plot_data.items()
         }
 
     def felt(self, name: str) -> Felt:

@@ -13,6 +13,7 @@ from capsule.detectors.wave import Wave
 from capsule.kinds import Cells, Row, Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.packing import deflated, pack, to_json
+from capsule.page.quality_map import sensor_measures
 from capsule.recordings.quality import quality_words
 from capsule.recordings.units import reading_unit
 
@@ -28,7 +29,7 @@ def plot_data(
     stretches: tuple[float, FloatArray] | None,
     rate_hz: float,
     settings: Settings,
-) -> dict[str, str]:
+) -> Cells:
     """Return what the page shows of one recording alone.
 
     Parameters
@@ -51,7 +52,8 @@ def plot_data(
     Returns
     -------
     dict
-        ``quality``, in words, and ``drawn``, as deflated JSON: ``recording``, ``interval_s``,
+        ``quality``, in words; ``measures``, from `sensor_measures`; and ``drawn``, as deflated
+        JSON: ``recording``, ``interval_s``,
         ``threshold``, ``readings`` and ``envelope``; ``unit`` of the readings;
         ``beats`` and ``gut``, from `along_gut`; ``stretches``; ``peaks``; and ``facts``, names and
         texts to list beside the signals. A value that is not known is None.
@@ -78,7 +80,8 @@ def plot_data(
         "facts": facts | {f"# {key}": text for key, text in check["header"].items()},
     }
     quality = quality_words(values, check["at_ends"], rate_hz)
-    return {"quality": quality, "drawn": deflated(to_json(drawn))}
+    measures = sensor_measures(wave, check["at_ends"])
+    return {"quality": quality, "measures": measures, "drawn": deflated(to_json(drawn))}
 
 
 def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[list[float]]:

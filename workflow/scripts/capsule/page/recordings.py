@@ -13,6 +13,7 @@ from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
+from capsule.page.quality_map import MEASURES
 
 OUTCOMES = (
     *("exact", "within tolerance", "off", "missed"),
@@ -22,6 +23,11 @@ OUTCOMES = (
 MAX_ROWS, FIRST_ROWS = 60, 50
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
+# The quality of a recording that was rejected.
+NOT_MEASURED: Cells = {
+    "cells": [{"value": None, "text": "", "shade": 0}] * len(MEASURES),
+    "remarks": [],
+}
 # The verdicts on each recording, one a detector.
 Verdicts = Mapping[str, Sequence[Row]]
 
@@ -60,6 +66,7 @@ def page_values(
     sizes_mm: Sequence[float],
     compared: Sequence[str],
     tolerance_mm: float,
+    quality: Mapping[str, Cells],
 ) -> Cells:
     """Return the page's values that list the recordings.
 
@@ -77,15 +84,18 @@ def page_values(
         The schemes by which the page compares detectors.
     tolerance_mm : float
         Allowed error of the size.
+    quality : mapping of str to mapping
+        From `capsule.page.quality_map.quality_cells`, of each accepted recording.
 
     Returns
     -------
     dict
         ``recordings`` (from `recording_rows`), of which the table holds ``rows_listed`` before the
         page's script runs; ``recording_sizes`` and ``outcomes`` for the filters; ``first_shown``;
-        ``tolerance``; ``data`` for the page's scripts, from `page_data`.
+        ``tolerance``; ``measures``, heads and kinds of the columns of quality; ``data`` for the
+        page's scripts, from `page_data`.
     """
-    rows = recording_rows(index, verdicts, detectors[0], tolerance_mm)
+    rows = recording_rows(index, verdicts, detectors[0], tolerance_mm, quality)
     accepted = [row for row in rows if row["accepted"]]
     # A recording with a nodule shows more at first sight than one without.
     first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
@@ -97,6 +107,7 @@ def page_values(
         "outcomes": [name for name in OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
         "tolerance": f"{tolerance_mm:g} mm",
+        "measures": [(measure.title, "number") for measure in MEASURES.values()],
         "data": page_data(accepted, verdicts, detectors, sizes_mm, compared),
     }
 
@@ -142,7 +153,11 @@ def known_or_none(value: float | None) -> float | None:
 
 
 def recording_rows(
-    index: pd.DataFrame, verdicts: Verdicts, detector: str, tolerance_mm: float
+    index: pd.DataFrame,
+    verdicts: Verdicts,
+    detector: str,
+    tolerance_mm: float,
+    quality: Mapping[str, Cells],
 ) -> list[Cells]:
     """Return one row per recording, including rejected recordings; parameters as in `page_values`.
 
@@ -155,7 +170,9 @@ def recording_rows(
     for row in index.to_dict("records"):
         accepted = row["status"] == "accepted"
         said = {each["detector"]: each for each in verdicts.get(row["recording"], [])}
-        predicted_mm = known_or_none(said[detector]["predicted_mm"]) if detector in said else None
+        verdict = said.get(detector, {})
+        predicted_mm = known_or_none(verdict.get("predicted_mm"))
+        measured = quality.get(row["recording"], NOT_MEASURED)
         size_mm, duration = known_or_none(row["size_mm"]), known_or_none(row["duration_s"])
         rows.append(
             {
@@ -171,19 +188,24 @@ def recording_rows(
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
-                "reason": _why_not(row),
+                "quality": measured["cells"],
+                "remark": "; ".join([*_why_not(row, verdict), *measured["remarks"]]),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
             }
         )
     return rows
 
 
-def _why_not(row: Row) -> str:
-    """Return why a recording was rejected, has no verdict, or is evidence in part; else empty."""
-    reason: str = row["reason"] if words.is_known(row["reason"]) else ""
-    if row["status"] == "accepted" and words.is_known(row["no_verdict"]):
-        return "; ".join(filter(None, (f"no verdict: {row['no_verdict']}", reason)))
-    return reason
+def _why_not(row: Row, verdict: Row) -> list[str]:
+    """Return why a recording is rejected, has no verdict, is unlike others or evidence in part."""
+    no_verdict, unlike, reason = (
+        of[key] if words.is_known(of.get(key)) else ""
+        for of, key in ((row, "no_verdict"), (verdict, "unfamiliar_because"), (row, "reason"))
+    )
+    said = [f"no verdict: {no_verdict}"] if no_verdict and row["status"] == "accepted" else []
+    if verdict.get("familiar") == "no":
+        said.append(f"unlike the recordings that teach: {unlike}")
+    return [*said, *([reason] if reason else [])]
 
 
 def page_data(

@@ -16,6 +16,7 @@ from capsule.page import (
     recordings,
 )
 from capsule.page.packing import to_json
+from capsule.page.quality_map import quality_cells
 from capsule.page.tables import Tables
 
 
@@ -60,6 +61,7 @@ def page_values(
         sizes_mm,
         [each["scheme"] for each in compared["compared"]],
         judged["tolerance_mm"],
+        quality_cells(stored.measures),
     )
     rows = listed["recordings"]
     of_detectors = detector_sections.page_values(tables, lead)

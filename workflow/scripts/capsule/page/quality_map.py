@@ -1,0 +1,130 @@
+"""Measure the quality of each sensor, and show which recordings stand out, and by what."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule import words
+from capsule.arrays import FloatArray
+from capsule.detectors.wave import Wave
+from capsule.detectors.wave_traits import depths, noises, wave_shares
+from capsule.kinds import Cells
+
+# From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
+STANDS_OUT = 5.0
+SHADES = 4
+# The median absolute deviation of normal values, in standard deviations.
+_MAD = 0.6745
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure of a sensor.
+
+    Attributes
+    ----------
+    title, meaning : str
+        The head of its column, and what stands out, in words.
+    sign : {1, -1}
+        1 if a large value is bad.
+    least : float
+        Smaller spreads of the archive, on the scale of `scaled`, do not matter.
+    percent : bool
+        Whether it is a share.
+    """
+
+    title: str
+    meaning: str
+    sign: int
+    least: float
+    percent: bool = False
+
+    def scaled(self, values: FloatArray) -> FloatArray:
+        """Return values on a scale on which their deviations are alike in both directions."""
+        bounded = np.clip(values, 0.001, 0.999 if self.percent else None)
+        odds: FloatArray = np.log(bounded / (1 - bounded) if self.percent else bounded)
+        return odds
+
+    def text(self, value: float) -> str:
+        """Return a value as its cell shows it."""
+        return words.number(100 * value, 0) if self.percent else words.number(value, 2)
+
+
+MEASURES = {
+    "drift": Measure("Drift", "drifts", 1, 0.3),
+    "noise": Measure("Noise", "is noisy", 1, 0.2),
+    "rail": Measure("Rail %", "often reads an end of its range", 1, 0.5, percent=True),
+    "wave": Measure("Wave %", "feels more than the wave", -1, 0.5, percent=True),
+}
+
+
+def sensor_measures(wave: Wave | None, at_ends: Sequence[float]) -> dict[str, list[float]]:
+    """Return the measures of each sensor of a recording; without a wave, ``rail`` alone.
+
+    Parameters
+    ----------
+    wave : Wave or None
+        From `capsule.detectors.wave.wave_of`.
+    at_ends : sequence of S floats
+        From `capsule.recordings.units.shares_at_ends`.
+
+    Returns
+    -------
+    dict
+        S numbers of each measure, to three digits: ``drift``, the change of the median level from
+        the first half of the run to the second, and ``noise``, the mean second difference, both in
+        depths of the sensor's wave; ``rail``, the share of samples at an end of the range; and
+        ``wave``, the share of power that belongs to the wave.
+    """
+    found = {"rail": np.asarray(at_ends, dtype=np.float64)}
+    if wave is not None and (depth := depths(wave)).all():
+        half = wave.level.shape[1] // 2
+        first, second = wave.level[:, :half], wave.level[:, half:]
+        change = np.abs(np.median(second, axis=1) - np.median(first, axis=1))
+        found |= {"drift": change / depth, "noise": noises(wave) / depth, "wave": wave_shares(wave)}
+    return {name: [float(f"{each:.3g}") for each in values] for name, values in found.items()}
+
+
+def quality_cells(measured: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, Cells]:
+    """Return the cells of each recording's worst sensor, and the measures that stand out.
+
+    Parameters
+    ----------
+    measured : mapping of str to mapping
+        `sensor_measures` of each recording.
+
+    Returns
+    -------
+    dict of str to dict
+        Of each recording ``cells``, one a measure: ``value``, ``text`` and ``shade`` of 0 to
+        `SHADES`, None without a value; and ``remarks``, a sentence for each that stands out.
+    """
+    cells: dict[str, Cells] = {name: {"cells": [], "remarks": []} for name in measured}
+    for key, measure in MEASURES.items():
+        known = {name: np.array(of[key]) for name, of in measured.items() if of.get(key)}
+        sensor = {name: int((measure.sign * of).argmax()) for name, of in known.items()}
+        worst = np.array([known[name][number] for name, number in sensor.items()])
+        deviations = _deviations(measure.sign * measure.scaled(worst), measure.least)
+        of_name = dict(
+            zip(known, zip(worst.tolist(), deviations.tolist(), strict=True), strict=True)
+        )
+        for name, row in cells.items():
+            if name not in of_name:
+                row["cells"].append({"value": None, "text": "", "shade": 0})
+                continue
+            value, deviation = of_name[name]
+            shade = int(np.clip(deviation / STANDS_OUT * SHADES, 0, SHADES))
+            row["cells"].append({"value": value, "text": measure.text(value), "shade": shade})
+            if shade == SHADES:
+                row["remarks"].append(f"sensor {sensor[name] + 1} {measure.meaning}")
+    return cells
+
+
+def _deviations(scaled: FloatArray, least: float) -> FloatArray:
+    """Return the deviations from the median, in robust standard deviations or ``least``."""
+    if not scaled.size:
+        return scaled
+    off = scaled - np.median(scaled)
+    deviations: FloatArray = off / max(float(np.median(np.abs(off))) / _MAD, least)
+    return deviations
