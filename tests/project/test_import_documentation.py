@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import itertools
 import json
 import shlex
 import shutil
@@ -34,8 +35,9 @@ def shown_blocks():
     blocks = []
     for block in TEXT.split("\n\n"):
         lines = [line[4:] for line in block.splitlines() if line.startswith("    ")]
-        if lines and lines[0].startswith("$ "):
-            blocks.append((lines[0][2:], lines[1:]))
+        starts = [number for number, line in enumerate(lines) if line.startswith("$ ")]
+        for start, end in itertools.pairwise([*starts, len(lines)]):
+            blocks.append((lines[start][2:], lines[start + 1 : end]))
     return blocks
 
 
