@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
@@ -17,6 +17,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
+from capsule.bench.clock import StopRequest
 from capsule.bench.line import BAUD, Arrival, Line
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
@@ -51,10 +52,6 @@ PURPOSES = {
     "peristalsis": "drive the wave with it (--drive)",
     "fold": "fold the origami with it (capsule survey --fold)",
 }
-
-
-def _never() -> bool:
-    return False
 
 
 def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identity | None]:
@@ -232,7 +229,7 @@ def connect(
     baud: int,
     wanted: str,
     skip: Iterable[str] = (),
-    stopped: Callable[[], bool] = _never,
+    stop: StopRequest | None = None,
 ) -> tuple[Line, Identity]:
     """Open a port, and check which board is behind it.
 
@@ -244,7 +241,7 @@ def connect(
         Bits per second.
     wanted : {"logger", "peristalsis", "fold"}
         The expected board.
-    skip, stopped
+    skip, stop
         As in `find`.
 
     Raises
@@ -255,8 +252,8 @@ def connect(
         The user has ended the program.
     """
     if port is None:
-        return find(wanted, baud, skip=skip, stopped=stopped)
-    boards, faults = _introduced([port], baud, wanted, 0.0, stopped)
+        return find(wanted, baud, skip=skip, stop=stop)
+    boards, faults = _introduced([port], baud, wanted, 0.0, stop)
     if faults:
         raise faults[0]
     return boards[0]
@@ -267,7 +264,7 @@ def find(
     baud: int,
     ports: Iterable[ListPortInfo] | None = None,
     skip: Iterable[str] = (),
-    stopped: Callable[[], bool] = _never,
+    stop: StopRequest | None = None,
 ) -> tuple[Line, Identity]:
     """Find a board at the USB ports.
 
@@ -285,8 +282,8 @@ def find(
         Ports to search; all ports of this computer if left out.
     skip : iterable of str
         Ports not to open.
-    stopped : callable
-        Function that returns whether the user has ended the search.
+    stop : StopRequest, optional
+        Request to stop; without one, Ctrl-C raises `KeyboardInterrupt` by itself.
 
     Raises
     ------
@@ -308,7 +305,7 @@ def find(
     foreign = [_description(port) for port in there if (port.vid, port.pid) not in USB_IDS]
     if len(candidates) > 1:
         print(f"looking for the {wanted} at {', '.join(candidates)}")
-    boards, faults = _introduced(candidates, baud, wanted, LISTEN_S, stopped)
+    boards, faults = _introduced(candidates, baud, wanted, LISTEN_S, stop)
     if len(boards) == 1:
         return boards[0]
     for line, _ in boards:
@@ -342,7 +339,7 @@ def _nothing_found(wanted: str, answers: Sequence[Exception], foreign: list[str]
 
 
 def _introduced(
-    ports: Iterable[str], baud: int, wanted: str, listen_s: float, stopped: Callable[[], bool]
+    ports: Iterable[str], baud: int, wanted: str, listen_s: float, stop: StopRequest | None
 ) -> tuple[list[tuple[Line, Identity]], list[AcquisitionError]]:
     """Identify the boards at these ports together; return the fitting ones and others' faults."""
     boards: list[tuple[Line, Identity]] = []
@@ -357,7 +354,7 @@ def _introduced(
                 continue
             strangers[line] = identify(line, wanted, listen_s)
         while strangers:
-            if stopped():
+            if stop and stop.reason:
                 raise KeyboardInterrupt
             time.sleep(LOOK_EVERY_S)
             for line, steps in list(strangers.items()):

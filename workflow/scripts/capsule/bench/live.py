@@ -13,12 +13,11 @@ import sys
 import threading
 import time
 import webbrowser
-from collections import deque
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import TypeAlias
 
-from capsule.bench.state import KEPT, State
+from capsule.bench.state import State
 from capsule.engine.project import PROJECT
 
 SHOW_EVERY_S = 0.1
@@ -49,7 +48,7 @@ class LivePage:
 
     def __init__(self) -> None:
         self._news = threading.Condition()
-        self._samples: deque[tuple[float, ...] | None] = deque(maxlen=KEPT)
+        self._samples: list[tuple[float, ...] | None] = []
         self._count, self._version, self._values = 0, 0, "null"
         self._closed = False
         self._server = _Server(self)
@@ -74,8 +73,7 @@ class LivePage:
         """Take over the state."""
         values = json.dumps(state.as_values(), allow_nan=False)
         with self._news:
-            new = min(state.samples - self._count, len(state.recent))
-            self._samples.extend(list(state.recent)[len(state.recent) - new :])
+            self._samples = list(state.recent)
             self._count, self._values = state.samples, values
             self._version += 1
             self._news.notify_all()
@@ -129,7 +127,7 @@ class LivePage:
             new = min(self._count - sent, len(self._samples))
             # A number from another recording is above all of this one: begin anew.
             new = len(self._samples) if new < 0 else new
-            samples = list(self._samples)[len(self._samples) - new :]
+            samples = self._samples[len(self._samples) - new :]
             count, version, values = self._count, self._version, self._values
         data = json.dumps({"first": count - new, "samples": samples})
         return f"id: {count}\ndata: [{data}, {values}]\n\n", count, version

@@ -1,6 +1,6 @@
 """The bench of a survey on boards: logger, peristalsis board and fold board, on a line each."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -225,9 +225,7 @@ class BoardBench:
         return [warning for warning in warnings if warning]
 
 
-def open_boards(
-    ports: Mapping[str, str | None], baud: int, tell: Callable[[str], None], stop: StopRequest
-) -> dict[str, Board]:
+def open_boards(ports: Mapping[str, str | None], baud: int, stop: StopRequest) -> dict[str, Board]:
     """Open all ports, and check which boards are behind them.
 
     Parameters
@@ -236,8 +234,6 @@ def open_boards(
         Ports by the names ``drive``, ``fold`` and ``logger``; None: search for the board.
     baud : int
         Bits per second.
-    tell : callable
-        Function that shows a message to the user.
     stop : StopRequest
         Request to stop, by Ctrl-C.
 
@@ -253,17 +249,13 @@ def open_boards(
     KeyboardInterrupt
         Ctrl-C came before all boards were found.
     """
-
-    def stopped() -> bool:
-        return bool(stop.reason)
-
     boards: dict[str, Board] = {}
     named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
+    taken = [name for name in named.values() if name is not None]
     try:
         for wanted, port in named.items():
-            skip = [name for name in named.values() if name is not None]
-            found = connect(port, baud, wanted, skip, stopped)
-            boards[wanted] = Board(*found, tell, insists=wanted == "fold")
+            found = connect(port, baud, wanted, taken, stop)
+            boards[wanted] = Board(*found, print, insists=wanted == "fold")
         if stop.reason:
             raise KeyboardInterrupt
     except (AcquisitionError, KeyboardInterrupt):

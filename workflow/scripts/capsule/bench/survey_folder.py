@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule.arrays import plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.growing_file import RESUME, FrameLog, GrowingFile, writing
+from capsule.bench.growing_file import RESUME, GrowingFile, writing
 from capsule.kinds import Settings
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.recordings.recording import Recording, column_names, format_recording
@@ -155,12 +155,6 @@ class SessionFolder:
         """Close the files under their unfinished names."""
         self._stream.close()
         self._events.close()
-
-    def note(self, text: str) -> None:
-        """Append a text to the log of the boards."""
-        log = FrameLog(self.folder / BOARDS_LOG)
-        log.note(text)
-        log.close()
 
     def discard(self) -> None:
         """Remove a session that holds no sample."""

@@ -15,11 +15,12 @@ from capsule import words
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.beside import Beside
 from capsule.bench.clock import StopRequest
+from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import moment_text
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
-from capsule.bench.survey_folder import SessionFolder
+from capsule.bench.survey_folder import BOARDS_LOG, SessionFolder
 from capsule.bench.terminal import Terminal
 from capsule.kinds import Settings
 from capsule.phantom.simulated_bench import SimulatedBench
@@ -57,6 +58,8 @@ class SurveyRun:
         The pilot, which decides.
     disk : SessionFolder
         The survey's files.
+    log : FrameLog
+        Log of the boards.
     state : State
         What the displays show; the survey writes it.
     beside : Beside
@@ -88,7 +91,8 @@ class SurveyRun:
         self.disk = SessionFolder(options.out, about, sensors, resumed=resumed, raw=raw)
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
         self._terminal = Terminal(sys.stdout)
-        self.beside = Beside("the survey", self.disk.note)
+        self.log = FrameLog(options.out / BOARDS_LOG)
+        self.beside = Beside("the survey", self.log.note)
         show = partial(self._terminal.show, self.state)
         self.beside.add("its display", show, self._terminal.every_s)
         self._size_words: dict[int, str] = {}

@@ -13,11 +13,10 @@ from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, Surv
 from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
-from capsule.bench.growing_file import FrameLog
 from capsule.bench.live import SHOW_EVERY_S, opened_page
 from capsule.bench.logger import check_fits, header_of, moment_text
 from capsule.bench.survey_bench import BoardBench, open_boards
-from capsule.bench.survey_folder import BOARDS_LOG, INDEX, check_new, read_about, read_stored
+from capsule.bench.survey_folder import INDEX, check_new, read_about, read_stored
 from capsule.bench.survey_run import SurveyRun, length_mm_of
 from capsule.bench.wave import Wave
 from capsule.engine.configuration import read_settings
@@ -114,23 +113,20 @@ def _on_boards(
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports, wave = about["boards"] | given, Wave(**about["wave"])
-    boards = {} if resumed else open_boards(ports, options.baud, print, stop)
+    boards = {} if resumed else open_boards(ports, options.baud, stop)
     try:
         if not resumed:
             about |= _known_with(boards, settings, wave, options.out.name)
         run = SurveyRun(options, about, settings, about["header"])
-        with (
-            _completed(run, options),
-            contextlib.closing(FrameLog(options.out / BOARDS_LOG)) as log,
-        ):
+        with _completed(run, options):
             if resumed:
                 run.repeat(*read_stored(options.out, settings["recording"], run.pilot.every))
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, options.baud, print, stop)
+                boards = boards or open_boards(ports, options.baud, stop)
                 bench = BoardBench(
                     boards,
                     wave,
-                    log,
+                    run.log,
                     stop,
                     patience_s=options.patience,
                     begin_s=run.next_s,
@@ -168,11 +164,13 @@ def _completed(run: SurveyRun, options: argparse.Namespace) -> Iterator[None]:
             if options.live:
                 run.beside.attempt("its live page", partial(page.show, run.state))
     except BaseException:
+        run.log.close()
         if run.begun or options.resume:
             run.disk.close()
         else:
             run.disk.discard()
         raise
+    run.log.close()
     run.disk.finish()
 
 
