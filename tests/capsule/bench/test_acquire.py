@@ -229,7 +229,8 @@ class Port:
 def devices(monkeypatch):
     """Return a function that plugs in devices by port, and returns the ports as they are opened."""
 
-    def plug(**behind):
+    def plug(*ports, **behind):
+        monkeypatch.setattr(identification.list_ports, "comports", lambda: ports)
         monkeypatch.setattr(Port, "opened", {})
         monkeypatch.setattr(Port, "devices", behind)
         monkeypatch.setattr(identification, "Line", Port)
@@ -238,14 +239,14 @@ def devices(monkeypatch):
     return plug
 
 
-def find(*ports, skip=()):
-    return identification.find("logger", 115200, ports, skip=skip)
+def find(skip=()):
+    return identification.connect(None, 115200, "logger", skip)
 
 
 def test_the_board_is_found_among_others_without_a_question(devices):
-    opened = devices(B=("logger", True), C=("peristalsis", True))
     ports = [usb_port("C"), usb_port("B"), usb_port("A", ids=(None, None)), usb_port("D")]
-    found, _ = find(*ports, skip=["D"])
+    opened = devices(*ports, B=("logger", True), C=("peristalsis", True))
+    found, _ = find(skip=["D"])
     assert found.port == "B"
     assert sorted(opened) == ["B", "C"]  # neither the built-in port nor the one to be left alone
     assert not any(port.asked_s for port in opened.values())
@@ -253,9 +254,9 @@ def test_the_board_is_found_among_others_without_a_question(devices):
 
 
 def test_a_lab_pump_is_not_even_opened_and_the_user_is_told_what_to_name(devices):
-    opened = devices(B=("peristalsis", True))
+    opened = devices(usb_port("B"), usb_port("ttyUSB0", ids=CH340), B=("peristalsis", True))
     with pytest.raises(BoardNotFoundError) as reason:
-        find(usb_port("B"), usb_port("ttyUSB0", ids=CH340))
+        find()
     assert list(opened) == ["B"]
     assert "is the peristalsis board" in str(reason.value)
     assert "not opened" in str(reason.value) and "--port" in str(reason.value)
@@ -263,8 +264,9 @@ def test_a_lab_pump_is_not_even_opened_and_the_user_is_told_what_to_name(devices
 
 
 def test_the_search_listens_for_three_seconds_before_it_asks(devices):
-    opened = devices(A=("logger", False), B=b"temperature: 21.5 degrees\r\n")
-    found, _ = find(usb_port("A"), usb_port("B"))
+    speaks = {"A": ("logger", False), "B": b"temperature: 21.5 degrees\r\n"}
+    opened = devices(usb_port("A"), usb_port("B"), **speaks)
+    found, _ = find()
     assert found.port == "A"
     assert opened["A"].asked_s[0] >= 3.0
     # What sends other text than frames is no board of this bench.
@@ -272,20 +274,22 @@ def test_the_search_listens_for_three_seconds_before_it_asks(devices):
 
 
 def test_two_boards_are_not_guessed_between(devices):
-    opened = devices(A=("logger", True), B=("logger", True))
+    ports = usb_port("A"), usb_port("B")
+    opened = devices(*ports, A=("logger", True), B=("logger", True))
     with pytest.raises(
         BoardNotFoundError, match=r"found 2 boards of the kind logger: A, B; .*--port"
     ):
-        find(usb_port("A"), usb_port("B"))
+        find()
     assert all(port.closed for port in opened.values())
 
 
 def test_no_board_says_what_each_port_answered(devices):
-    devices(A=b"", B=PortBusyError("B is in use"))
+    devices(usb_port("A"), usb_port("B"), A=b"", B=PortBusyError("B is in use"))
     with pytest.raises(BoardNotFoundError) as reason:
-        find(usb_port("A"), usb_port("B"))
+        find()
     assert "nothing answers at A" in str(reason.value)
     assert "B is in use" in str(reason.value)
+    devices()
     with pytest.raises(BoardNotFoundError, match="plug it in"):
         find()
 

@@ -45,7 +45,7 @@ def ends(bench, script):
         bench.run(timed)
     except BoardLostError as reason:
         return str(reason)
-    return bench.recorder.ended
+    return bench.recorder.state.ended
 
 
 @settings(
@@ -126,7 +126,7 @@ def test_a_stop_is_obeyed_in_the_midst_of_anything(tmp_path, monkeypatch):
             yield number / 10, b"\xff\x00$D,1*" * 100
 
     bench.run(script())
-    assert bench.recorder.ended == "Ctrl-C"
+    assert bench.recorder.state.ended == "Ctrl-C"
     assert bench.now_s < 20
 
 

@@ -72,7 +72,7 @@ def test_a_duration_that_passes_while_the_recorder_is_stopped_is_filled_from_the
     unread = b"".join(sample_frame(number) for number in range(30, 80))
     bench.run([*samples(0, 30), (20.0, unread)])
     assert bench.numbers() == list(range(60))
-    assert bench.recorder.ended == "--duration is over"
+    assert bench.recorder.state.ended == "--duration is over"
 
 
 @pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
@@ -227,7 +227,7 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
 def test_the_end_stop_ends_a_recording_with_the_sample_that_it_came_with(bench):
     pressed = encode("D,30,3000,30,2,3,4,1")
     bench.run([*samples(0, 30), (3.0, pressed), *samples(31, 40)])
-    assert bench.recorder.ended == "the capsule reached the end stop"
+    assert bench.recorder.state.ended == "the capsule reached the end stop"
     assert bench.numbers() == list(range(31))
 
 

@@ -231,73 +231,50 @@ def connect(
     skip: Iterable[str] = (),
     stop: StopRequest | None = None,
 ) -> tuple[Line, Identity]:
-    """Open a port, and check which board is behind it.
+    """Open a port, or find one, and check which board is behind it.
+
+    Opening a port restarts many devices, and a command can do anything to a device that is no board
+    of this bench. So a search opens only ports with the USB numbers of the boards. For three
+    seconds it only listens to them, before it asks.
 
     Parameters
     ----------
     port : str or None
-        The port; None: find the board, as `find` does.
+        The port; None: search the USB ports of this computer.
     baud : int
         Bits per second.
     wanted : {"logger", "peristalsis", "fold"}
         The expected board.
-    skip, stop
-        As in `find`.
+    skip : iterable of str
+        Ports that a search does not open.
+    stop : StopRequest, optional
+        Request to stop; without one, Ctrl-C raises `KeyboardInterrupt` by itself.
 
     Raises
     ------
     AcquisitionError
-        The port cannot be opened, another board or none answers, or the baud rate is wrong.
+        The port cannot be opened, another board or none answers, or the baud rate is wrong. A
+        search finds no board, or more than one: the text says what each port answered, and which
+        ports were left alone.
     KeyboardInterrupt
         The user has ended the program.
     """
     if port is None:
-        return find(wanted, baud, skip=skip, stop=stop)
+        return _found(wanted, baud, skip, stop)
     boards, faults = _introduced([port], baud, wanted, 0.0, stop)
     if faults:
         raise faults[0]
     return boards[0]
 
 
-def find(
-    wanted: str,
-    baud: int,
-    ports: Iterable[ListPortInfo] | None = None,
-    skip: Iterable[str] = (),
-    stop: StopRequest | None = None,
+def _found(
+    wanted: str, baud: int, skip: Iterable[str], stop: StopRequest | None
 ) -> tuple[Line, Identity]:
-    """Find a board at the USB ports.
-
-    Opening a port restarts many devices, and a command can do anything to a device that is no board
-    of this bench. So only ports with the USB numbers of the boards are opened. For three seconds
-    the search only listens to them, before it asks.
-
-    Parameters
-    ----------
-    wanted : {"logger", "peristalsis", "fold"}
-        The board to find.
-    baud : int
-        Bits per second.
-    ports : iterable of port descriptions, optional
-        Ports to search; all ports of this computer if left out.
-    skip : iterable of str
-        Ports not to open.
-    stop : StopRequest, optional
-        Request to stop; without one, Ctrl-C raises `KeyboardInterrupt` by itself.
-
-    Raises
-    ------
-    BoardNotFoundError
-        No board fits, or more than one; the text says what each port answered, and which ports
-        were left alone.
-    KeyboardInterrupt
-        The user has ended the search.
-    """
-    ports = list_ports.comports() if ports is None else ports
+    """Find a board at the USB ports."""
     left = {os.path.realpath(port) for port in skip}
     # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
     there = sorted(
-        (port for port in ports if port.vid is not None),
+        (port for port in list_ports.comports() if port.vid is not None),
         key=lambda port: str(port.device),
     )
     there = [port for port in there if os.path.realpath(port.device) not in left]

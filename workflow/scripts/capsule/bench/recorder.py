@@ -37,7 +37,6 @@ from capsule.errors import RecordingError
 from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
 from capsule.recordings.recording import (
-    TO_THE_END,
     WAVE_UNTIL,
     format_header,
     format_sample,
@@ -85,8 +84,6 @@ class Recorder:
 
     Attributes
     ----------
-    ended : str
-        Why the recording has ended; empty while it goes on.
     state : State
         What terminal and live page show.
     beside : Beside
@@ -106,11 +103,8 @@ class Recorder:
         self._source, self._part = source, part
         self.header, self._log = header, log
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
-        self._wave_until = TO_THE_END
         self.state = source.state
-        self.ended = ""
         self._told_of_length = False
-        self._written = 0
         self.beside = Beside("the recording", log.note)
         self._begun_s = elapsed_s()
         self._dated = False
@@ -133,7 +127,7 @@ class Recorder:
             finally:
                 _stop(self._drive)  # before the files: a disk can be slow
         except BoardLostError as reason:
-            self.ended, lost = str(reason), reason
+            self.state.ended, lost = str(reason), reason
         except AcquisitionError:
             with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
                 self._write()
@@ -141,8 +135,7 @@ class Recorder:
             raise
         self._write()
         self._note_wave()
-        self.state.ended = self.ended
-        self._log.note(f"ended: {self.ended}")
+        self._log.note(f"ended: {self.state.ended}")
         if not self.state.samples:
             part.discard()
             none = AcquisitionError("the run ended before the first sample; nothing is archived")
@@ -152,7 +145,7 @@ class Recorder:
             raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
 
     def run(self) -> None:
-        """Record until a limit, a request or an error ends it; `ended` is then the reason.
+        """Record until a limit, a request or an error ends it; the state then has the reason.
 
         Raises
         ------
@@ -161,7 +154,7 @@ class Recorder:
         AcquisitionError
             Samples cannot be written.
         """
-        while not self.ended:
+        while not self.state.ended:
             # Read first: samples that came while this program was stopped are in the port.
             self._source.serve(LOOK_EVERY_S)
             self._check_patience()
@@ -172,18 +165,18 @@ class Recorder:
             self._tell_of_length()
             self.state.faults = self._faults()
             self.beside.attempt_due()
-            self.ended = self._completed() or self._stop.reason
+            self.state.ended = self._completed() or self._stop.reason
         self._source.end()
         self._write()
 
     def _write(self) -> None:
         """Write the new samples to the file."""
-        for counts in self._source.take():
+        new = self._source.take()
+        for number, counts in enumerate(new, self.state.samples - len(new)):
             # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
-            time_s = round(self._written * self.state.period_s, 6)
+            time_s = round(number * self.state.period_s, 6)
             self._part.add(format_sample(time_s, counts, self._source.sensors))
-            self._written += 1
-            if self._written % FLUSH_EVERY == 0:
+            if number % FLUSH_EVERY == 0:
                 self._part.flush()
         self._part.flush()
 
@@ -241,9 +234,7 @@ class Recorder:
 
     def _note_wave(self) -> None:
         """Write into header and log until when the wave ran."""
-        until = self._drive.until if self._drive else TO_THE_END
-        if until != self._wave_until:
-            self._wave_until = until
+        if self._drive and (until := self._drive.until) != self.header[WAVE_UNTIL]:
             self._amend(WAVE_UNTIL, until)
             self._log.note(f"the wave runs until {until} (s of the recording)")
 
@@ -367,7 +358,7 @@ def record(
         state.wave = drive.summary() if drive else ""
         if page:
             beside.attempt("its live page", partial(page.show, state))
-        terminal.note(f"ended: {recorder.ended}")
+        terminal.note(f"ended: {state.ended}")
         if state.damaged:
             terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
         terminal.note(f"archived {part.final}: {state.summary()}")

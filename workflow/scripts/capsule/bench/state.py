@@ -59,7 +59,7 @@ class State:
     following, origami : str
         The survey's next action, and the state of the origami, its thread and its motor.
     away_s : float
-        Time in seconds for which a survey was interrupted.
+        Time in seconds for which a survey was interrupted; the pilot's clock does not count it.
     head_mm : float
         Last known position of the capsule's head; NaN before the first.
     head_known : bool

@@ -100,8 +100,6 @@ class SurveyRun:
         self._told = self._kept = 0
         self._repeating = False
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
-        # Total time of interruptions; the pilot's clock does not count it.
-        self._away_s = 0.0
         self.trouble: AcquisitionError | None = None
 
     @property
@@ -160,7 +158,7 @@ class SurveyRun:
             until_s = now_s + away_s + _CLOCK_STEP_S
             while (event := told.get(len(pilot.log))) and event.time_s <= until_s:
                 pilot.tell(event.event, event.reason)
-            self._away_s = away_s
+            self.state.away_s = away_s
             self._take(readings)
             now_s = float(readings.time_s[-1])
         self._repeating = False
@@ -188,7 +186,9 @@ class SurveyRun:
         # The bench has already read the first samples after the interruption.
         unread_s = (2 * pilot.every) / self._rate_hz
         now_s = (datetime.now(UTC) - begun).total_seconds()
-        self._away_s = round(max(self._away_s, now_s - unread_s - float(last.time_s[-1])), 3)
+        self.state.away_s = round(
+            max(self.state.away_s, now_s - unread_s - float(last.time_s[-1])), 3
+        )
         nothing = np.full(last.values.shape, np.nan)
         return self._take(Readings(time_s, nothing, nothing[0], UNKNOWN_FOLD))
 
@@ -200,7 +200,7 @@ class SurveyRun:
             self.state.missing += missing
             self.state.add(None if missing else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
-        kept = replace(readings, time_s=readings.time_s + self._away_s)
+        kept = replace(readings, time_s=readings.time_s + self.state.away_s)
         suspects = self.pilot.suspects
         self.disk.add_readings(
             kept,
@@ -214,7 +214,6 @@ class SurveyRun:
     def _note_state(self, bench: Bench) -> None:
         """Write what the displays show."""
         state, pilot, suspects = self.state, self.pilot, self.pilot.suspects
-        state.away_s = self._away_s
         state.faults = [str(self.trouble)] if self.trouble else bench.faults
         state.doing, state.following = pilot.cycle.state, pilot.following
         state.origami = bench.origami
@@ -236,9 +235,10 @@ class SurveyRun:
         """Write the new events, and store the passes that are complete."""
         events = self.pilot.log[self._told :]
         self._told = len(self.pilot.log)
-        if self._away_s:
+        if self.state.away_s:
             events = [
-                replace(event, time_s=round(event.time_s + self._away_s, 3)) for event in events
+                replace(event, time_s=round(event.time_s + self.state.away_s, 3))
+                for event in events
             ]
         self.disk.add_events(events)
         for event in events:
@@ -269,7 +269,7 @@ class SurveyRun:
         name = f"place-{place.number:02d}-pass-{len(passes) + 1}"
         header = {**self._header, "site": f"{self._header['session']}/place-{place.number:02d}"}
         if "started" in header:  # of the survey; a simulated one has no date
-            since = timedelta(seconds=float(time_s[0]) + self._away_s)
+            since = timedelta(seconds=float(time_s[0]) + self.state.away_s)
             header["started"] = moment_text(datetime.fromisoformat(header["started"]) + since)
         recording = Recording(np.round(time_s - time_s[0], 6), values, header)
         passes.append((self.disk.add_recording(name, recording), values))
