@@ -110,7 +110,7 @@ class BoardBench:
     @property
     def index_mm(self) -> float | None:
         """Phase of the wave at the cam shaft's index; None before the shaft has passed it."""
-        return self._drive.index_mm
+        return self._drive.phase.index_mm
 
     def tell(self, command: str) -> None:
         """Send the boards a command, and return at once."""
@@ -170,7 +170,7 @@ class BoardBench:
         rate_hz = 1.0 / self._logger.state.period_s
         # Rounded as in the file: a resumed pilot must decide the same from the stored values.
         time_s = np.round(self._begin_s + numbers / rate_hz, 3)
-        wave_mm = np.round(self._drive.wave_mm(self._moments_s(numbers)), 2)
+        wave_mm = np.round(self._drive.phase.at(self._moments_s(numbers)), 2)
         return Readings(time_s, values, wave_mm, self._fold.state)
 
     def _has(self, samples: int) -> bool:

@@ -5,8 +5,6 @@ import threading
 import time
 from dataclasses import dataclass
 
-import numpy as np
-
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardLostError,
@@ -85,6 +83,11 @@ class Drive:
         Phase at the index, from the killed session that is resumed.
     resumed : bool
         Whether a killed session is resumed.
+
+    Attributes
+    ----------
+    phase : WavePhase
+        The position of the wave.
     """
 
     def __init__(
@@ -113,18 +116,13 @@ class Drive:
         self._position: Position | None = None
         self._told = ""
         self._asked_at = self._ran_until = 0.0
-        self._phase = WavePhase(
+        self.phase = WavePhase(
             float(board.identity.entries["wavelength_mm"]),
             forward=wave.direction == "forward",
             index_mm=index_mm,
         )
         if resumed:
-            self._phase.begin_anew()
-
-    @property
-    def index_mm(self) -> float | None:
-        """Phase at the cam shaft's index; None before the shaft has passed the index."""
-        return self._phase.index_mm
+            self.phase.begin_anew()
 
     @property
     def until(self) -> str:
@@ -144,10 +142,6 @@ class Drive:
             return ""
         return f"wave {self._position.position_mm:.0f} mm at {self._position.speed_mm_s:.1f} mm/s"
 
-    def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
-        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
-        return self._phase.at(moments_s)
-
     def set_up(self) -> None:
         """Send the board its settings and its lease.
 
@@ -166,17 +160,9 @@ class Drive:
     def start(self) -> None:
         """Start the wave; errors as in `set_up`."""
         self._request("start")
-        self.keep_lease()
-        self._heard_s = self._known_s = AWAKE.now_s()
-
-    def keep_lease(self) -> None:
-        """Begin to renew the lease."""
         # A daemon: the lease must end with the program.
         threading.Thread(target=self._renew, name="lease", daemon=True).start()
-
-    def drop_lease(self) -> None:
-        """Renew the lease no longer; it can be called more than once."""
-        self._unleased.set()
+        self._heard_s = self._known_s = AWAKE.now_s()
 
     def _renew(self) -> None:
         while not self._unleased.wait(LOOK_EVERY_S):
@@ -218,7 +204,7 @@ class Drive:
             self._asked_at = recorded_s
         if self._board.connections > self._connections:
             self._connections = self._board.connections
-            self._phase.begin_anew()
+            self.phase.begin_anew()
             self._check_seen()
             self._run_again("is back")
         self._board.send_pending()
@@ -237,7 +223,7 @@ class Drive:
         """Command the board to stop the wave, and return at once."""
         if self._wanted:
             self._wanted = False
-            self.drop_lease()
+            self._unleased.set()
             self._board.want(f"ramp,{STEEPEST_MM_S2}", "stop")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
@@ -269,7 +255,7 @@ class Drive:
         if self._left:
             return ""
         self._left, self._wanted = True, False
-        self.drop_lease()
+        self._unleased.set()
         try:
             self._look_once_more()
             request(self._board.line, "stop")
@@ -294,8 +280,8 @@ class Drive:
 
     def _note_position(self, position: Position, arrived_s: float) -> None:
         self._heard_s, self._position = AWAKE.now_s(), position
-        continues = self._phase.note(position, arrived_s)
-        if self._phase.known:
+        continues = self.phase.note(position, arrived_s)
+        if self.phase.known:
             self._known_s = self._heard_s
         runs = position.state == RUNNING
         if runs:
