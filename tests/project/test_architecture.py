@@ -50,6 +50,7 @@ FLOORS = (
     "capsule.interface",
     "capsule.page",
     "capsule.parts.sheets",
+    "capsule.parts.files",
     "capsule.parts.command",
     "capsule.engine",
     "capsule.commands.new",

@@ -6,11 +6,11 @@ import pytest
 from draw_design import draw_capsule, draw_other_readings, figures, other_readings
 from matplotlib.text import Text
 
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from capsule.phantom.origami import pitch
 from support.project import ROOT
 
-DESIGN = shipped_design()
+DESIGN = read_design()
 
 
 def test_the_report_shows_the_figures_of_the_design():

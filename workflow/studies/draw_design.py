@@ -6,7 +6,7 @@ paper's text, not a sensor's value.
 """
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +22,11 @@ from capsule.figures.style import INK, ORANGE, PAGE_WIDTH_IN, figure_style, rend
 from capsule.kinds import Look
 from capsule.parts.design import Design
 from capsule.parts.drawings import draw_bench, draw_row, draw_substructure, true_scale
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from capsule.parts.outlines import points
 from capsule.parts.substructure import outline, shape_of
 from capsule.phantom.origami import Origami, pitch
 
-# The sensors of the shipped configuration.
-SENSORS = 4
 # The chosen reading, and the one beside it.
 _LOOKS: tuple[Look, ...] = (
     {"color": INK, "linewidth": 1.6, "label": "chosen"},
@@ -56,21 +54,17 @@ def other_readings(origami: Origami) -> dict[str, Origami]:
 
 def draw_capsule(design: Design) -> Figure:
     """Draw the capsule and the bench with their dimensions, in mm."""
-    origami, choices = design.phantom.origami, design.parts.choice
-    panels: tuple[tuple[str, Callable[[Axes], None]], ...] = (
-        ("one substructure", lambda axes: draw_substructure(axes, origami, choices)),
-        (
-            "sensors, wires (blue), glue (green)",
-            lambda axes: draw_row(axes, origami, choices, SENSORS),
-        ),
-        ("the bench in section across the gut", lambda axes: draw_bench(axes, design)),
-    )
+    panels = {
+        "one substructure": draw_substructure,
+        "sensors, wires (blue), glue (green)": draw_row,
+        "the bench in section across the gut": draw_bench,
+    }
     with figure_style():
         figure = Figure()
         drawn = []
-        for title, draw in panels:
+        for title, draw in panels.items():
             axes = figure.add_axes((0, 0, 1, 1), label=title)
-            draw(axes)
+            draw(axes, design)
             axes.set_title(f"{title}, in mm", loc="center")
             drawn.append(axes)
         _stack(figure, [drawn[:2], drawn[2:]])
@@ -145,7 +139,7 @@ def draw_other_readings(readings: Mapping[str, Origami]) -> Figure:
 
 def figures() -> dict[str, bytes]:
     """Return the figures as SVG, by name."""
-    design = shipped_design()
+    design = read_design()
     drawn = {
         "capsule": draw_capsule(design),
         "readings": draw_other_readings(other_readings(design.phantom.origami)),

@@ -8,7 +8,7 @@ from manifold3d import Manifold
 
 from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from capsule.parts.solids import one
 from support.measured import read_stl, section
 from support.parts import make_into
@@ -16,7 +16,7 @@ from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)
 
-DESIGN = shipped_design()
+DESIGN = read_design()
 CAM = DESIGN.cam
 FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)
 TURNS = np.radians(np.arange(0, 360, 15))
@@ -93,7 +93,7 @@ def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mir
 @pytest.mark.parametrize("turn_deg", [0, 40, 90, 180, 270, 300])
 def test_a_follower_passes_the_cam_and_touches_it_when_it_lags_by_more_than_its_play(turn_deg):
     bench, at = DESIGN.parts.bench, 20.0
-    cam = one(bench_parts.cam_solid(bench, CAM)).rotate((0.0, 0.0, float(turn_deg)))
+    cam = one(bench_parts.cam_solid(DESIGN)).rotate((0.0, 0.0, float(turn_deg)))
     middle = follower_displacement(CAM, np.array(at), np.radians(turn_deg))
     follower = one(bench_parts.follower_solid(DESIGN))
 

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from support.marks import needs_programs
 from support.parts import make_into
 
@@ -67,7 +67,7 @@ def crossing(lines, point, normal):
 
 
 def test_each_layer_is_one_unbroken_line_along_every_straight_wall(made):
-    shape = shipped_design().shape
+    shape = read_design().shape
     # The slicer centres the box around the part.
     box = np.array([-1.1742, 6.2088])
     corner = {

@@ -24,16 +24,15 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
 from capsule.parts.all_parts import all_parts, substructure
-from capsule.parts.command import read_design
 from capsule.parts.design import volume as parts_volume
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from capsule.parts.step_files import step_bytes
 from support.command import CAPSULE
 from support.measured import read_stl
 from support.parts import make_into
 
 pytestmark = pytest.mark.cad
-CAM = shipped_design().cam
+CAM = read_design().cam
 PLANE = GeomAbs_SurfaceType.GeomAbs_Plane
 CYLINDER = GeomAbs_SurfaceType.GeomAbs_Cylinder
 PRISMS = ["substructure", "coupon-awn", "coupon-glue", "slide", "end-plate", "platform"]
@@ -93,7 +92,7 @@ def shapes(made, listed):
 
 @pytest.fixture(scope="module")
 def parts():
-    return {part.name: part for part in all_parts(shipped_design(), 4)}
+    return {part.name: part for part in all_parts(read_design())}
 
 
 def test_every_part_is_one_valid_solid_and_the_assembly_four(shapes, listed):
@@ -179,7 +178,7 @@ def distances(points, outline):
 
 @pytest.mark.parametrize("name", PRISMS)
 def test_a_prisms_edges_are_the_lines_and_arcs_of_its_outline(shapes, parts, name):
-    outlines = parts[name].flat.cuts
+    outlines = parts[name].cuts
     curves = edges_at(shapes[name], 0.0)
     points = np.vstack([sampled(curve, 101) for curve in curves])
     away = np.min([distances(points, each) for each in outlines], axis=0)
@@ -222,7 +221,7 @@ def test_the_cam_has_the_volume_of_its_circle_less_the_bore(shapes, side):
 
 def test_a_variant_with_eyelets_is_one_valid_solid(tmp_path):
     design = read_design(["choice.folding=eyelets", "origami.tip=curl", "origami.corners=outside"])
-    unit = substructure(design, 4)
+    unit = substructure(design)
     (tmp_path / "unit.step").write_bytes(step_bytes(unit.name, unit.solid))
     shape = read_step(tmp_path / "unit.step")
     assert len(pieces(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) == 1

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from capsule.parts.bench_parts import belt_length, scale_marks, shaft_distance
 from capsule.parts.cam import follower_displacement, phase_step, steepest_overhang
-from capsule.parts.files import shipped_design
+from capsule.parts.files import read_design
 from capsule.parts.outlines import circle, points, rectangle, reverse, signed_area, slot
-from capsule.parts.refusals import crosses, gap
-from capsule.parts.stand import belt_length, scale_marks, shaft_distance
+from capsule.parts.refusals import crosses
 from capsule.parts.substructure import (
     cut_lines,
     face_to_face,
@@ -24,7 +24,7 @@ from capsule.parts.substructure import (
 )
 from capsule.phantom.origami import pitch
 
-DESIGN = shipped_design()
+DESIGN = read_design()
 ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice
 SIDES, CORNERS, TIPS = ("head", "tail"), ("middle", "outside"), ("bulb", "round", "curl")
 READINGS = [
@@ -113,14 +113,11 @@ def test_a_loops_wires_sit_at_both_sides_of_its_cut_and_halves_have_one_in_each(
     assert abs(halves[0, 0] - halves[1, 0]) == pytest.approx(5.5213, abs=1e-3)
 
 
-def test_a_gap_is_the_distance_of_two_outlines_and_crossing_ones_are_no_area():
+def test_outlines_that_cross_are_no_area():
     def square(size, x, y):
         return rectangle(x, y, x + size, y + size)
 
     whole = square(1.0, 0.0, 0.0)
-    assert gap(whole, square(1.0, 1.5, 0.0)) == pytest.approx(0.5)
-    assert gap(whole, square(1.0, 4.0, 5.0)) == pytest.approx(5.0)
-    assert gap(whole, square(0.2, 0.4, 0.4)) == 0.0
     assert not crosses([whole, reverse(square(0.2, 0.4, 0.4))])
     assert crosses([whole[[0, 2, 1, 3]]])
     assert crosses([whole, reverse(square(0.2, 0.9, 0.9))])

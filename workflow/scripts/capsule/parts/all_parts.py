@@ -6,12 +6,10 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.parts.bench_parts import bench_parts, window_cut
+from capsule.parts.bench_parts import Window, bench_parts, bore, window, window_cut
 from capsule.parts.cam import relief
-from capsule.parts.design import BENCH, CAPSULE, Design, Flat, Part, extent
+from capsule.parts.design import BENCH, CAPSULE, Design, Part, extent
 from capsule.parts.outlines import Prism, Solid, circle, polygon, rectangle, reverse
-from capsule.parts.solids import exact
-from capsule.parts.stand import bore, window
 from capsule.parts.substructure import (
     EYELET_AT_MM,
     EYELET_MM,
@@ -21,7 +19,7 @@ from capsule.parts.substructure import (
     outline,
     wall_area,
 )
-from capsule.phantom.origami import pitch, vertices
+from capsule.phantom.origami import pitch, sensor_offsets, vertices
 
 # Plays of the gauge's three windows, as multiples of the design's play.
 _PLAYS = (0.5, 1.0, 1.5)
@@ -30,25 +28,15 @@ _PROBE_MM = 10.0
 _DISC_MM = 8.0
 
 
-def all_parts(design: Design, sensors: int) -> list[Part]:
+def all_parts(design: Design) -> list[Part]:
     """Return all parts; each fits the printer.
-
-    Parameters
-    ----------
-    sensors
-        Number of substructures of a capsule.
 
     Raises
     ------
     CapsuleError
         If a part is larger than the printer's room; the message names the value to change.
     """
-    parts = [
-        substructure(design, sensors),
-        assembly(design, sensors),
-        *coupons(design),
-        *bench_parts(design),
-    ]
+    parts = [substructure(design), assembly(design), *coupons(design), *bench_parts(design)]
     printing = design.parts.print
     room = np.array([printing.bed_x_mm, printing.bed_y_mm, printing.bed_z_mm])
     for part in parts:
@@ -75,47 +63,45 @@ def substructure_solid(design: Design, places_mm: Sequence[float] = (0.0,)) -> S
     return Solid(Prism(boundaries, 0.0, height), holes, places_mm)
 
 
-def substructure(design: Design, sensors: int) -> Part:
+def substructure(design: Design) -> Part:
     """Return the substructure, which is printed once per sensor."""
-    origami, shape = design.phantom.origami, design.shape
-    corner = vertices(origami)
-    sizes = {
-        "width_mm": 2 * float(corner["D"][1]),
-        "height_mm": origami.height_mm,
-        "wall_mm": origami.wall_thickness_mm,
-        "fold_angle_deg": origami.fold_angle_deg,
-        "awn_tilt_deg": origami.awn_tilt_deg,
-        **{
-            f"{name}_{axis}_mm": float(corner[name][index])
-            for name in "ABCD"
-            for index, axis in enumerate("xy")
-        },
-        "flat_AA_mm": 2 * float(corner["A"][1]),
-        "flat_BB_mm": 2 * float(corner["B"][1]),
-        "flats_apart_mm": abs(float(corner["A"][0] - corner["B"][0])),
-        "face_to_face_mm": face_to_face(shape),
-        "loop_mm": loop_length(shape),
-        "wall_area_mm2": wall_area(shape),
-    }
+    origami, shape, corner = design.phantom.origami, design.shape, vertices(design.phantom.origami)
     return Part(
         "substructure",
-        *exact(substructure_solid(design)),
-        sensors,
+        substructure_solid(design),
+        design.sensors,
         CAPSULE,
         "One sensor: the hexagon with its two awns.",
         "origami.fold_to_shoulder_mm",
-        flat=Flat(outline(shape)),
-        sizes=sizes,
+        cuts=outline(shape),
+        sizes={
+            "width_mm": 2 * float(corner["D"][1]),
+            "height_mm": origami.height_mm,
+            "wall_mm": origami.wall_thickness_mm,
+            "fold_angle_deg": origami.fold_angle_deg,
+            "awn_tilt_deg": origami.awn_tilt_deg,
+            **{
+                f"{name}_{axis}_mm": float(value)
+                for name, point in corner.items()
+                for axis, value in zip("xy", point, strict=True)
+            },
+            "flat_AA_mm": 2 * float(corner["A"][1]),
+            "flat_BB_mm": 2 * float(corner["B"][1]),
+            "flats_apart_mm": abs(float(corner["A"][0] - corner["B"][0])),
+            "face_to_face_mm": face_to_face(shape),
+            "loop_mm": loop_length(shape),
+            "wall_area_mm2": wall_area(shape),
+        },
     )
 
 
-def assembly(design: Design, sensors: int) -> Part:
+def assembly(design: Design) -> Part:
     """Return the row of substructures, with sensor 1 at the head and without the adhesive."""
     step = pitch(design.phantom.origami)
-    places = (-step * np.arange(sensors)).tolist()
+    places = (-sensor_offsets(design.phantom.origami, design.sensors)).tolist()
     return Part(
         "assembly",
-        *exact(substructure_solid(design, places)),
+        substructure_solid(design, places),
         0,
         CAPSULE,
         "The substructures where they lie once they are glued; to look at, not to print.",
@@ -123,7 +109,7 @@ def assembly(design: Design, sensors: int) -> Part:
         sizes={
             "pitch_mm": step,
             "adhesive_mm": design.phantom.origami.adhesive_mm,
-            "faces_mm": face_to_face(design.shape) + (sensors - 1) * step,
+            "faces_mm": face_to_face(design.shape) + (design.sensors - 1) * step,
         },
     )
 
@@ -139,12 +125,12 @@ def _flat_coupon(
     height = design.phantom.origami.height_mm
     return Part(
         f"coupon-{name}",
-        *exact(Solid(Prism([shape], 0.0, height))),
+        Solid(Prism([shape], 0.0, height)),
         quantity,
         CAPSULE,
         note,
         "origami.height_mm",
-        flat=Flat([shape]),
+        cuts=[shape],
         sizes={**sizes, "height_mm": height},
     )
 
@@ -152,8 +138,7 @@ def _flat_coupon(
 def _bars(design: Design) -> list[Part]:
     """Return bars as thick as the wall, thinner and thicker, but not thinner than the nozzle."""
     wall, less = design.phantom.origami.wall_thickness_mm, design.parts.coupon.thinner_mm
-    length = design.parts.coupon.bar_mm
-    nozzle = design.parts.print.nozzle_mm
+    length, nozzle = design.parts.coupon.bar_mm, design.parts.print.nozzle_mm
     return [
         _flat_coupon(
             design,
@@ -170,8 +155,8 @@ def _bars(design: Design) -> list[Part]:
 
 
 def _strip(design: Design) -> Part:
-    wall = design.phantom.origami.wall_thickness_mm
-    length = loop_length(design.shape)
+    wall, length = design.phantom.origami.wall_thickness_mm, loop_length(design.shape)
+    section_mm2 = wall * design.phantom.origami.height_mm
     return _flat_coupon(
         design,
         "strip",
@@ -180,10 +165,7 @@ def _strip(design: Design) -> Part:
         "As long as the loop: its resistance from end to end gives the plastic's resistivity.",
         length_mm=length,
         wall_mm=wall,
-        resistance_ohm=design.resistivity_ohm_m
-        * 1e3
-        * length
-        / (wall * design.phantom.origami.height_mm),
+        resistance_ohm=design.resistivity_ohm_m * 1e3 * length / section_mm2,
     )
 
 
@@ -228,50 +210,42 @@ def _glue(design: Design) -> Part:
 
 
 def _fit(design: Design) -> list[Part]:
+    """Return a gauge of three windows, and a piece of the cam for them."""
     bench, cam = design.parts.bench, design.cam
-    opening = window(bench, cam)
-    thickness = bench.follower_mm - bench.follower_gap_mm
-    high = 2 * (cam.radius_mm + bench.play_mm)
+    thickness, frame = bench.thickness_mm, bench.frame_mm
+    height = cam.radius_mm + bench.play_mm
     bevel = relief(thickness, bench.bevel_deg)
-    widths = [cam.radius_mm + bench.play_mm * part for part in _PLAYS]
-    frame, at, centres = bench.frame_mm, 0.0, []
-    for half in widths:
-        centres.append(at + frame + half + bevel)
-        at += frame + 2 * (half + bevel)
-    right = at + frame
-    low = -high / 2 - frame
-    corners = [[right, -low], [0.0, -low], [0.0, low]]
+    ridges = [cam.radius_mm + bench.play_mm * part for part in _PLAYS]
+    low, right, cuts, notches = -height - frame, frame, [], []
     # One, two or three notches in the lower edge number the windows.
-    for count, centre in enumerate(centres, start=1):
+    for count, ridge in enumerate(ridges, start=1):
+        half = ridge + bevel
+        centre = right + half
+        cuts.append(window_cut(Window(ridge, half, height), thickness, centre))
+        right = centre + half + frame
         for notch in range(count):
             left = centre + 2.0 * (notch - (count - 1) / 2) - 0.5
-            corners += [[left, low], [left, low + 1.0], [left + 1.0, low + 1.0], [left + 1.0, low]]
-    gauge = Solid(
-        Prism([polygon([*corners, [right, low]])], 0.0, thickness),
-        [
-            window_cut(half, half + bevel, high / 2, thickness, centre)
-            for centre, half in zip(centres, widths, strict=True)
-        ],
-    )
+            notches += [[left, low], [left, low + 1.0], [left + 1.0, low + 1.0], [left + 1.0, low]]
+    outer = polygon([[right, -low], [0.0, -low], [0.0, low], *notches, [right, low]])
     round_cam = circle(cam.radius_mm, (cam.eccentricity_mm, 0.0))
     disc = Solid(Prism([round_cam, reverse(bore(bench))], 0.0, _DISC_MM))
     return [
         Part(
             "coupon-fit-window",
-            *exact(gauge),
+            Solid(Prism([outer], 0.0, thickness), cuts),
             1,
             BENCH,
             "Three windows with half, once and one and a half times the play; notches count them.",
             "bench.cam_radius_mm",
             sizes={
                 "thickness_mm": thickness,
-                **{f"window_{n}_mm": 2 * half for n, half in enumerate(widths, start=1)},
-                "ridge_mm": 2 * opening.ridge_mm,
+                **{f"window_{n}_mm": 2 * ridge for n, ridge in enumerate(ridges, start=1)},
+                "ridge_mm": 2 * window(design).ridge_mm,
             },
         ),
         Part(
             "coupon-fit-cam",
-            *exact(disc),
+            disc,
             1,
             BENCH,
             "A piece of the cam for the three windows, and for the rod with its flat.",

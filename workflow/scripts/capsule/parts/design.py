@@ -1,7 +1,8 @@
 """Hold the design of all parts, from the phantom's dimensions and parts.yaml, and each part."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,20 @@ from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.parts.cam import Cam
 from capsule.parts.outlines import Solid
-from capsule.parts.stand import Bench
+from capsule.parts.solids import mesh
 from capsule.parts.substructure import Choices, Shape, loop_length, shape_of
-from capsule.phantom.parameters import Phantom, built, value_of
+from capsule.phantom.parameters import (
+    Phantom,
+    built,
+    check_allowed,
+    nearest,
+    number_of,
+    parameter_names,
+    parsed,
+    value_of,
+    with_values,
+    words_of,
+)
 
 CAPSULE, BENCH = "conductive TPU", "PLA"
 # The part of the table with limits instead of choices.
@@ -48,6 +60,43 @@ class Coupon:
 
 
 @dataclass(frozen=True)
+class Bench:
+    """Dimensions of the bench that the paper leaves open, as in config/parts.yaml."""
+
+    length_mm: float
+    follower_mm: float
+    follower_gap_mm: float
+    cam_radius_mm: float
+    play_mm: float
+    fit_mm: float
+    bevel_deg: float
+    frame_mm: float
+    shaft_distance_mm: float
+    rod_mm: float
+    rod_flat_mm: float
+    bearing_mm: float
+    plate_mm: float
+    slide_mm: float
+    row_play_mm: float
+    platform_width_mm: float
+    platform_mm: float
+    platform_top_mm: float
+    cam_teeth: int
+    motor_teeth: int
+    drive_belt_mm: float
+
+    @property
+    def thickness_mm(self) -> float:
+        """Thickness of a follower."""
+        return self.follower_mm - self.follower_gap_mm
+
+    @property
+    def row_mm(self) -> float:
+        """Distance between the end plates."""
+        return self.length_mm + self.row_play_mm
+
+
+@dataclass(frozen=True)
 class Parts:
     """The values of ``config/parts.yaml``, by part."""
 
@@ -71,14 +120,14 @@ class Design:
     resistivity_ohm_m
         Resistivity of the conductive plastic, computed so that the paper's substructure has the
         paper's resistance.
-    limits
-        Smallest and largest value of the phantom's dimensions, by ``part.parameter``.
+    sensors
+        Number of substructures of a capsule.
     """
 
     phantom: Phantom
     parts: Parts
     resistivity_ohm_m: float
-    limits: Mapping[str, tuple[float, float]]
+    sensors: int
 
     @property
     def shape(self) -> Shape:
@@ -107,12 +156,9 @@ def entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]
 
 
 def design_of(
-    table: Mapping[str, Any],
-    values: Mapping[str, str | float],
-    phantom: Phantom,
-    unchanged: Phantom,
+    table: Mapping[str, Any], changes: Iterable[str], unchanged: Phantom, sensors: int
 ) -> Design:
-    """Return the design that a table and changed values describe.
+    """Return the design that a table and changes describe.
 
     Parameters
     ----------
@@ -120,36 +166,42 @@ def design_of(
         ``{part: {key: entry}}``, as in ``config/parts.yaml``. An entry has a ``value`` and either
         a ``range`` or a list ``allowed``; ``whole`` marks integers. ``limits`` holds the smallest
         and largest values of the phantom's dimensions.
-    values
-        Changed values by ``part.key``.
-    phantom, unchanged
-        The phantom with and without the user's changes. The unchanged phantom is the paper's
-        capsule, whose resistance gives the plastic's resistivity.
+    changes
+        Texts of the form ``part.key=value``, of the table or of the phantom; a value is a number
+        or a word.
+    unchanged
+        The phantom without the changes. It is the paper's capsule, whose resistance gives the
+        plastic's resistivity.
+    sensors
+        Number of substructures of a capsule.
 
     Raises
     ------
     CapsuleError
-        If a value is outside its limits; the message names both.
+        If a name is unknown or a value is outside its limits; the message names both.
     """
-    chosen = {name: values.get(name, entry["value"]) for name, entry in entries(table)}
-    for name, entry in entries(table):
-        _check(name, chosen[name], entry)
-    for name, (low, high) in table[LIMITS].items():
-        _check(name, value_of(phantom, name), {"range": (low, high)})
+    rows = dict(entries(table))
+    chosen = {name: entry["value"] for name, entry in rows.items()}
+    theirs = [*table[LIMITS], *filter(words_of, parameter_names())]
+    phantom = unchanged
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name in rows:
+            chosen[name] = text if "allowed" in rows[name] else number_of(change)
+        elif name in theirs:
+            phantom = with_values(phantom, dict([parsed(change)]))
+        else:
+            near = nearest(name, [*rows, *theirs])
+            hint = f"did you mean {near}?" if near else "config/parts.yaml lists all"
+            raise CapsuleError(f"the parts have no value {name}; {hint}")
+    for name, entry in rows.items():
+        words, whole = entry.get("allowed", ()), entry.get("whole", False)
+        check_allowed(name, chosen[name], words, entry.get("range", ()), whole=whole)
+    for name, limits in table[LIMITS].items():
+        check_allowed(name, value_of(phantom, name), (), limits)
     parts = built(Parts, chosen)
-    return Design(phantom, parts, resistivity(unchanged, parts.choice), table[LIMITS])
-
-
-def _check(name: str, value: float | str, entry: Mapping[str, Any]) -> None:
-    if "allowed" in entry:
-        if value not in entry["allowed"]:
-            raise CapsuleError(f"{name} is {value}; allowed are {', '.join(entry['allowed'])}")
-        return
-    low, high = entry["range"]
-    if isinstance(value, str) or not low <= value <= high:
-        raise CapsuleError(f"{name} is {value}; allowed is {low:g} to {high:g}")
-    if entry.get("whole") and value != round(value):
-        raise CapsuleError(f"{name} is {value}; allowed are whole numbers")
+    resistivity = unchanged.sensor.resistance_ohm / resistance(1.0, unchanged, parts.choice)
+    return Design(phantom, parts, resistivity, sensors)
 
 
 def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> float:
@@ -166,19 +218,6 @@ def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> 
     return whole if choices.current == "loop" else whole / 4
 
 
-def resistivity(phantom: Phantom, choices: Choices) -> float:
-    """Return the resistivity in ohm metre for which a substructure has the phantom's resistance."""
-    return phantom.sensor.resistance_ohm / resistance(1.0, phantom, choices)
-
-
-@dataclass(frozen=True)
-class Flat:
-    """The outlines of a flat part to cut and to engrave."""
-
-    cuts: Sequence[FloatArray]
-    marks: Sequence[FloatArray] = ()
-
-
 @dataclass(frozen=True)
 class Part:
     """A part in its pose for printing.
@@ -189,50 +228,50 @@ class Part:
         Name of the part and of its files.
     solid
         Its exact form.
-    vertices, triangles
-        The solid's mesh, as `capsule.parts.solids.mesh` makes it: shape (V, 3) in mm, and shape
-        (T, 3), anticlockwise seen from outside.
     quantity, material, note
         Number of pieces for the whole experiment, material, and purpose in one sentence.
     limited_by
         Name of the value to change if the part does not fit the printer.
-    flat
-        Outlines, if the part can be cut from a sheet.
+    cuts, marks
+        Outlines to cut and to engrave, if the part can be cut from a sheet.
     sizes
         Dimensions for the list of parts, by name.
     """
 
     name: str
     solid: Solid
-    vertices: FloatArray
-    triangles: IntArray
     quantity: int
     material: str
     note: str
     limited_by: str
-    flat: Flat | None = None
+    cuts: Sequence[FloatArray] = ()
+    marks: Sequence[FloatArray] = ()
     sizes: dict[str, float] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def bodies(self) -> list[tuple[str, FloatArray, IntArray]]:
-        """Name and mesh of each body; of several copies, the first is at the head."""
-        count = len(self.solid.places_mm)
-        if count == 1:
-            return [(self.name, self.vertices, self.triangles)]
-        triangles = np.split(self.triangles, count)[0]
+        """Name, vertices and triangles of each copy, of which the first is at the head."""
+        vertices, triangles = mesh(self.solid)
+        places = self.solid.places_mm
+        numbers = [f" {n}" for n in range(1, len(places) + 1)] if len(places) > 1 else [""]
         return [
-            (f"{self.name} {number}", vertices, triangles)
-            for number, vertices in enumerate(np.split(self.vertices, count), start=1)
+            (self.name + number, vertices + np.array([place, 0.0, 0.0]), triangles)
+            for number, place in zip(numbers, places, strict=True)
         ]
+
+    @property
+    def corners(self) -> FloatArray:
+        """The corners of all triangles, anticlockwise seen from outside: shape (T, 3, 3)."""
+        return np.vstack([vertices[triangles] for _, vertices, triangles in self.bodies])
 
 
 def volume(part: Part) -> float:
     """Return the volume that a mesh encloses, in mm3 (by the divergence theorem)."""
-    first, second, third = np.moveaxis(part.vertices[part.triangles], 1, 0)
+    first, second, third = np.moveaxis(part.corners, 1, 0)
     return float(np.einsum("ij,ij->i", first, np.cross(second, third)).sum() / 6)
 
 
 def extent(part: Part) -> FloatArray:
     """Return the lengths of the box around a part, along x, y and z: shape (3,)."""
-    lengths: FloatArray = np.ptp(part.vertices, axis=0)
+    lengths: FloatArray = np.ptp(part.corners, axis=(0, 1))
     return lengths

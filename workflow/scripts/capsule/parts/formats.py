@@ -3,17 +3,16 @@
 The same part always gives the same bytes.
 """
 
-import csv
 import io
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from capsule.parts.design import CAPSULE, Design, Flat, Part, Printing, extent, resistance, volume
+from capsule.parts.bench_parts import belt_length
+from capsule.parts.design import CAPSULE, Design, Part, Printing, extent, resistance, volume
 from capsule.parts.outlines import points, radii
-from capsule.parts.stand import belt_length, row_length
 from capsule.parts.substructure import loop_length
 
 # A facet of binary STL: normal, three corners, two unused bytes.
@@ -35,52 +34,36 @@ _RELATIONS = (
     '<Relationship Target="/3D/3dmodel.model" Id="model" '
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
 )
-# Layers of the files, with the colour numbers of DXF: white (black on paper) and red.
-CUT, MARK = "CUT", "ENGRAVE"
-_COLOURS = {CUT: 7, MARK: 1}
-_STROKES = {CUT: "#000000", MARK: "#c00000"}
+# Layers of the files: colour numbers of DXF, white (black on paper) and red, and colours of SVG.
+_LAYERS = {"CUT": (7, "#000000"), "ENGRAVE": (1, "#c00000")}
 _MARGIN_MM = 1.0
 # Columns of bom.csv.
-_COLUMNS = ("item", "quantity", "unit", "kind", "material", "note")
+BILL_COLUMNS = ("item", "quantity", "unit", "kind", "material", "note")
 _SHEET_HEIGHT_MM = 35.0
 
 
-def stl_bytes(name: str, vertices: np.ndarray, triangles: np.ndarray) -> bytes:
-    """Return a mesh as binary STL, in mm.
-
-    Parameters
-    ----------
-    name
-        Name in the header.
-    vertices, triangles
-        The mesh, in the form of `capsule.parts.design.Part`.
-    """
-    corners = vertices[triangles]
+def stl_bytes(part: Part) -> bytes:
+    """Return a part's mesh as binary STL, in mm."""
+    corners = part.corners
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facets = np.zeros(len(triangles), _FACET)
+    facets = np.zeros(len(corners), _FACET)
     facets["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
     facets["corners"] = corners
-    header = f"{name}, mm".encode("ascii").ljust(_HEADER_BYTES)
-    return header + np.uint32(len(triangles)).tobytes() + facets.tobytes()
+    header = f"{part.name}, mm".encode("ascii").ljust(_HEADER_BYTES)
+    return header + np.uint32(len(corners)).tobytes() + facets.tobytes()
 
 
-def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes:
-    """Return meshes as 3MF, in mm; each mesh is one object.
-
-    Parameters
-    ----------
-    bodies
-        Name, vertices and triangles of each mesh.
-    """
+def threemf_bytes(part: Part) -> bytes:
+    """Return a part's mesh as 3MF, in mm; each body is one object."""
     objects = [
         f'<object id="{number}" name="{name}" type="model"><mesh>\n<vertices>\n'
         + "".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in vertices)
         + "</vertices>\n<triangles>\n"
         + "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in triangles)
         + "</triangles>\n</mesh></object>\n"
-        for number, (name, vertices, triangles) in enumerate(bodies, start=1)
+        for number, (name, vertices, triangles) in enumerate(part.bodies, start=1)
     ]
-    items = "".join(f'<item objectid="{number}"/>\n' for number in range(1, len(bodies) + 1))
+    items = "".join(f'<item objectid="{number}"/>\n' for number in range(1, len(objects) + 1))
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xmlns="{_CORE}">\n'
         f"<resources>\n{''.join(objects)}</resources>\n<build>\n{items}</build>\n</model>\n"
@@ -99,17 +82,17 @@ def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes
     return stream.getvalue()
 
 
-def dxf_text(flat: Flat) -> str:
-    """Return outlines as DXF (release 12, in mm, a layer for each kind).
+def dxf_text(part: Part) -> str:
+    """Return a flat part as DXF (release 12, in mm, a layer for each kind).
 
     Each is a closed polyline of lines and arcs.
     """
     layers = "".join(
         _groups((0, "LAYER"), (2, name), (70, 0), (62, colour), (6, "CONTINUOUS"))
-        for name, colour in _COLOURS.items()
+        for name, (colour, _) in _LAYERS.items()
     )
     drawn = "".join(
-        _polyline(outline, layer) for layer, outlines in _by_layer(flat) for outline in outlines
+        _polyline(outline, layer) for layer, outlines in _by_layer(part) for outline in outlines
     )
     return (
         _groups((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
@@ -117,7 +100,7 @@ def dxf_text(flat: Flat) -> str:
         + _groups((0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LTYPE"), (70, 1))
         + _groups((0, "LTYPE"), (2, "CONTINUOUS"), (70, 0), (3, "Solid line"), (72, 65), (73, 0))
         + _groups((40, "0.0"), (0, "ENDTAB"))
-        + _groups((0, "TABLE"), (2, "LAYER"), (70, len(_COLOURS)))
+        + _groups((0, "TABLE"), (2, "LAYER"), (70, len(_LAYERS)))
         + layers
         + _groups((0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
         + drawn
@@ -139,28 +122,25 @@ def _polyline(outline: np.ndarray, layer: str) -> str:
     return head + corners + _groups((0, "SEQEND"), (8, layer))
 
 
-def _by_layer(flat: Flat) -> list[tuple[str, Sequence[np.ndarray]]]:
-    return [(CUT, flat.cuts), (MARK, flat.marks)]
+def _by_layer(part: Part) -> list[tuple[str, Sequence[np.ndarray]]]:
+    return list(zip(_LAYERS, (part.cuts, part.marks), strict=True))
 
 
-def svg_text(name: str, flat: Flat) -> str:
-    """Return outlines of lines and arcs as SVG at true size; as in the DXF, y points upwards."""
-    corners = np.vstack([points(each) for each in flat.cuts])
+def svg_text(part: Part) -> str:
+    """Return a flat part as SVG at true size; as in the DXF, y points upwards."""
+    corners = np.vstack([points(each) for each in part.cuts])
     low, high = corners.min(axis=0) - _MARGIN_MM, corners.max(axis=0) + _MARGIN_MM
     width, height = high - low
-    groups = []
-    for layer, outlines in _by_layer(flat):
-        path = " ".join(_path(each, low[0], high[1]) for each in outlines)
-        if path:
-            groups.append(
-                f'<g id="{layer}" fill="none" stroke="{_STROKES[layer]}" stroke-width="0.1">'
-                f'<path d="{path}"/></g>\n'
-            )
+    groups = "".join(
+        f'<g id="{layer}" fill="none" stroke="{_LAYERS[layer][1]}" stroke-width="0.1">'
+        f'<path d="{" ".join(_path(each, low[0], high[1]) for each in outlines)}"/></g>\n'
+        for layer, outlines in _by_layer(part)
+        if outlines
+    )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.6f}mm" height="{height:.6f}mm" '
-        f'viewBox="0 0 {width:.6f} {height:.6f}">\n<title>{name}, 1 : 1</title>\n'
-        + "".join(groups)
-        + "</svg>\n"
+        f'viewBox="0 0 {width:.6f} {height:.6f}">\n<title>{part.name}, 1 : 1</title>\n'
+        f"{groups}</svg>\n"
     )
 
 
@@ -177,15 +157,14 @@ def _path(outline: np.ndarray, left: float, top: float) -> str:
 
 def parts_table(design: Design, parts: Sequence[Part]) -> dict[str, Any]:
     """Return the content of parts.json."""
-    bench = design.parts.bench
+    bench, resistivity = design.parts.bench, design.resistivity_ohm_m
+    ohm = resistance(resistivity, design.phantom, design.parts.choice)
     return {
         "unit": "mm",
         "capsule": {
             "loop_mm": round(loop_length(design.shape), 4),
-            "resistance_ohm": round(
-                resistance(design.resistivity_ohm_m, design.phantom, design.parts.choice), 1
-            ),
-            "resistivity_ohm_m": round(design.resistivity_ohm_m, 4),
+            "resistance_ohm": round(ohm, 1),
+            "resistivity_ohm_m": round(resistivity, 4),
             "current": design.parts.choice.current,
         },
         "bench": {
@@ -222,12 +201,13 @@ def _shaft_belt(design: Design) -> float:
     return belt_length(bench.cam_teeth, bench.cam_teeth, bench.shaft_distance_mm)
 
 
-def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> str:
-    """Return the text of bom.csv: the parts to print, and the items to buy."""
-    bench, wall = design.parts.bench, design.phantom.wall
-    rod = row_length(bench) + 2 * (bench.plate_mm + 25.0)
+def bill_of_materials(design: Design, parts: Sequence[Part]) -> Iterator[tuple[object, ...]]:
+    """Yield the rows of bom.csv: the parts to print, and the items to buy."""
+    bench, wall, sensors = design.parts.bench, design.phantom.wall, design.sensors
+    rod = bench.row_mm + 2 * (bench.plate_mm + 25.0)
     sheet = f"{bench.length_mm:g} x {_SHEET_HEIGHT_MM:g} mm"
-    series = design.phantom.electronics.series_ohm
+    series, pulley = design.phantom.electronics.series_ohm, "pulley GT2"
+    joined = "a belt joins the rods at both ends, and the motor drives one"
     bought = [
         ("filament, NinjaTek Eel, 1.75 mm", 1, "spool", "Shore 90 A, 18 % carbon black"),
         ("enamelled copper wire, 0.1 mm", 2 * sensors, "lead", "two leads a substructure"),
@@ -237,13 +217,8 @@ def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> st
         ("rubber spheres of 1, 2, 3, 4, 5 mm", 1, "set", "PT Flex 60"),
         (f"steel rod, {bench.rod_mm:g} mm with a flat", 2, "piece", f"{rod:g} mm long"),
         (f"bearing, {bench.rod_mm:g} x {bench.bearing_mm:g} x 6 mm", 4, "piece", "626 for 6 mm"),
-        (
-            f"pulley GT2, {bench.cam_teeth:g} teeth, bore {bench.rod_mm:g} mm",
-            5,
-            "piece",
-            "a belt joins the rods at both ends, and the motor drives one",
-        ),
-        (f"pulley GT2, {bench.motor_teeth:g} teeth, bore 5 mm", 1, "piece", "on the motor's shaft"),
+        (f"{pulley}, {bench.cam_teeth:g} teeth, bore {bench.rod_mm:g} mm", 5, "piece", joined),
+        (f"{pulley}, {bench.motor_teeth:g} teeth, bore 5 mm", 1, "piece", "on the motor's shaft"),
         (f"belt GT2, 6 mm, {_shaft_belt(design):.0f} mm", 2, "piece", "joins the shafts"),
         (f"belt GT2, 6 mm, {bench.drive_belt_mm:g} mm", 1, "piece", "motor to cam shaft"),
         ("stepper motor 28BYJ-48 with ULN2003", 1, "piece", "docs/bench.md"),
@@ -252,26 +227,12 @@ def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> st
         (f"resistor {series:g} ohm, 1 %", sensors, "piece", "in series with each sensor"),
         ("screw M4 x 12 with nut", 2, "piece", "motor"),
     ]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(_COLUMNS)
     for part in parts:
         if part.quantity:
-            grams = f"{mass(design, part):.2f} g each. {part.note}"
-            writer.writerow((part.name, part.quantity, "piece", "printed", part.material, grams))
+            note = f"{mass(design, part):.2f} g each. {part.note}"
+            yield part.name, part.quantity, "piece", "printed", part.material, note
     for item, quantity, unit, note in bought:
-        writer.writerow((item, quantity, unit, "bought", "", note))
-    return stream.getvalue()
-
-
-def title_lines(design: Design) -> list[str]:
-    """Return the lines with the design's choices that every drawing shows."""
-    origami, choices = design.phantom.origami, design.parts.choice
-    return [
-        f"A at the {origami.fold_side} of BC; corners on the wall's {origami.corners}; "
-        f"tip: {origami.tip}",
-        f"current: {choices.current}; cut: {choices.cut}; folding: {choices.folding}",
-    ]
+        yield item, quantity, unit, "bought", "", note
 
 
 def profile_text(printing: Printing) -> str:

@@ -90,9 +90,10 @@ def reverse(outline: FloatArray) -> FloatArray:
     return back
 
 
-def mirrored(half: FloatArray) -> FloatArray:
-    """Return rows of an outline, followed by their mirror image about the x axis."""
-    return np.vstack([half, reverse(half) * [1.0, -1.0, -1.0]])
+def mirrored(half: FloatArray, about: str = "x") -> FloatArray:
+    """Return rows of an outline, followed by their mirror image about the x or the y axis."""
+    image = [1.0, -1.0, -1.0] if about == "x" else [-1.0, 1.0, -1.0]
+    return np.vstack([half, reverse(half) * image])
 
 
 def signed_area(outline: FloatArray) -> float:

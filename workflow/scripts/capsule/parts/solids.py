@@ -59,16 +59,6 @@ def one(solid: Solid) -> Manifold:
 
 
 def mesh(solid: Solid) -> tuple[FloatArray, IntArray]:
-    """Return a solid's vertices, shape (V, 3), and triangles, shape (T, 3), copy after copy."""
+    """Return vertices, shape (V, 3), and triangles, shape (T, 3), of one unshifted copy."""
     made = one(solid).simplify(_FINEST_MM).to_mesh64()
-    vertices = np.asarray(made.vert_properties)[:, :3]
-    triangles = np.asarray(made.tri_verts).astype(int)
-    return (
-        np.vstack([vertices + np.array([place, 0.0, 0.0]) for place in solid.places_mm]),
-        np.vstack([triangles + n * len(vertices) for n in range(len(solid.places_mm))]),
-    )
-
-
-def exact(solid: Solid) -> tuple[Solid, FloatArray, IntArray]:
-    """Return a solid with its mesh, as `capsule.parts.design.Part` takes them."""
-    return solid, *mesh(solid)
+    return np.asarray(made.vert_properties)[:, :3], np.asarray(made.tri_verts).astype(int)

@@ -85,21 +85,18 @@ def _crossing(
     return crossing
 
 
-def _offset_corners(
-    fold: FloatArray, lower: FloatArray, shoulder: FloatArray, inward_mm: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the corners A, B, C of the hexagon with sides moved inwards by ``inward_mm``."""
-    side = np.sign(fold[0] - lower[0])
-    slope, steep = shoulder - fold, shoulder - lower
+def _moved_in(shape: Shape, inward_mm: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the corners A, B, C of the hexagon with all its sides moved inwards."""
+    fold, lower, side = shape.fold, shape.lower, shape.side
+    slope, steep = shape.shoulder - fold, shape.shoulder - lower
     slope, steep = slope / np.linalg.norm(slope), steep / np.linalg.norm(steep)
     # Seen from A, the inside is to the left of the slope if A is at the head.
     slope_at = fold + inward_mm * side * np.array([-slope[1], slope[0]])
     steep_at = lower + inward_mm * side * np.array([steep[1], -steep[0]])
-    fold_at = fold - np.array([inward_mm * side, 0.0])
-    lower_at = lower + np.array([inward_mm * side, 0.0])
+    along = np.array([inward_mm * side, 0.0])
     return (
-        _crossing(slope_at, slope, fold_at, _UP),
-        _crossing(steep_at, steep, lower_at, _UP),
+        _crossing(slope_at, slope, fold - along, _UP),
+        _crossing(steep_at, steep, lower + along, _UP),
         _crossing(slope_at, slope, steep_at, steep),
     )
 
@@ -107,16 +104,16 @@ def _offset_corners(
 def shape_of(origami: Origami) -> Shape:
     """Return the middle lines of a substructure at rest."""
     corner = vertices(origami)
-    wall = origami.wall_thickness_mm
-    inward = 0.0 if origami.corners == "middle" else wall / 2
-    fold, lower, shoulder = _offset_corners(corner["A"], corner["B"], corner["C"], inward)
-    tilt, radius = float(np.radians(origami.awn_tilt_deg)), end_radius(origami)
+    wall, radius = origami.wall_thickness_mm, end_radius(origami)
+    tilt = float(np.radians(origami.awn_tilt_deg))
+    fold, lower, shoulder = (corner[name] for name in "ABC")
     rest = Shape(fold, lower, shoulder, shoulder, radius, tilt, wall, origami.tip)
+    fold, lower, shoulder = _moved_in(rest, 0.0 if origami.corners == "middle" else wall / 2)
     # The centre of a curl is beside the wall; the centre of another end is on the wall's middle.
     beside = radius - wall / 2 if origami.tip == "curl" else 0.0
     foot = shoulder - beside * rest.headward
     cap = foot + rest.along * (half_width(origami) - radius - foot[1]) / rest.along[1]
-    return replace(rest, cap=cap)
+    return replace(rest, fold=fold, lower=lower, shoulder=shoulder, cap=cap)
 
 
 def top_mm(shape: Shape) -> float:
@@ -185,8 +182,8 @@ def awn_end(shape: Shape) -> FloatArray:
 def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
     """Return the wall's outer outline, and the hexagon's inside as a hole."""
     half = shape.wall_mm / 2
-    fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -half)
-    hole = _offset_corners(shape.fold, shape.lower, shape.shoulder, half)
+    fold, lower, _ = _moved_in(shape, -half)
+    hole = _moved_in(shape, half)
     # The point at which the awn's side next to A meets the outside of the wall AC.
     joint = _crossing(
         fold,
@@ -221,12 +218,10 @@ def glue_faces(shape: Shape) -> dict[str, FloatArray]:
     dict of str to array of shape (2, 2)
         ``head`` and ``tail``: lower and upper end of the face, in mm.
     """
-    fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -shape.wall_mm / 2)
-    ends = {1.0: (fold, lower), -1.0: (lower, fold)}[shape.side]
-    return {
-        name: np.vstack([end * [1.0, -1.0], end])
-        for name, end in zip(("head", "tail"), ends, strict=True)
-    }
+    fold, lower, _ = _moved_in(shape, -shape.wall_mm / 2)
+    head, tail = (fold, lower) if shape.side > 0 else (lower, fold)
+    below = np.array([1.0, -1.0])
+    return {"head": np.vstack([head * below, head]), "tail": np.vstack([tail * below, tail])}
 
 
 def face_to_face(shape: Shape) -> float:
@@ -246,14 +241,14 @@ def cut_lines(shape: Shape, choices: Choices) -> list[FloatArray]:
     ]
 
 
-def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> FloatArray:
+def wire_positions(shape: Shape, choices: Choices) -> FloatArray:
     """Return the points at which the two wires enter the wall: shape (2, 2), in mm.
 
-    With one cut, the wires are above and below it, and the current takes the whole loop. With both
-    flats cut, one wire is in each cut, and the current takes the two halves in parallel.
+    With one cut, the wires are 1 mm above and below it, and the current takes the whole loop. With
+    both flats cut, one wire is in each cut, and the current takes the two halves in parallel.
     """
     middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
     if choices.current == "halves":
         return np.array(middles)
-    positions: FloatArray = middles[0] + beside_mm * np.array([[0.0, 1.0], [0.0, -1.0]])
-    return positions
+    beside: FloatArray = middles[0] + np.array([[0.0, 1.0], [0.0, -1.0]])
+    return beside

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, get_args, get_type_hints
 
@@ -278,19 +278,42 @@ def check_value(name: str, value: Any) -> None:  # noqa: ANN401 - whatever a fil
 
     A number is finite and not negative; some must be greater than 0, and some have a limit.
     """
-    words = words_of(name)
+    share = name.endswith(("_probability", "_fraction")) or name in _SHARES
+    limits = _RANGES.get(name, (0.0, 1.0 if share else math.inf))
+    whole, positive = name in _WHOLE, name in _POSITIVE
+    check_allowed(name, value, words_of(name), limits, whole=whole, positive=positive)
+
+
+def check_allowed(
+    name: str,
+    value: Any,  # noqa: ANN401 - whatever a file holds
+    words: Sequence[str],
+    limits: Sequence[float] = (),
+    *,
+    whole: bool = False,
+    positive: bool = False,
+) -> None:
+    """Raise an error if a value is none of the allowed words or, without words, of the numbers.
+
+    Parameters
+    ----------
+    limits
+        The smallest and the largest number.
+    whole
+        Whether only integers are allowed.
+    positive
+        Whether 0 is not allowed.
+    """
     if words:
         if value not in words:
             raise CapsuleError(f"{name} is {value}; allowed are {', '.join(words)}")
         return
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise CapsuleError(f"{name}: the value {value!r} is not a number")
-    share = name.endswith(("_probability", "_fraction")) or name in _SHARES
-    low, high = _RANGES.get(name, (0.0, 1.0 if share else math.inf))
-    positive = name in _POSITIVE
+    low, high = limits
     if not low <= value <= high or not math.isfinite(value) or (positive and value == 0):
         allowed = f"{low:g} to {high:g}" if high < math.inf else f"a number from {low:g} on"
         allowed = "a number greater than 0" if positive else allowed
         raise CapsuleError(f"{name} is {value:g}; allowed is {allowed}")
-    if name in _WHOLE and value != round(value):
+    if whole and value != round(value):
         raise CapsuleError(f"{name} is {value:g}; allowed are whole numbers")
