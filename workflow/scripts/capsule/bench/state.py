@@ -139,34 +139,10 @@ class State:
 
     def as_values(self) -> object:
         """Return what the live page shows besides the samples, as values of JSON."""
-        values = {
-            "title": self.title,
-            "time": _minutes(self.time_s),
-            "left": self.left(),
-            "gaps": self.gaps,
-            "missing": self.missing,
-            "damaged": self.damaged,
-            "period_s": self.period_s,
-            "full_scale": self.full_scale,
-            "wave": self.wave,
-            "faults": self.faults,
-            "remarks": sensor_remarks(list(self.recent), self.full_scale),
-            "scores": list(self.scores),
-            "advice": self.advice,
-            "ended": self.ended,
-        }
-        if self.doing:
-            values["survey"] = {
-                "doing": STATES[self.doing],
-                "following": self.following,
-                "origami": self.origami,
-                "head_mm": self.head_mm,
-                "head_known": self.head_known,
-                "score": self.score,
-                "threshold": self.threshold,
-                "length_mm": self.length_mm,
-                "places": list(self.places),
-            }
+        values = {name: value for name, value in vars(self).items() if name != "recent"}
+        values |= {"time": _minutes(self.time_s), "left": self.left()}
+        values["remarks"] = sensor_remarks(list(self.recent), self.full_scale)
+        values["doing"] = STATES.get(self.doing, "")
         return plain(values)
 
 
