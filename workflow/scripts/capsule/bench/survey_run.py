@@ -277,17 +277,11 @@ class SurveyRun:
     def _row(self, place: Place) -> StoredPlace:
         passes = self._passes.get(place.number, [])
         kind = self._sizes.familiarity([values for _, values in passes])
-        said = [kind.sentence] if kind.familiar is False else []
         size = (float("nan"), float("nan"), float("nan"))
         if place.status == "confirmed":
             size = self._sizes.of([values for _, values in passes])
-            names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
-            estimate = dict(zip(names, size, strict=True))
-            if words.is_known(size[0]):
-                said.append(words.estimated_size(estimate))
-        self._size_words[place.number] = "; ".join(said)
         heights = [height for height in place.heights if not np.isnan(height)]
-        return StoredPlace(
+        row = StoredPlace(
             place=place.number,
             status=place.status or "undecided",
             place_mm=round(place.place_mm, 1),
@@ -302,6 +296,9 @@ class SurveyRun:
             recordings=" ".join(name for name, _ in passes),
             **kind.cells,
         )
+        said = [words.unlike(vars(row)), row.size if words.is_known(row.size_mm) else ""]
+        self._size_words[place.number] = "; ".join(filter(None, said))
+        return row
 
 
 def length_mm_of(about: Settings) -> float:

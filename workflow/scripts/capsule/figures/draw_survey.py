@@ -340,9 +340,7 @@ def verdict_words(place: StoredPlace) -> str:
     word = str(OF_SURVEY[place.status])
     if place.status != "confirmed" or not words.is_known(place.size_mm):
         return word
-    names = ("size_mm", "size_low_mm", "size_high_mm")
-    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
-    return f"{word}, {words.estimated_size(size)}"
+    return f"{word}, {place.size}"
 
 
 def _draw_evidence(axes: Axes, picture: _Picture) -> None:

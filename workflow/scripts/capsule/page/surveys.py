@@ -127,9 +127,7 @@ def _where(place: StoredPlace) -> str:
 
 
 def _size(place: StoredPlace) -> str:
-    names = ("size_mm", "size_low_mm", "size_high_mm")
-    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
-    said = words.estimated_size(size) if place.status == "confirmed" else words.NOT_APPLICABLE
+    said = place.size if place.status == "confirmed" else words.NOT_APPLICABLE
     if because := words.unlike_because(vars(place)):
         return f"{words.UNLIKE} ({because}); {said}"
     return said

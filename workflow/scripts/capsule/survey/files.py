@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from capsule import words
 from capsule.arrays import FloatArray, TextArray
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
@@ -71,6 +72,12 @@ class StoredPlace:
     recordings: str
     familiar: str = ""
     unfamiliar_because: str = ""
+
+    @property
+    def size(self) -> str:
+        """Size of the nodule in words, with its interval."""
+        ends = {"mm": self.size_mm, "low_mm": self.size_low_mm, "high_mm": self.size_high_mm}
+        return words.estimated_size({f"estimate_{end}": size for end, size in ends.items()})
 
 
 @dataclass(frozen=True)
