@@ -3,7 +3,6 @@
 import contextlib
 import io
 import itertools
-import json
 import shlex
 import shutil
 from pathlib import Path
@@ -12,15 +11,12 @@ import pytest
 
 from capsule.commands.cli import build_parser
 from capsule.importing.command import Importer
-from capsule.importing.resampling import STOP_DB
-from support.command import parsers
 from support.lab_files import write_examples
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)
 
 TEXT = (ROOT / "docs/import.md").read_text(encoding="utf-8")
-KEYS = json.loads((ROOT / "workflow/schemas/lab.schema.json").read_text())["properties"]
 COMMAND = "capsule import "
 
 
@@ -61,7 +57,8 @@ def output(command):
 
 def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
     blocks = shown_blocks()
-    assert len(blocks) > 10
+    for ending in ("csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"):
+        assert any(f".{ending} " in command for command, _ in blocks)
     examples = tmp_path / "examples"
     examples.mkdir()
     write_examples(examples)
@@ -72,21 +69,6 @@ def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
             monkeypatch.chdir(folder)
         shown = [line.rstrip() for line in output(command)]
         assert shown == [line.rstrip() for line in lines], command
-
-
-@pytest.mark.parametrize("ending", ["csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"])
-def test_the_page_has_an_example_of_each_format(ending):
-    assert any(f".{ending} " in command for command, _ in shown_blocks())
-
-
-def test_each_key_is_an_option():
-    options = parsers()["import"].format_help()
-    for key in KEYS:
-        assert f"--{key.replace('_', '-')}" in options
-
-
-def test_the_page_tells_the_filter_as_it_is():
-    assert f"{STOP_DB:g} dB" in TEXT
 
 
 def test_the_example_of_a_map_is_the_one_that_is_used():

@@ -12,7 +12,6 @@ import pytest
 
 from support.documents import all_blocks
 from support.project import ROOT, Project
-from support.synthetic import write_archive
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes]
 
@@ -116,26 +115,30 @@ def test_the_wheel_asks_for_no_snakemake(wheel):
     assert all("extra == " in line for line in needed if "snakemake" in line)
 
 
-def test_the_readmes_python_runs_on_the_installed_library(environment, tmp_path):
-    write_archive(tmp_path / "raw", ["0mm/r01", "3mm/r07"])
+def test_the_installed_command_makes_what_the_installed_library_judges(environment, tmp_path):
+    """With the README's Python, the weights and the workflow that the wheel brings."""
+    called = [environment / "bin" / "capsule", "simulate", "--sizes", "0", "3", "--runs", "7"]
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    subprocess.run(called, cwd=tmp_path, env=clean, check=True, capture_output=True)
     (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
-    program = f"{block.text}\nprint(matrix.shape)\nfrom capsule.engine.project import PROJECT\n"
-    program += "print(capsule.__file__)\nprint(PROJECT)\n"
-    shape, library, project = run(environment, program, tmp_path).splitlines()
-    assert shape == "(4, 1000)"
-    assert Path(library).is_relative_to(environment)
-    assert Path(project) == Path(library).parents[1] / "capsule_project"
-
-
-def test_the_installed_library_judges_by_the_weights_it_brings(environment, tmp_path):
-    names = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 2, 3, 4)]
-    write_archive(tmp_path / "raw", names)
-    program = "import capsule\narchive = capsule.load('raw')\n"
-    program += (
-        "verdicts = capsule.DetectorEstimator().fit(archive.X, archive.y).verdicts(archive.X)\n"
-    )
-    program += "print(sum(verdict.score == verdict.score for verdict in verdicts))"
-    assert run(environment, program, tmp_path).split() == ["8"]
+    program = f"""{block.text}
+from capsule.engine import keys
+from capsule.engine.project import PROJECT
+from capsule.page import files
+archive = capsule.load('raw')
+verdicts = capsule.DetectorEstimator().fit(archive.X, archive.y).verdicts(archive.X)
+print(sum(verdict.score == verdict.score for verdict in verdicts))
+print(PROJECT)
+print((PROJECT / 'Snakefile').is_file())
+print(*keys.imported_files(PROJECT / 'workflow' / 'scripts' / 'fit.py'))
+print(*files.code_checksums())
+"""
+    *_, judged, project, found, imported, named = run(environment, program, tmp_path).splitlines()
+    (packages,) = (environment / "lib").glob("python*/site-packages")
+    assert (judged, Path(project), found) == ("14", packages / "capsule_project", "True")
+    assert str(packages / "capsule" / "method" / "particle.py") in imported.split()
+    assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
+    assert {"workflow/scripts/fit.py", "capsule/method/particle.py"} <= set(named.split())
 
 
 def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
@@ -148,28 +151,3 @@ def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
     told = run(environment, program, tmp_path)
     assert told.startswith(f"the folder {tmp_path / 'alone/capsule_project'} is missing beside ")
     assert told.endswith("install the project again, in its folder: pip install -e .\n")
-
-
-def test_the_installed_workflow_knows_the_code_of_the_installed_library(environment, tmp_path):
-    program = "from capsule.engine import keys\nfrom capsule.page import files\n"
-    program += "from capsule.engine.project import PROJECT\n"
-    program += "scripts = PROJECT / 'workflow' / 'scripts'\n"
-    program += "print(*keys.imported_files(scripts / 'fit.py'))\n"
-    program += "print(*files.code_checksums())\n"
-    program += "print((PROJECT / 'Snakefile').is_file())\n"
-    imported, named, found = run(environment, program, tmp_path).splitlines()
-    (packages,) = (environment / "lib").glob("python*/site-packages")
-    assert str(packages / "capsule" / "method" / "particle.py") in imported.split()
-    assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
-    assert {"workflow/scripts/fit.py", "capsule/method/particle.py"} <= set(named.split())
-    assert found == "True"
-
-
-def test_the_installed_command_makes_an_archive_that_the_installed_library_loads(
-    environment, tmp_path
-):
-    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    called = [environment / "bin" / "capsule", "simulate", "--sizes", "0", "3", "--runs", "1"]
-    subprocess.run(called, cwd=tmp_path, env=clean, check=True, capture_output=True)
-    program = "import capsule; print(*capsule.load('raw').readings)"
-    assert run(environment, program, tmp_path).split() == ["0mm/r01", "3mm/r01"]

@@ -1,8 +1,12 @@
-"""The commands in the documents exist, and run; docs/command.md has all."""
+"""The blocks of code in the documents run, and the commands in them exist."""
 
+import argparse
+import importlib
+import itertools
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,26 +16,16 @@ import pytest
 
 from capsule.commands.cli import COMMANDS
 from support.command import CAPSULE, parsers
-from support.documents import all_blocks
+from support.documents import all_blocks, blocks, documents
 from support.project import ROOT
 
-CALL = re.compile(r"(?:\$ )?(capsule (\w+)\b.*)")
-# What begins another command.
-AFTER = re.compile(r" [>|] | && ")
-
-
-def calls():
-    """Yield each call of the command `capsule` in a block: its place, its line and its word."""
-    for block in all_blocks():
-        for line in block.text.replace("\\\n", " ").splitlines():
-            call = CALL.fullmatch(line)
-            # Not what stands for any word, the answer to a wrong one, or a key on its way.
-            if call and call[2] not in ("COMMAND", "jugde") and "<Tab>" not in line:
-                yield str(block), AFTER.split(call[1])[0], call[2]
-
-
-_BIN = Path(sys.executable).parent
-ENVIRONMENT = os.environ | {"PATH": f"{_BIN}{os.pathsep}{os.environ['PATH']}"}
+SCRIPTS = ROOT / "workflow" / "scripts"
+BLOCKS = all_blocks()
+# Part of the archive that ships, so that fits take a second.
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 7)]
+# Held out, so that in leave-one-out no fold judges it.
+RECORDINGS.append("0mm/h01")
+WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.not_run}
 PAGE = "docs/command.md"
 SECTIONS = dict(
     re.findall(
@@ -62,7 +56,7 @@ SHOWN_BY = {
     "capsule demo": "tests/capsule/bench/test_demo.py",
     "capsule record": "tests/capsule/bench/test_acquire.py",
     "capsule survey": "tests/capsule/bench/test_survey.py",
-    "capsule simulate --help": "tests/project/test_command.py",
+    "capsule simulate --help": "tests/capsule/commands/test_command.py",
     "capsule simulate --out raw --seed 1": "tests/capsule/phantom/test_simulation.py",
     "capsule parts --step": "tests/capsule/parts/test_step_files.py",
     "capsule parts": "tests/capsule/parts/test_made_parts.py",
@@ -83,14 +77,113 @@ PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
 # Their blocks run by tests of their own.
 ELSEWHERE = {"docs/import.md", "README.md"}
 # In the folder of the tutorial, in this order.
-IN_THE_FOLDER = ["docs/tutorial.md", "docs/command.md"]
+IN_THE_FOLDER = ["docs/tutorial.md", PAGE]
 # Of the report, what the lines after it read; its pictures and its page take most of the time.
 REPORT = "snakemake -c2 results/recordings.csv results/detections.csv"
+_BIN = Path(sys.executable).parent
+ENVIRONMENT = os.environ | {"PATH": f"{_BIN}{os.pathsep}{os.environ['PATH']}"}
+# What begins another command, and what stands for a name of the reader's own.
+AFTER = {"|", ";", "&&", ">", "2>&1"}
+PLACEHOLDERS = {"NAME": "uneven-wall"}
+# A call of the command or of a study. Not what stands for any word, or the answer to a wrong one.
+CALL = re.compile(
+    r"^(?:\$ )?(?:capsule (?!COMMAND|jugde)|.*?\bpython workflow/studies/)(\w+)(?:\.py)?\b(.*)"
+)
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Return a folder like the project's, in which examples may write."""
+    for name in RECORDINGS:
+        path = tmp_path / "raw" / f"{name}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / "raw" / f"{name}.csv", path)
+    (tmp_path / "raw/unlabelled").mkdir()
+    shutil.copyfile(ROOT / "raw/3mm/r09.csv", tmp_path / "raw/unlabelled/patient.csv")
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path
+
+
+@pytest.mark.takes
+@pytest.mark.parametrize("document", sorted(WITH_PYTHON | {"README.md", "docs/library.md"}))
+def test_the_python_in_a_document_runs_from_top_to_bottom(copy, document):
+    run = [each for each in BLOCKS if each.document == document and each.is_python]
+    program = "\n".join(each.text for each in run if not each.not_run)
+    assert program
+    environment = {"PYTHONPATH": str(SCRIPTS), "MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=copy,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+
+
+def calls():
+    """Return each call in a block, with its words up to the next command; each only once."""
+    studies = (block for path in (ROOT / "workflow/studies").glob("*.md") for block in blocks(path))
+    found = {}
+    for block in [*BLOCKS, *studies]:
+        for line in block.text.replace("\\\n", " ").splitlines():
+            if (call := CALL.match(line)) and "<Tab>" not in line:
+                words = shlex.split(call[2], comments=True)
+                own = itertools.takewhile(lambda word: word not in AFTER, words)
+                told = [PLACEHOLDERS.get(word, word.removesuffix("...")) for word in own]
+                found[" ".join([call[1], *told])] = call[1], told
+    return found
+
+
+@pytest.mark.parametrize(("program", "words"), calls().values(), ids=calls())
+def test_a_call_in_a_document_is_one_that_its_command_or_study_takes(program, words, capsys):
+    parser = parsers().get(program) or importlib.import_module(program).build_parser()
+    try:
+        parser.parse_args(words)
+    except SystemExit as ended:
+        # It is a call for help, or wrong.
+        assert ended.code == 0, capsys.readouterr().err
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    """Return all options of a parser but those for help."""
+    return {*parser._option_string_actions} - {"-h", "--help"}
+
+
+def test_every_option_that_a_document_names_with_its_command_exists():
+    named = {
+        (word, option)
+        for document in documents()
+        for word, option in re.findall(
+            r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", document.read_text(encoding="utf-8")
+        )
+        if word in COMMANDS
+    }
+    assert len(named) > 10
+    assert not {each for each in named if each[1] not in options(parsers()[each[0]]) | {"--help"}}
+
+
+@pytest.mark.parametrize("word", SECTIONS)
+def test_the_section_of_a_command_names_its_options_and_no_others(word):
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
+    assert {each for each in options(parsers()[word]) if each.startswith("--")} == named
+
+
+def test_the_page_of_the_command_has_an_example_of_each():
+    text = (ROOT / PAGE).read_text(encoding="utf-8")
+    assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
+
+
+def test_make_has_what_the_documents_make():
+    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    text = "\n".join(block.text for block in BLOCKS)
+    assert {"report", "test", "docs"} <= set(re.findall(r"^make (\w+)", text, re.M)) <= targets
 
 
 def lines_to_type(document):
     """Yield each line that a reader types, with the lines that the document shows below it."""
-    for block in all_blocks():
+    for block in BLOCKS:
         if block.document != document or block.is_python or block.language:
             continue
         lines = block.text.replace("\\\n", " ").splitlines()
@@ -113,11 +206,9 @@ def runs_elsewhere(line):
 
 
 def test_every_line_of_every_document_is_run_or_has_a_reason():
-    names = sorted({block.document for block in all_blocks()})
     left = [
         f"{name}: {line}"
-        for name in names
-        if name not in {*IN_THE_FOLDER, *ELSEWHERE}
+        for name in sorted({block.document for block in BLOCKS} - {*IN_THE_FOLDER, *ELSEWHERE})
         for line, _ in lines_to_type(name)
         if not runs_elsewhere(line)
     ]
@@ -198,44 +289,3 @@ def test_the_lines_of_the_readme_on_your_data_run(tmp_path):
     lines = [each for each in lines if "--unlabelled" not in each[0]]
     folder = run_lines(tmp_path / "data", lines)
     assert (folder / "results/detections.csv").exists()
-
-
-def words_of(line):
-    return shlex.split(line, comments=True)[2:]
-
-
-@pytest.mark.parametrize(
-    ("line", "word"), sorted({(line, word) for _, line, word in calls()}), ids=lambda each: each
-)
-def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, capsys):
-    try:
-        parsers()[word].parse_args(words_of(line))
-    except SystemExit as ended:
-        assert ended.code == 0, capsys.readouterr().err
-
-
-def test_the_page_of_the_command_has_an_example_of_each():
-    text = (ROOT / PAGE).read_text(encoding="utf-8")
-    assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
-
-
-@pytest.mark.parametrize("word", SECTIONS)
-def test_every_option_that_its_section_names_exists(word):
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
-    assert named <= {*parsers()[word]._option_string_actions}
-
-
-def test_every_option_of_the_commands_that_are_described_there_alone_is_named():
-    for word in SECTIONS:
-        options = {*parsers()[word]._option_string_actions} - {"-h", "--help"}
-        assert options <= set(re.findall(r"--[a-z-]+", SECTIONS[word])), word
-
-
-def test_make_has_what_the_documents_make():
-    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
-    made = {
-        name
-        for block in all_blocks()
-        for name in re.findall(r"^make (\w+)", block.text, re.MULTILINE)
-    }
-    assert {"report", "test", "docs"} <= made <= targets
