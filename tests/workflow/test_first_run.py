@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from capsule import DetectorEstimator, judge, load, words
 from capsule.detectors.registry import DETECTORS, PAPER
+from capsule.detectors.unlike import because
 from capsule.engine.configuration import read_config_file
 from capsule.figures.registry import FIGURES
 from capsule.judging.judged import as_plain_values, judge_file, taught_recordings
@@ -104,7 +105,8 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     unknown, _, *said, _ = final.judge(values).lines()
     # This archive is too small to teach what is familiar.
     assert {row["familiar"] for row in rows} == {""}
-    assert unknown.endswith(f" is not known: {rows[0]['unfamiliar_because']}")
+    told = rows[0] | {name: float(rows[0][name]) for name in ("unlike_value", "unlike_least")}
+    assert unknown.endswith(f" is not known: {because(told)}")
     for line, row in zip(said, rows, strict=True):
         sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
         assert line.split(maxsplit=1)[0] == row["detector"]

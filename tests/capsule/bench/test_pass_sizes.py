@@ -32,7 +32,7 @@ def test_one_strange_pass_makes_the_place_strange(results):
     assert sizes.familiarity(usual).familiar is True
     strange = sizes.familiarity([*usual, slow])
     assert strange.familiar is False
-    assert strange.because == sizes.familiarity([slow]).because
+    assert strange == sizes.familiarity([slow])
     # A pass too short to show a wave is not known; that of a strange one is.
     short = usual[0][:, :60]
     assert sizes.familiarity([*usual, short]).familiar is None

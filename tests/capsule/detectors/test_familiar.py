@@ -12,10 +12,12 @@ from scipy import stats
 from capsule.detectors.base import TrainingArchive
 from capsule.detectors.familiar import (
     LEAST_PLACES,
+    NO_WAVE,
     NOMINAL_RATE,
     FamiliarKind,
     learn_familiar,
 )
+from capsule.detectors.unlike import because, familiarity_line, unlike_because
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.seeding import generator
 from support.training import NO_TEMPLATES, recordings_of
@@ -106,17 +108,22 @@ def test_another_trait_is_named_with_its_number_and_the_range(changed, said):
     assert kind.judge(USUAL).familiar is True
     answer = kind.judge(replace(USUAL, **changed))
     assert answer.familiar is False
-    assert answer.because.startswith(said)
-    assert " in the recordings that teach" in answer.because
-    assert answer.cells == {"familiar": "no", "unfamiliar_because": answer.because}
-    assert answer.sentence == f"unlike the recordings that teach: {answer.because}"
+    ((field, value),) = changed.items()
+    assert answer.cells["unlike_traits"].split()[0] == field
+    assert answer.cells["familiar"] == "no" and answer.cells["unlike_value"] == value
+    reason = unlike_because(answer.cells)
+    assert reason.startswith(said) and " in the recordings that teach" in reason
+    assert familiarity_line(answer.cells) == f"unlike the recordings that teach: {reason}"
+    site = answer.cells | {"unlike_recording": "unlabelled/b"}
+    assert unlike_because(site) == f"unlabelled/b: {reason}"
 
 
 def test_the_range_is_that_of_the_recordings_that_teach():
     traits = traits_like(generator(1, "range"), 60)
-    because = learn_familiar(traits, np.arange(60)).judge(replace(USUAL, noise=9.0)).because
-    low, high = 100 * traits[:, 5].min(), 100 * traits[:, 5].max()
-    assert f"{low:.3g} to {high:.3g} % in the recordings that teach" in because
+    answer = learn_familiar(traits, np.arange(60)).judge(replace(USUAL, noise=9.0))
+    assert (answer.least, answer.most) == (traits[:, 5].min(), traits[:, 5].max())
+    ends = f"{100 * answer.least:.3g} to {100 * answer.most:.3g} %"
+    assert f"{ends} in the recordings that teach" in because(answer.cells)
 
 
 def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has_it():
@@ -133,7 +140,7 @@ def test_fewer_places_than_the_rate_needs_can_tell_nothing():
     assert kind_of(49).judge(far).familiar is False
     few = kind_of(48).judge(far)
     assert few.familiar is None
-    assert few.because == "only 48 places teach what is familiar; 49 are needed"
+    assert because(few.cells) == "only 48 places teach what is familiar; 49 are needed"
     assert few.cells["familiar"] == ""
     # Passes over one place are one voice.
     passes = kind_of(98, places=np.repeat(np.arange(49), 2))
@@ -143,8 +150,8 @@ def test_fewer_places_than_the_rate_needs_can_tell_nothing():
 
 def test_a_recording_without_traits_cannot_be_told():
     answer = kind_of().judge(UNKNOWN_TRAITS)
-    assert (answer.familiar, answer.because) == (None, "the recording shows no wave to compare")
-    assert answer.sentence == (
+    assert (answer.familiar, answer.traits) == (None, (NO_WAVE,))
+    assert familiarity_line(answer.cells) == (
         "whether it is like the recordings that teach is not known: the recording shows no wave to "
         "compare"
     )
@@ -195,7 +202,8 @@ def test_recordings_that_are_left_out_teach_nothing():
 
 def test_an_archive_without_traits_tells_nothing():
     archive = archive_of({})
-    assert FamiliarKind.taught(archive).judge(USUAL).because.startswith("only 0 places")
+    answer = FamiliarKind.taught(archive).judge(USUAL)
+    assert because(answer.cells).startswith("only 0 places")
 
 
 @pytest.mark.parametrize(
@@ -209,4 +217,4 @@ def test_an_archive_without_traits_tells_nothing():
     ],
 )
 def test_the_traits_beside_the_first_are_counted(changed, end):
-    assert kind_of().judge(replace(USUAL, **changed)).because.endswith(end)
+    assert unlike_because(kind_of().judge(replace(USUAL, **changed)).cells).endswith(end)

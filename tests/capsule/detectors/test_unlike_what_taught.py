@@ -101,7 +101,7 @@ def test_foreign_readings_that_would_get_a_verdict_are_unlike(archive, shipped, 
     answers = [kind.judge(each) for each in judged]
     assert len(judged) >= 5
     assert sum(each.familiar is not False for each in answers) <= 0.05 * len(answers)
-    assert all(each.because for each in answers if each.familiar is False)
+    assert all(each.traits for each in answers if each.familiar is False)
 
 
 def test_the_traits_of_one_recording_are_finite(shipped):

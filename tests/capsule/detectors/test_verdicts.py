@@ -14,9 +14,9 @@ NAN = float("nan")
         (2.0, 1.0, 0.49, {}, "uncertain: pass again"),
         (2.0, 1.0, NAN, {}, "nodule"),
         (1.0, 1.0, 0.9, {}, "no nodule"),
-        (9.0, 1.0, 0.9, {"unlike": "noise"}, "unlike the recordings that teach"),
-        (0.0, 1.0, 0.1, {"unlike": "noise"}, "unlike the recordings that teach"),
-        (9.0, 1.0, 0.9, {"unlike": "noise", "reason": "no wave"}, "no verdict"),
+        (9.0, 1.0, 0.9, {"unlike": True}, "unlike the recordings that teach"),
+        (0.0, 1.0, 0.1, {"unlike": True}, "unlike the recordings that teach"),
+        (9.0, 1.0, 0.9, {"unlike": True, "reason": "no wave"}, "no verdict"),
         (NAN, 1.0, NAN, {}, "no verdict"),
         (2.0, None, None, {}, "no verdict"),
     ],
@@ -29,7 +29,6 @@ def test_a_row_of_a_table_says_why_it_is_unlike_and_has_no_verdict():
     row = {"score": 2.0, "threshold": 1.0, "probability": 0.9, "no_verdict": NAN}
     assert row_verdict(row) is VerdictWord.NODULE
     assert row_verdict({**row, "no_verdict": "no wave"}) is VerdictWord.NO_VERDICT
-    strange = {"familiar": "no", "unfamiliar_because": "noise"}
-    assert row_verdict({**row, **strange}) is VerdictWord.UNLIKE
+    assert row_verdict({**row, "familiar": "no"}) is VerdictWord.UNLIKE
     # A place passed several times has no probability: its mean score decides.
     assert row_verdict({"score": 2.0, "threshold": 1.0}) is VerdictWord.NODULE

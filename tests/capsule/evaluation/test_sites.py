@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from capsule.detectors.familiar import Familiarity
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.sites import detections_by_passes, site_table, site_verdicts
 from capsule.seeding import generator
@@ -46,7 +47,8 @@ def table_of(verdicts, sites, specificity):
     return site_table(verdicts.assign(scheme="leave_one_out"), [], index, rules)
 
 
-UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | {"familiar": "", "unfamiliar_because": ""}
+UNKNOWN_KIND = Familiarity(None).cells
+UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | UNKNOWN_KIND
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
 
 
@@ -63,9 +65,7 @@ def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
 
 def test_a_site_with_too_few_passes_is_not_judged_but_teaches():
     sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    verdicts = (
-        by_site(sites).reset_index().assign(detector="diagonal", familiar="", unfamiliar_because="")
-    )
+    verdicts = by_site(sites).reset_index().assign(detector="diagonal", **UNKNOWN_KIND)
     verdicts["recording"] = [f"r{number}" for number in range(len(verdicts))]
     judged = table_of(verdicts, dict(verdicts[["recording", "site"]].values), 0.95)
     assert judged["site"].tolist() == [*HEALTHY, "n"]
@@ -210,14 +210,14 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
         "unlabelled/b": ("no", "noise"),
         "unlabelled/c": ("yes", ""),
         "unlabelled/d": ("yes", ""),
-        "unlabelled/e": ("", "only 3 places teach"),
-        "unlabelled/f": ("", "only 3 places teach"),
+        "unlabelled/e": ("", "too_few_places"),
+        "unlabelled/f": ("", "too_few_places"),
     }
     sites = dict(zip(kinds, "ppqqrr", strict=True))
     predictions = [
         {"recording": name, "detector": "template", "size_mm": UNKNOWN, "score": 1.0, **UNTOLD}
-        | {"familiar": answer, "unfamiliar_because": because}
-        for name, (answer, because) in kinds.items()
+        | {"familiar": answer, "unlike_traits": traits}
+        for name, (answer, traits) in kinds.items()
     ]
     table = table_of(pd.DataFrame(predictions), sites, 0.9)
     found = table.set_index("site").to_dict("index")
@@ -226,5 +226,6 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
         "q": "yes",
         "r": "",
     }
-    assert found["p"]["unfamiliar_because"] == "unlabelled/b: noise"
-    assert found["q"]["unfamiliar_because"] == found["r"]["unfamiliar_because"] == ""
+    strange = found["p"]["unlike_recording"], found["p"]["unlike_traits"]
+    assert strange == ("unlabelled/b", "noise")
+    assert pd.isna([found[site]["unlike_recording"] for site in "qr"]).all()

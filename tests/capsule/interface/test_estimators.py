@@ -10,7 +10,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import check_estimator
 
 import capsule
-from capsule.detectors.familiar import LEAST_PLACES
+from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
+from capsule.detectors.unlike import unlike_because
 from capsule.seeding import generator
 
 NAMES = ["template", "diagonal", "taught"]
@@ -137,7 +138,7 @@ def test_matrices_are_those_of_the_archive(archive):
 def test_it_tells_whether_a_recording_is_like_those_that_taught_it(archive, fitted):
     few = fitted.familiar(archive.X[:2])
     assert [each.familiar for each in few] == [None, None]
-    assert few[0].because.endswith(f"places teach what is familiar; {LEAST_PLACES} are needed")
+    assert (few[0].traits, few[0].least) == ((TOO_FEW,), LEAST_PLACES)
     rows = np.concatenate([archive.X] * 5)
     numbers = generator(1, "familiar")
     changed = (rows + numbers.normal(0, 0.3, rows.shape)).round(6)
@@ -149,4 +150,4 @@ def test_it_tells_whether_a_recording_is_like_those_that_taught_it(archive, fitt
     slow[:800] = np.repeat(values[:400, [2, 0, 3, 1]], 2, axis=0)
     (strange,) = many.familiar(slow.reshape(1, -1))
     assert strange.familiar is False
-    assert " in the recordings that teach" in strange.because
+    assert " in the recordings that teach" in unlike_because(strange.cells)

@@ -14,7 +14,7 @@ from support.stored import StoredResults
 NAN = float("nan")
 ROW = {"score": 2.0, "threshold": 1.0, "probability": 0.9, "estimate_mm": 2.5, "no_verdict": ""}
 ROW |= {"estimate_low_mm": 1.8, "estimate_high_mm": 3.2, "location_s": 13.6, "location_mm": 6.0}
-ROW |= {"familiar": "yes", "unfamiliar_because": ""}
+ROW |= {"familiar": "yes", "unlike_traits": ""}
 
 
 def made_of(**changes):
@@ -34,7 +34,8 @@ def made_of(**changes):
 
 CHANGES = {
     "quiet": {"score": 0.5, "probability": 0.01},
-    "strange": {"familiar": "no", "unfamiliar_because": "noise"},
+    "strange": {"familiar": "no", "unlike_traits": "noise step_s"}
+    | {"unlike_value": 0.5, "unlike_least": 0.1, "unlike_most": 0.2},
     "doubtful": {"probability": 0.07},
     "likely": {"probability": 0.8},
     "sure": {},
@@ -68,7 +69,11 @@ def shown(name):
         ("doubtful", "the probability is 7 %. If a nodule: 2.5 mm, 6 mm from the start"),
         ("doubtful", "1 of 3 healthy recordings exceed the threshold too; none scores"),
         ("quiet", '<p class="verdict">No nodule</p>'),
-        ("strange", "Noise. Judged all the same: a nodule."),
+        (
+            "strange",
+            "From sample to sample a reading bends by 50.0 % of a wave's depth, but 10.0 to",
+        ),
+        ("strange", "; 1 other trait deviates too. Judged all the same: a nodule."),
         ("bad", "Rejected: the file is empty."),
     ],
 )

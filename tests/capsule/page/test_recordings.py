@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from capsule.detectors.familiar import Familiarity
 from capsule.page import recordings
 from capsule.page.recordings import MAX_MARKS, page_data, score_marks
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of
@@ -49,11 +50,12 @@ def test_an_accepted_recording_that_is_evidence_in_part_or_unlike_the_others_has
         {"status": "accepted", "reason": "no wave ran from 44.8 s on", "no_verdict": no_verdict}
         for no_verdict in (UNKNOWN, "no wave")
     )
-    unlike = {"familiar": "no", "unfamiliar_because": "noise"}
+    unlike = Familiarity(False, ("noise",), 0.5, 0.1, 0.2).cells
     assert recordings._why_not(part, {}) == ["no wave ran from 44.8 s on"]
     assert recordings._why_not(both, {}) == ["no verdict: no wave", "no wave ran from 44.8 s on"]
     assert recordings._why_not({"status": "accepted"}, unlike) == [
-        "unlike the recordings that teach: noise"
+        "unlike the recordings that teach: from sample to sample a reading bends by 50.0 % of a "
+        "wave's depth, but 10.0 to 20.0 % in the recordings that teach"
     ]
     assert not recordings._why_not({"status": "accepted"}, unlike | {"familiar": ""})
 

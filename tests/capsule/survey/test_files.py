@@ -6,7 +6,6 @@ import pytest
 from capsule.figures.draw_survey import verdict_words
 from capsule.survey.files import SessionError, parse_session
 from capsule.survey.listed import list_surveys
-from capsule.words import unlike_because
 from support.surveys import EVENTS, PLACES, session_contents, stream_rows
 
 FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
@@ -35,13 +34,14 @@ def test_everything_that_the_files_hold_is_read():
 def test_a_place_says_whether_it_may_be_off_or_unlike_and_one_of_an_earlier_version_does_not():
     contents = session_contents()
     places = parse_session("demo", contents).places
-    assert [(place.may_be_off_mm, unlike_because(vars(place))) for place in places] == [(0, "")] * 2
+    assert [(place.may_be_off_mm, place.familiar) for place in places] == [(0, "")] * 2
     head, first, second, *_ = contents["places.csv"].decode().split("\n")
     head = f"{head},may_be_off_mm,familiar,unfamiliar_because"
     rows = f"{head}\n{first},80.0,no,noise\n{second},0.0,,only 3 places teach\n"
     places = parse_session("demo", contents | {"places.csv": rows.encode()}).places
     assert [place.may_be_off_mm for place in places] == [80.0, 0.0]
-    assert [unlike_because(vars(place)) for place in places] == ["noise", ""]
+    told = [(place.familiar, place.unfamiliar_because) for place in places]
+    assert told == [("no", "noise"), ("", "only 3 places teach")]
 
 
 def test_an_interval_of_a_size_without_an_upper_end_is_read_as_it_is_written():

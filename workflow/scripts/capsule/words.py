@@ -13,7 +13,6 @@ from capsule.kinds import Row
 UNKNOWN = "not known"
 NOT_GIVEN = "not given"
 NOT_APPLICABLE = "n/a"
-UNLIKE = "unlike the recordings that teach"
 MINUS = "\u2212"
 Cell = TypeVar("Cell")
 _SCHEMES = {
@@ -87,23 +86,6 @@ def verdict(row: Row) -> str:
         return size(row["predicted_mm"])
     reason = row.get("no_verdict")
     return f"no verdict: {reason}" if is_known(reason) and reason else "no verdict"
-
-
-def unlike(row: Row) -> str:
-    """Return that a recording is not of the kind that taught the detectors, and why; else empty.
-
-    Parameters
-    ----------
-    row : mapping
-        ``familiar`` and ``unfamiliar_because``, as in results/detections.csv.
-    """
-    because = unlike_because(row)
-    return f"{UNLIKE}: {because}" if because else ""
-
-
-def unlike_because(row: Row) -> str:
-    """Return why a recording is not of the kind that taught the detectors; empty if it is."""
-    return str(row["unfamiliar_because"]) if row.get("familiar") == "no" else ""
 
 
 def stated_probability(row: Row) -> float | None:

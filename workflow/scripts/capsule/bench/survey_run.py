@@ -22,6 +22,7 @@ from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
 from capsule.bench.survey_folder import BOARDS_LOG, SessionFolder
 from capsule.bench.terminal import Terminal
+from capsule.detectors.unlike import because, unlike
 from capsule.kinds import Settings
 from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import Recording
@@ -294,9 +295,10 @@ class SurveyRun:
             height=float(np.mean(heights)) if heights else float("nan"),
             threshold=place.threshold,
             recordings=" ".join(name for name, _ in passes),
-            **kind.cells,
+            familiar=str(kind.cells["familiar"]),
+            unfamiliar_because=because(kind.cells),
         )
-        said = [words.unlike(vars(row)), row.size if words.is_known(row.size_mm) else ""]
+        said = [unlike(kind.cells), row.size if words.is_known(row.size_mm) else ""]
         self._size_words[place.number] = "; ".join(filter(None, said))
         return row
 

@@ -5,24 +5,23 @@ in its `WaveTraits`, from the recordings at the other places. A recording is unf
 deviates farther than the rank of their deviations allows, as for all thresholds.
 """
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
-from math import ceil
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from capsule import words
 from capsule.arrays import FloatArray, IntArray, plain
 from capsule.detectors.base import JudgedRecording, TrainingArchive
 from capsule.detectors.calibrate import upper_quantile
 from capsule.detectors.wave_traits import WaveTraits
-from capsule.kinds import Settings
+from capsule.kinds import Cells, Settings
 
 # The nominal rate at which recordings of the familiar kind are called unfamiliar, and the number of
 # places from which on a rank can show so small a rate.
 NOMINAL_RATE = 0.02
-LEAST_PLACES = ceil(1 / NOMINAL_RATE) - 1
+LEAST_PLACES = math.ceil(1 / NOMINAL_RATE) - 1
 # A smaller deviation does not matter, however rare it is: a larger nodule than those that teach
 # moves the traits a little. In spreads of the recordings that teach.
 _LEAST_DEVIATION = 3.0
@@ -30,17 +29,9 @@ _LEAST_DEVIATION = 3.0
 _ARRAYS = ("centre", "spread", "least", "most")
 # The key of what is familiar in results/detectors.json.
 FAMILIAR = "familiar"
-
-
-# The traits in words, in the order of `WaveTraits`, and the unit in which each is told.
-_TRAITS = (
-    ("the time from wave to wave is {}", "s"),
-    ("the wave takes {} from sensor to sensor", "s"),
-    ("the wave's times from sensor to sensor differ by {}", "s"),
-    ("the time from wave to wave varies by {} of it", "%"),
-    ("the wave makes {} of what a sensor feels", "%"),
-    ("from sample to sample a reading bends by {} of a wave's depth", "%"),
-)
+# Why nobody can tell whether a recording is familiar: too few places teach, or it has no wave.
+TOO_FEW, NO_WAVE = "too_few_places", "no_wave"
+_FIELDS = [each.name for each in fields(WaveTraits)]
 # Smaller spreads of the traits, on the scale of `_scaled`, do not matter. Seven simulated benches
 # and two others tell: nodules of 4 and 5 mm move the traits by less than three of these.
 _LEAST_SPREADS = (0.03, 0.003, 0.4, 0.35, 1.0, 0.2)
@@ -48,35 +39,37 @@ _LEAST_SPREADS = (0.03, 0.003, 0.4, 0.35, 1.0, 0.2)
 
 @dataclass(frozen=True)
 class Familiarity:
-    """The answer whether a recording is familiar.
+    """The answer whether a recording is familiar; `capsule.detectors.unlike` says it in words.
 
     Attributes
     ----------
     familiar : bool or None
         None if nobody can tell.
-    because : str
-        Why it is not familiar, or why nobody can tell; else empty.
+    traits : tuple of str
+        The fields of `WaveTraits` that deviate, that which deviates most first. If nobody can tell,
+        `TOO_FEW` or `NO_WAVE` stands in their place, or nothing if no detector judges.
+    value, least, most : float
+        The first trait, and its range in the recordings that teach. For `TOO_FEW`, the number of
+        places that teach, and how many are needed.
     """
 
     familiar: bool | None
-    because: str = ""
-
-    @property
-    def sentence(self) -> str:
-        """The answer in words, to stand before a verdict; empty for a familiar recording."""
-        if self.familiar is None:
-            return f"whether it is like the recordings that teach is not known: {self.because}"
-        return words.unlike(self.cells)
+    traits: tuple[str, ...] = ()
+    value: float = math.nan
+    least: float = math.nan
+    most: float = math.nan
 
     def stated(self, probability: float) -> float:
         """Return a verdict's probability, NaN for an unfamiliar recording, of which none holds."""
         return float("nan") if self.familiar is False else probability
 
     @property
-    def cells(self) -> dict[str, str]:
-        """The columns ``familiar`` and ``unfamiliar_because`` of a table of verdicts."""
+    def cells(self) -> Cells:
+        """The columns of a table of verdicts: ``familiar``, ``unlike_traits``, ..."""
         answer = {True: "yes", False: "no", None: ""}[self.familiar]
-        return {"familiar": answer, "unfamiliar_because": self.because}
+        ends = {"unlike_least": self.least, "unlike_most": self.most}
+        told = {"unlike_traits": " ".join(self.traits), "unlike_value": self.value}
+        return {"familiar": answer, **told, **ends}
 
 
 @dataclass(frozen=True)
@@ -110,35 +103,26 @@ class FamiliarKind:
     def judge_all(self, traits: Sequence[WaveTraits]) -> list[Familiarity]:
         """Judge recordings by their traits, each by itself."""
         if self.places < LEAST_PLACES:
-            taught = words.plural(self.places, "place teaches", "places teach")
-            few = f"only {taught} what is familiar; {LEAST_PLACES} are needed"
-            return [Familiarity(None, few)] * len(traits)
+            few = Familiarity(None, (TOO_FEW,), float(self.places), float(LEAST_PLACES))
+            return [few] * len(traits)
         known, own = ~np.isnan(self.least), _rows_of(traits)
         wave = ~np.isnan(own[:, known]).any(axis=1)
-        answers = [Familiarity(None, "the recording shows no wave to compare")] * len(traits)
+        answers = [Familiarity(None, (NO_WAVE,))] * len(traits)
         deviations = np.abs(_scaled(own[wave]) - self.centre) / self.spread
         deviations = np.where(known, deviations, -np.inf)
         for number, own_deviations in zip(np.flatnonzero(wave).tolist(), deviations, strict=True):
             answers[number] = (
                 Familiarity(True)
                 if own_deviations.max() <= self.limit
-                else Familiarity(False, self._words(own[number], own_deviations))
+                else self._unlike(own[number], own_deviations)
             )
         return answers
 
-    def _words(self, own: FloatArray, deviations: FloatArray) -> str:
-        """Return the trait that deviates most, with the range of the recordings that teach."""
-        number = int(deviations.argmax())
-        sentence, unit = _TRAITS[number]
-        value, least, most = (
-            words.significant(float(each[number]) * (100.0 if unit == "%" else 1.0))
-            for each in (own, self.least, self.most)
-        )
-        said = sentence.format(f"{value} {unit}")
-        others = int((deviations > _LEAST_DEVIATION).sum()) - 1
-        more = f"; {words.plural(others, 'other trait deviates', 'other traits deviate')} too"
-        taught = f"{least} to {most} {unit} in the recordings that teach"
-        return f"{said}, but {taught}{more if others > 0 else ''}"
+    def _unlike(self, own: FloatArray, deviations: FloatArray) -> Familiarity:
+        far = np.flatnonzero(deviations > _LEAST_DEVIATION)
+        order = far[np.argsort(-deviations[far], kind="stable")].tolist()
+        ends = (float(each[order[0]]) for each in (own, self.least, self.most))
+        return Familiarity(False, tuple(_FIELDS[number] for number in order), *ends)
 
     @classmethod
     def taught(cls, archive: TrainingArchive, left_out: Collection[str] = ()) -> "FamiliarKind":
@@ -166,7 +150,7 @@ def _traits_of(recording: JudgedRecording) -> FloatArray:
 def _rows_of(traits: Sequence[WaveTraits]) -> FloatArray:
     """Return the fields of traits as rows, (n, T)."""
     # `dataclasses.astuple` copies each value, which takes ten times as long.
-    return np.array([list(vars(each).values()) for each in traits]).reshape(-1, len(_TRAITS))
+    return np.array([list(vars(each).values()) for each in traits]).reshape(-1, len(_FIELDS))
 
 
 def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:

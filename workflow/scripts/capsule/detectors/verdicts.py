@@ -1,8 +1,8 @@
 """The five verdicts that a person acts on, from what a detector says of a recording or a place."""
 
+import math
 from enum import StrEnum
 
-from capsule import words
 from capsule.kinds import Row
 
 # From this probability of a nodule on, a score above the threshold is a nodule.
@@ -18,7 +18,7 @@ class VerdictWord(StrEnum):
 
     NODULE = "nodule"
     UNCERTAIN = "uncertain: pass again"
-    UNLIKE = words.UNLIKE
+    UNLIKE = "unlike the recordings that teach"
     NO_VERDICT = "no verdict"
     NO_NODULE = "no nodule"
 
@@ -41,7 +41,7 @@ def verdict_word(
     threshold: float | None,
     probability: float | None = None,
     *,
-    unlike: str = "",
+    unlike: bool = False,
     reason: str = "",
 ) -> VerdictWord:
     """Return which of the five verdicts a detector gives.
@@ -53,18 +53,19 @@ def verdict_word(
     probability : float or None
         Probability of a nodule at the configured prevalence. Without one, as of a detector that
         gives none or of several passes together, the threshold alone decides.
-    unlike : str
-        Why the recording is unlike those that teach; empty if it is not.
+    unlike : bool
+        Whether the recording is unlike those that teach.
     reason : str
         Why no detector judges the recording; empty if they do.
     """
-    if reason or not words.is_known(score) or not words.is_known(threshold):
+    if reason or score is None or threshold is None or math.isnan(score) or math.isnan(threshold):
         return VerdictWord.NO_VERDICT
     if unlike:
         return VerdictWord.UNLIKE
     if score <= threshold:
         return VerdictWord.NO_NODULE
-    doubtful = words.is_known(probability) and probability < LEAST_PROBABILITY
+    # A comparison with NaN is false.
+    doubtful = probability is not None and probability < LEAST_PROBABILITY
     return VerdictWord.UNCERTAIN if doubtful else VerdictWord.NODULE
 
 
@@ -75,6 +76,6 @@ def row_verdict(row: Row) -> VerdictWord:
         row["score"],
         row["threshold"],
         row.get("probability"),
-        unlike=words.unlike_because(row),
-        reason=str(reason) if words.is_known(reason) else "",
+        unlike=row.get("familiar") == "no",
+        reason=reason if isinstance(reason, str) else "",
     )

@@ -12,7 +12,8 @@ DISTANCE = "rmse_"
 SITES = [
     *("site", "size_mm", "recordings", "detector", "passes", "score", "threshold", "detected"),
     *("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"),
-    *("familiar", "unfamiliar_because", "verdict"),
+    *("familiar", "unlike_recording", "unlike_traits", "unlike_value", "unlike_least"),
+    *("unlike_most", "verdict"),
 ]
 
 _KEY = ("detector", "scheme")

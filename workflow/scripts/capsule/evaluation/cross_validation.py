@@ -182,7 +182,7 @@ class Detectors:
     columns : list of str
         The columns of a row besides recording and detector: the verdict, the distance to each
         template, and the other results. A detector that does not use distances has None there.
-        ``no_verdict`` is the reason for no verdict. ``familiar`` and ``unfamiliar_because`` tell
+        ``no_verdict`` is the reason for no verdict. ``familiar`` and those after it tell
         whether the recording is of the kind that teaches; they are empty for one that no detector
         judges. ``verdict`` is one of `capsule.detectors.verdicts.VerdictWord`.
 

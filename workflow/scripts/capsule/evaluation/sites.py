@@ -44,7 +44,7 @@ def site_table(
     Returns
     -------
     DataFrame
-        The columns `SITES`; ``unfamiliar_because`` names the first pass that is not familiar.
+        The columns `SITES`; ``unlike_recording`` names the first pass that is not familiar.
     """
     judged = predictions[predictions["scheme"] == choosing_scheme(rules["schemes"])]
     verdicts = pd.concat([judged, pd.DataFrame(detections)])
@@ -53,7 +53,7 @@ def site_table(
     verdicts = verdicts.assign(site=verdicts["recording"].map(named))
     answers = verdicts[verdicts["familiar"].isin(["yes", "no"])]
     strange = answers[answers["familiar"] == "no"].drop_duplicates("site").set_index("site")
-    because = strange["recording"] + ": " + strange["unfamiliar_because"]
+    unlike = strange.rename(columns={"recording": "unlike_recording"}).filter(like="unlike_")
     made = []
     for detector, rows in verdicts.groupby("detector", sort=False):
         # The order of the sites is that of the verdicts.
@@ -63,8 +63,9 @@ def site_table(
     table = pd.concat(made) if made else pd.DataFrame(columns=SITES)
     table = table[table["recordings"] > 1]
     known = np.where(table["site"].isin(answers["site"]), "yes", "")
-    table["familiar"] = np.where(table["site"].isin(because.index), "no", known)
-    table["unfamiliar_because"] = [because.get(site, "") for site in table["site"]]
+    table["familiar"] = np.where(table["site"].isin(unlike.index), "no", known)
+    for name, told in unlike.items():
+        table[name] = table["site"].map(told)
     table["verdict"] = [str(row_verdict(row)) for row in table.to_dict("records")]
     return table[SITES]
 

@@ -221,9 +221,7 @@ class DetectorEstimator(_OfReadings):
         told = iter(
             self.familiar_.judge_all([each.traits for each in judged if not each.no_verdict])
         )
-        return [
-            Familiarity(None, each.no_verdict) if each.no_verdict else next(told) for each in judged
-        ]
+        return [Familiarity(None) if each.no_verdict else next(told) for each in judged]
 
 
 class MatrixTransformer(TransformerMixin, _OfReadings):

@@ -16,6 +16,7 @@ from capsule import arrays, words
 from capsule.detectors.base import Verdict, why_unknown
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import Familiarity
+from capsule.detectors.unlike import because
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
@@ -123,7 +124,7 @@ def as_plain_values(judged: JudgedFile) -> dict[str, Any]:
         "source": source_of(check.get("header", {})),
         "taught_as": judged.taught_as,
         "familiar": familiarity.familiar,
-        "unfamiliar_because": familiarity.because,
+        "unfamiliar_because": because(familiarity.cells),
         "verdicts": {
             name: _verdict_values(verdict, rate_hz, familiarity)
             for name, verdict in judgement.verdicts.items()

@@ -15,6 +15,7 @@ from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import is_of, read_learned, read_template_set
 from capsule.detectors.registry import detector_class
+from capsule.detectors.unlike import familiarity_line, unlike
 from capsule.detectors.verdicts import VerdictWord, verdict_word
 from capsule.engine.project import WEIGHTS
 from capsule.errors import CapsuleError, RecordingError
@@ -75,7 +76,7 @@ class Judgement:
             verdict.score,
             verdict.threshold,
             verdict.probability,
-            unlike=familiarity.because if familiarity.familiar is False else "",
+            unlike=familiarity.familiar is False,
             reason=why_unknown(verdict),
         )
 
@@ -94,7 +95,7 @@ class Judgement:
         if self.waits:
             return self.waits
         if self.familiarity.familiar is False:
-            return f"seat the capsule anew: {self.familiarity.sentence}"
+            return f"seat the capsule anew: {unlike(self.familiarity.cells)}"
         said = {self.word(name) for name in self.verdicts} - {VerdictWord.NO_VERDICT}
         if len(said) == 1 and said <= {VerdictWord.NODULE, VerdictWord.NO_NODULE}:
             return f"enough: {said.pop()}"
@@ -108,7 +109,8 @@ class Judgement:
         confidence = words.percent(self.settings["evaluation"]["size_confidence"])
         head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
         rows = [self._cells(name, each) for name, each in self.verdicts.items()]
-        return [*filter(None, [self.familiarity.sentence]), *_aligned([head, *rows])]
+        line = familiarity_line(self.familiarity.cells)
+        return [*filter(None, [line]), *_aligned([head, *rows])]
 
     def lines(self) -> list[str]:
         """Return the table, and a line that says what its columns mean."""

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from capsule import words
+from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
 from capsule.kinds import Cells, Row, Settings
@@ -222,7 +223,7 @@ def _told(
         "others": others,
         "agree": all((each in _FOUND) == (word in _FOUND) for _, each in others),
         "passes": int(row["passes"]) if "passes" in row else 0,
-        "reason": words.unlike_because(row) or (reason if words.is_known(reason) else ""),
+        "reason": unlike_because(row) or (reason if words.is_known(reason) else ""),
         "quality": "; ".join(
             f"{name}: {fault}" if len(names) > 1 else fault for name, fault in faults.items()
         ),

@@ -12,6 +12,7 @@ import numpy as np
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import DETECTORS, detector_row
+from capsule.detectors.unlike import unlike
 from capsule.evaluation.columns import distance_columns
 from capsule.kinds import Cells, Row, Settings, Spread
 from capsule.method.nearest_template import nearest_size
@@ -251,8 +252,8 @@ def _details(row: Row, largest_mm: float | None) -> str:
     if not words.is_known(row["predicted_mm"]):
         reason = row.get("no_verdict")
         return str(reason) if words.is_known(reason) else ""
-    unlike = words.unlike(row)
-    parts, location_s = [unlike] if unlike else [], row.get("location_s")
+    strange = unlike(row)
+    parts, location_s = [strange] if strange else [], row.get("location_s")
     if words.is_known(row.get("estimate_mm")):
         parts.append(f"estimated {words.estimated_size(row, largest_mm)}")
     probability = words.stated_probability(row)
@@ -260,7 +261,7 @@ def _details(row: Row, largest_mm: float | None) -> str:
         parts.append(f"probability {words.probability(probability)}")
     if words.is_known(location_s):
         parts.append(f"place {words.place(location_s, row.get('location_mm'))}")
-    return "; ".join(parts) if unlike else ", ".join(parts)
+    return "; ".join(parts) if strange else ", ".join(parts)
 
 
 def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:

@@ -9,6 +9,7 @@ import pandas as pd
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
+from capsule.detectors.unlike import unlike
 from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
@@ -198,14 +199,11 @@ def recording_rows(
 
 def _why_not(row: Row, verdict: Row) -> list[str]:
     """Return why a recording is rejected, has no verdict, is unlike others or evidence in part."""
-    no_verdict, unlike, reason = (
-        of[key] if words.is_known(of.get(key)) else ""
-        for of, key in ((row, "no_verdict"), (verdict, "unfamiliar_because"), (row, "reason"))
+    no_verdict, reason = (
+        row[key] if words.is_known(row.get(key)) else "" for key in ("no_verdict", "reason")
     )
-    said = [f"no verdict: {no_verdict}"] if no_verdict and row["status"] == "accepted" else []
-    if verdict.get("familiar") == "no":
-        said.append(f"unlike the recordings that teach: {unlike}")
-    return [*said, *([reason] if reason else [])]
+    silent = f"no verdict: {no_verdict}" if no_verdict and row["status"] == "accepted" else ""
+    return [*filter(None, [silent, unlike(verdict), reason])]
 
 
 def page_data(

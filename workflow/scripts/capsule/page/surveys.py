@@ -128,8 +128,8 @@ def _where(place: StoredPlace) -> str:
 
 def _size(place: StoredPlace) -> str:
     said = place.size if place.status == "confirmed" else words.NOT_APPLICABLE
-    if because := words.unlike_because(vars(place)):
-        return f"{words.UNLIKE} ({because}); {said}"
+    if place.familiar == "no":
+        return f"{VerdictWord.UNLIKE} ({place.unfamiliar_because}); {said}"
     return said
 
 

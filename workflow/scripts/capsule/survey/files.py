@@ -55,7 +55,8 @@ class StoredPlace:
     recordings : str
         Names of the recordings of its passes.
     familiar, unfamiliar_because : str
-        As in the tables of results: whether all passes are like the recordings that teach the size.
+        Whether all passes are like the recordings that teach the size (yes, no, or nothing), and
+        why they are not, or why that is not known, in words.
     """
 
     place: int
