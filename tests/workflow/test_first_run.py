@@ -115,7 +115,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
         assert not row["probability"] or words.percent(float(row["probability"])) in line
         assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
 
-    taught = taught_recordings(finished.results / "recordings.csv")
+    taught = taught_recordings(finished.results / "recordings.csv", [])
     judged = judge_file(finished.raw / "unlabelled/patient.csv", final, settings, taught)
     values = as_plain_values(judged)
     assert (values["status"], values["taught_as"]) == ("accepted", "")

@@ -83,7 +83,7 @@ def test_labelled_recordings_that_changed_since_the_detectors_learned_are_named(
         {"recording": name, "sha256": fingerprint(tmp_path / f"raw/{name}.csv", 10**6)}
         for name in ("3mm/r01", "0mm/r01")
     ]
-    columns = ["recording", "sha256", "readings_sha256", "size_mm"]
+    columns = ["recording", "status", "sha256", "readings_sha256", "size_mm"]
     write_csv(
         tmp_path / "results/recordings.csv", columns, [dict.fromkeys(columns, "") | r for r in rows]
     )
@@ -229,20 +229,28 @@ def test_what_is_no_file_is_not_waited_for(make, tmp_path, final):
     assert rejected_line(tmp_path / "file.csv", final).startswith("it cannot be read: ")
 
 
-def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_path):
-    sha = judged.check["readings_sha256"]
+# Kills: a held-out recording, or a rejected one, of which the note says that it taught.
+def test_a_recording_that_taught_the_detectors_is_named(judged, tmp_path):
     rows = [
-        {"recording": "4mm/r01", "size_mm": 4.0, "readings_sha256": sha},
-        {"recording": "unlabelled/x", "size_mm": None, "readings_sha256": "other"},
+        ("4mm/r01", "monday", "accepted", ""),
+        ("4mm/h01", "tuesday", "accepted", ""),
+        ("4mm/r02", "monday", "rejected", ""),
+        ("4mm/r03", "monday", "accepted", "no wave on sensor 2"),
+        ("unlabelled/x", "monday", "accepted", ""),
     ]
-    write_csv(tmp_path / "recordings.csv", list(rows[0]), rows)
-    taught = taught_recordings(tmp_path / "recordings.csv")
-    assert taught == {sha: "4mm/r01"}
+    columns = ["recording", "session", "status", "no_verdict", "size_mm", "readings_sha256"]
+    written = [
+        dict(zip(columns, (*row, 4.0 if row[0] < "u" else None, f"sha of {row[0]}"), strict=True))
+        for row in rows
+    ]
+    write_csv(tmp_path / "recordings.csv", columns, written)
+    taught = taught_recordings(tmp_path / "recordings.csv", ["tuesday"])
+    assert taught == {"sha of 4mm/r01": "4mm/r01"}
     known = replace(judged, taught_as="4mm/r01")
     *_, note = judged_lines(known, 80)
     assert note.startswith("note: the detectors have learned from this very recording (4mm/r01)")
     assert "note" not in "".join(judged_lines(judged, 80))
-    assert taught_recordings(tmp_path / "none.csv") == {}
+    assert taught_recordings(tmp_path / "none.csv", []) == {}
 
 
 def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):

@@ -24,11 +24,12 @@ from capsule.judging.verdict import FinalVerdict, Judgement, note_of_change
 from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.recordings.acceptance import check_recording
+from capsule.recordings.held_out import teaching
 from capsule.recordings.names import displayed
 from capsule.recordings.origin import is_simulated
 from capsule.recordings.recording import source_of
 from capsule.store import files
-from capsule.store.files import read_csv, read_limited, read_or_explain
+from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
 from capsule.words import BARS, PLAIN_BARS, trace
 
@@ -67,17 +68,18 @@ class JudgedFile:
         return bool(self.check["status"] == "accepted")
 
 
-def taught_recordings(index: Path) -> dict[str, str]:
-    """Return the names of the labelled recordings by the checksums of their readings.
+def taught_recordings(index: Path, held_out: Sequence[str]) -> dict[str, str]:
+    """Return the names of the recordings that teach, by the checksums of their readings.
 
-    The index is ``results/recordings.csv``; without it the result is empty.
+    The index is ``results/recordings.csv``; without it the result is empty. ``held_out`` is
+    ``evaluation.held_out`` of the configuration.
     """
-    return read_or_explain(index, _taught_in) if index.exists() else {}
-
-
-def _taught_in(index: Path) -> dict[str, str]:
-    rows = read_csv(index)
-    return {row["readings_sha256"]: row["recording"] for row in rows if row["size_mm"]}
+    rows = teaching(files.accepted_recordings(index), held_out) if index.exists() else {}
+    return {
+        row["readings_sha256"]: name
+        for name, row in rows.items()
+        if row["size_mm"] and not row["no_verdict"]
+    }
 
 
 def judge_file(
@@ -289,7 +291,7 @@ def main(arguments: argparse.Namespace) -> int:
     final = FinalVerdict(results / OfArchive.TEMPLATES, learned, settings, "a verdict")
     if note := note_of_change(results, settings):
         print(note, file=sys.stderr)
-    taught = taught_recordings(results / OfArchive.RECORDINGS)
+    taught = taught_recordings(results / OfArchive.RECORDINGS, settings["evaluation"]["held_out"])
     judged = [judge_file(path, final, settings, taught) for path in arguments.files]
     if arguments.json:
         values = [as_plain_values(each) for each in judged]
