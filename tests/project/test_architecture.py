@@ -7,6 +7,8 @@ from graphlib import CycleError, TopologicalSorter
 
 import pytest
 
+from capsule.detectors.registry import DETECTORS
+from capsule.engine.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
 from capsule.store.results import SURVEY_VALUES, OfArchive
 from support.project import ROOT
@@ -128,6 +130,19 @@ def test_only_modules_that_say_so_in_their_name_know_files():
     ]
     names = {each.rpartition(".")[2] for each in library if SYSTEM & imported(MODULES[each])}
     assert names == ON_FILES | ON_PROGRAMS
+
+
+# Kills: a changed word or figure that makes every verdict again.
+@pytest.mark.parametrize(
+    "step", ["preprocess", "fit", "describe", "list", "templates", "evaluate", "detect"]
+)
+def test_no_step_of_science_rests_on_words_page_or_figures(step):
+    modules = [row.module for row in DETECTORS.values()]
+    used = imported_files(SCRIPTS / f"{step}.py", modules)
+    names = {path.relative_to(SCRIPTS).as_posix() for path in used if SCRIPTS in path.parents}
+    assert "capsule/errors.py" in names
+    shown = ("capsule/words.py", "capsule/page/", "capsule/figures/")
+    assert not [name for name in names if name.startswith(shown)]
 
 
 def test_one_module_knows_where_the_results_of_an_archive_stand():
