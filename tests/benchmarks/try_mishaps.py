@@ -20,9 +20,9 @@ import tempfile
 import threading
 import time
 from collections import Counter
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
 
 import psutil
 
@@ -35,7 +35,6 @@ from capsule.recordings.recording import format_recording
 from support.project import Project
 from support.synthetic import make_recording
 
-RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
 # The results of a run before the figures. The figures would take most of the time.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 SAMPLES = 400
@@ -44,96 +43,43 @@ SCRIPTS = ["preprocess", "list", "fit", "describe", "plot", "templates", "evalua
 ASKED_FOR_ALL = "does not exist; make all that is missing: snakemake -c2"
 
 
-def _other(size_mm: float, name: str) -> bytes:
+def made(size_mm: float, name: str) -> bytes:
+    """Return the content of a recording, another one for each name."""
     return format_recording(make_recording(size_mm, name, samples=SAMPLES))
 
 
-# Editions of raw/; each lists its differences from the first one.
+# Contents of raw/, and changes of the configuration. The first of each is that of the project.
+FIRST = {
+    "0mm/r01": made(0.0, "0mm/r01"),
+    "3mm/r01": made(3.0, "3mm/r01"),
+    "3mm/r02": made(3.0, "3mm/r02"),
+    "unlabelled/patient": made(0.0, "unlabelled/patient"),
+}
 EDITIONS: list[dict[str, bytes]] = [
-    {},
-    {"3mm/r02": _other(3.0, "3mm/other")},
-    {"3mm/r02": b""},
-    {"3mm/r03": _other(3.0, "3mm/r03")},
-    {"0mm/r01": _other(0.0, "0mm/other"), "unlabelled/patient": _other(4.0, "4mm/other")},
-    {"3mm/r01": _other(3.0, "3mm/r02"), "3mm/r02": _other(3.0, "3mm/r01")},
+    FIRST,
+    FIRST | {"3mm/r02": made(3.0, "3mm/other")},
+    FIRST | {"3mm/r02": b""},
+    FIRST | {"3mm/r03": made(3.0, "3mm/r03")},
+    FIRST | {"0mm/r01": made(0.0, "0mm/other"), "unlabelled/patient": made(4.0, "4mm/other")},
+    FIRST | {"3mm/r01": FIRST["3mm/r02"], "3mm/r02": FIRST["3mm/r01"]},
 ]
-# Changes of the first configuration.
 SETTINGS: list[dict[str, dict[str, object]]] = [
     {},
     {"fit": {"seed": 2}},
     {"evaluation": {"tolerance_mm": 2.0}},
     {"preprocessing": {"window": 40}},
 ]
-# Numbers of recordings that one job takes.
-SIZES = [1, 2, 100]
-
-
-class State(NamedTuple):
-    """What results depend on: places in `EDITIONS`, in `SETTINGS` and in `SIZES`."""
-
-    edition: int = 0
-    settings: int = 0
-    size: int = 0
-
-
-class FreshResults:
-    """The results of a new run for each state; each run is made once, when it is needed.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the first project; sequences begin with copies of it.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.base = Project.create(folder, RECORDINGS, SAMPLES, particles=10, iterations=10)
-        self._made = {State(): self._run(self.base)}
-        self._lock = threading.Lock()
-
-    @staticmethod
-    def _run(project: Project) -> dict[str, bytes]:
-        run = project.snakemake(*TABLES)
-        assert run.status == 0, run.output
-        return project.result_bytes()
-
-    def put(self, project: Project, state: State) -> list[Path]:
-        """Change raw/ and the configuration of a project; return the recordings that changed."""
-        shutil.copyfile(
-            self.base.folder / "config/config.yaml", project.folder / "config/config.yaml"
-        )
-        project.configure(**SETTINGS[state.settings], recordings_per_job=SIZES[state.size])
-        changed, edition = [], EDITIONS[state.edition]
-        for name in sorted({name for each in EDITIONS for name in each}):
-            path, original = project.raw / f"{name}.csv", self.base.raw / f"{name}.csv"
-            content = edition.get(name, original.read_bytes() if original.exists() else None)
-            if content is None:
-                path.unlink(missing_ok=True)
-            elif not path.exists() or path.read_bytes() != content:
-                path.write_bytes(content)
-                changed.append(path)
-        return changed
-
-    def of(self, state: State) -> dict[str, bytes]:
-        """Return the results for one state."""
-        with self._lock:
-            if state not in self._made:
-                with tempfile.TemporaryDirectory() as folder:
-                    project = self.base.copy(Path(folder) / "fresh", results=False)
-                    self.put(project, state)
-                    self._made[state] = self._run(project)
-            return self._made[state]
 
 
 class Sequence:
-    """One sequence of mishaps, with its own copy of the project.
+    """One sequence of mishaps, with its own copy of a project that was run once.
 
     The same seed does not give the same moment of a kill.
     """
 
-    def __init__(self, fresh: FreshResults, folder: Path, seed: int) -> None:
-        self.fresh, self.numbers = fresh, random.Random(seed)
-        self.project = fresh.base.copy(folder)
-        self.state, self.told = State(), list[str]()
+    def __init__(self, base: Project, folder: Path, seed: int) -> None:
+        self.numbers, self.told = random.Random(seed), list[str]()
+        self.base, self.project = base, base.copy(folder)
 
     def try_all(self) -> str:
         """Try two to five mishaps and a run; return the fault, which is empty if there is none."""
@@ -144,22 +90,32 @@ class Sequence:
             shutil.rmtree(self.project.folder)
         return fault
 
-    def change(self) -> str:
-        """Change raw/, a setting or the size of jobs; sometimes with old time stamps, or new."""
-        what = self.numbers.choice(State._fields)
-        places = len({"edition": EDITIONS, "settings": SETTINGS, "size": SIZES}[what])
-        others = [each for each in range(places) if each != getattr(self.state, what)]
-        self.state = self.state._replace(**{what: self.numbers.choice(others)})
-        changed = self.fresh.put(self.project, self.state)
-        step_s = self.numbers.choice([None, None, -1e9, 1e6])
-        for path in changed if step_s is not None else ():
-            os.utime(path, (time.time() + step_s,) * 2)
-        return f"change of {what}"
+    def edit(self, edition: Mapping[str, bytes] | None = None) -> None:
+        """Change raw/ to another edition, or to the one given; what is there stays as it is.
+
+        What changes sometimes has an old time stamp, or a new one.
+        """
+        edition = edition or self.numbers.choice(EDITIONS[1:])
+        step_s = self.numbers.choice([0.0, 0.0, -1e9, 1e6])
+        for name in sorted(set().union(*EDITIONS)):
+            path = self.project.raw / f"{name}.csv"
+            if name not in edition:
+                path.unlink(missing_ok=True)
+            elif not path.exists() or path.read_bytes() != edition[name]:
+                path.write_bytes(edition[name])
+                os.utime(path, (time.time() + step_s,) * 2)
+
+    def change_settings(self, settings: Mapping[str, object] | None = None) -> None:
+        """Change a setting, or those given, and the largest number of recordings of a job."""
+        config = "config/config.yaml"
+        shutil.copyfile(self.base.folder / config, self.project.folder / config)
+        chosen = self.numbers.choice(SETTINGS[1:]) if settings is None else settings
+        self.project.configure(**chosen, recordings_per_job=self.numbers.choice([1, 2, 100]))
 
     def go_back(self) -> None:
         """Change raw/ and the settings back to the first state."""
-        self.state = State(size=self.state.size)
-        self.fresh.put(self.project, self.state)
+        self.edit(FIRST)
+        self.change_settings({})
 
     def date(self) -> None:
         """Change the time stamp of a recording to the past or to the future."""
@@ -193,7 +149,7 @@ class Sequence:
         run, even on a busy computer. With 0 jobs, it is during the start of Snakemake.
         """
         if self.project.snakemake("--dry-run", *TABLES).did_nothing:
-            self.change()  # otherwise there is no job to kill
+            self.edit()  # otherwise there is no job to kill
         strikes = {"a run": kill_run, "Snakemake": subprocess.Popen.kill, "a job": self._kill_job}
         what, strike = self.numbers.choice(list(strikes.items()))
         jobs, begun = self.numbers.randint(0, 6), 0
@@ -230,7 +186,14 @@ class Sequence:
 
     def end(self) -> str:
         """Run snakemake as a user does; return the fault, or an empty text."""
-        expected = self.fresh.of(self.state)
+        fresh = self.base.copy(self.project.folder.with_suffix(".fresh"), results=False)
+        for part in ("raw", "config"):
+            shutil.rmtree(fresh.folder / part)
+            shutil.copytree(self.project.folder / part, fresh.folder / part)
+        run = fresh.snakemake(*TABLES)
+        assert run.status == 0, run.output
+        expected = fresh.result_bytes()
+        shutil.rmtree(fresh.folder)
         run = self.project.snakemake(*TABLES)
         results = self.project.result_bytes()
         if run.status != 0 and ASKED_FOR_ALL not in run.output:
@@ -252,8 +215,8 @@ class Sequence:
         return "" if again.did_nothing else f"the next call did something:\n{again.output[-3000:]}"
 
 
-MISHAPS = [Sequence.change] * 5 + [Sequence.kill] * 4 + [Sequence.go_back, Sequence.fail] * 2
-MISHAPS += [Sequence.date, Sequence.delete, Sequence.plan]
+MISHAPS = [Sequence.edit, Sequence.change_settings, Sequence.kill] * 3
+MISHAPS += [Sequence.go_back, Sequence.fail] * 2 + [Sequence.date, Sequence.delete, Sequence.plan]
 
 
 def kill_run(process: subprocess.Popen[str]) -> None:
@@ -280,10 +243,13 @@ def main() -> None:
     arguments = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="mishaps-"))
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.sequences)
-    fresh, happened, failed = FreshResults(folder / "project"), Counter[str](), 0
+    happened, failed = Counter[str](), 0
+    base = Project.create(folder / "project", list(FIRST), SAMPLES, particles=10, iterations=10)
+    run = base.snakemake(*TABLES)
+    assert run.status == 0, run.output
 
     def tried(seed: int) -> tuple[Sequence, str]:
-        sequence = Sequence(fresh, folder / f"seed-{seed}", seed)
+        sequence = Sequence(base, folder / f"seed-{seed}", seed)
         return sequence, sequence.try_all()
 
     with ThreadPoolExecutor(arguments.at_once) as pool:
