@@ -257,6 +257,11 @@ def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
     assert told
 
 
+def resumed(drive):
+    drive.phase.begin_anew()
+    return drive
+
+
 # Kills: a survey that waits for a silent board for ever, and one that never notices a lost phase.
 @pytest.mark.parametrize(
     ("make", "frames", "words"),
@@ -264,7 +269,7 @@ def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
         (lambda of: FoldBoard(of, LOG), [], "fold board .* has sent nothing for 15 s"),
         (lambda of: Drive(of, WAVE, LOG), [], "peristalsis board .* has sent nothing"),
         (
-            lambda of: Drive(of, WAVE, LOG, restarts=3, resumed=True),
+            lambda of: resumed(Drive(of, WAVE, LOG, restarts=3)),
             ["P,10,0,0.0,25.0,running,"],
             "reset and has no index switch, or its motor is blocked",
         ),

@@ -57,8 +57,8 @@ class Board:
         )
 
 
-def phase_of(board, **options):
-    return WavePhase(WAVELENGTH_MM, forward=board.sign > 0, **options)
+def phase_of(board):
+    return WavePhase(WAVELENGTH_MM, forward=board.sign > 0)
 
 
 def off_mm(phase, board, origin_mm):
@@ -128,7 +128,8 @@ def test_a_session_that_is_taken_up_again_goes_on_with_the_phase_of_the_one_befo
     board.run(phase, 8.0)
     board.now_s += 1000.0
     board.reset()
-    later = phase_of(board, index_mm=phase.index_mm)
+    later = phase_of(board)
+    later.index_mm = phase.index_mm
     later.begin_anew()
     board.run(later, 0.2)
     assert not later.known

@@ -54,17 +54,12 @@ class BoardBench:
         begin_s: float = 0.0,
         index_mm: float | None = None,
     ) -> None:
-        resumed = begin_s > 0
         self._boards = boards
         self._logger = Logger(boards["logger"], log, to_end_stop=False)
-        self._drive = Drive(
-            boards["peristalsis"],
-            wave,
-            log,
-            restarts=MOST_RESTARTS,
-            index_mm=index_mm,
-            resumed=resumed,
-        )
+        self._drive = Drive(boards["peristalsis"], wave, log, MOST_RESTARTS)
+        self._drive.phase.index_mm = index_mm
+        if begin_s > 0:
+            self._drive.phase.begin_anew()
         self._fold = FoldBoard(boards["fold"], log)
         self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
         self._read = 0

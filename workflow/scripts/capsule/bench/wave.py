@@ -79,10 +79,6 @@ class Drive:
         Log of damaged frames, refusals and starts.
     restarts : int
         How often a wave that has stopped is started again: never in a recording.
-    index_mm : float or None
-        Phase at the index, from the killed session that is resumed.
-    resumed : bool
-        Whether a killed session is resumed.
 
     Attributes
     ----------
@@ -90,16 +86,7 @@ class Drive:
         The position of the wave.
     """
 
-    def __init__(
-        self,
-        board: Board,
-        wave: Wave,
-        log: FrameLog,
-        *,
-        restarts: int = 0,
-        index_mm: float | None = None,
-        resumed: bool = False,
-    ) -> None:
+    def __init__(self, board: Board, wave: Wave, log: FrameLog, restarts: int = 0) -> None:
         self._board, self._wave, self._log = board, wave, log
         self._unleased = threading.Event()
         # Looks of the thread since the main thread last served the wave; no clock: a program that
@@ -119,10 +106,7 @@ class Drive:
         self.phase = WavePhase(
             float(board.identity.entries["wavelength_mm"]),
             forward=wave.direction == "forward",
-            index_mm=index_mm,
         )
-        if resumed:
-            self.phase.begin_anew()
 
     @property
     def until(self) -> str:

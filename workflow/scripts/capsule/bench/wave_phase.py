@@ -42,20 +42,17 @@ class WavePhase:
         Distance that the wave travels in one turn of the cam shaft.
     forward : bool
         Whether the board counts upward.
-    index_mm : float, optional
-        Phase at the index, from an earlier session; learned if left out.
 
     Attributes
     ----------
     index_mm : float or None
-        Phase at the index; None before the cam shaft has passed the index.
+        Phase at the index: that of an earlier session, or learned when the cam shaft first passes
+        the index; None before.
     known : bool
         Whether the newest frame tells the phase.
     """
 
-    def __init__(
-        self, wavelength_mm: float, *, forward: bool, index_mm: float | None = None
-    ) -> None:
+    def __init__(self, wavelength_mm: float, *, forward: bool) -> None:
         self._wavelength_mm = wavelength_mm
         self._sign = 1.0 if forward else -1.0
         # Added to the board's count, it gives the wave's position; None after a reset.
@@ -64,7 +61,7 @@ class WavePhase:
         self._mm_per_half_step = (0, 0.0)
         self._clock = BoardClock()
         self._knots: deque[_Knot] = deque(maxlen=_KEPT)
-        self.index_mm = index_mm
+        self.index_mm: float | None = None
         self.known = False
 
     def begin_anew(self) -> None:

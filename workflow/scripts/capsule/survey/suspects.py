@@ -195,15 +195,12 @@ class Suspects:
         The places in the order of suspicion; the last one is the present place.
     threshold : AdaptiveThreshold
         Threshold above which evidence is suspicious.
-    judged_mm : float
-        Length of gut that all sensors have passed and the survey has judged.
     newest_score : float
         The largest evidence of the newest judgement; NaN if it had none.
     """
 
     def __init__(self, length_mm: float) -> None:
         self.places: list[Place] = []
-        self.judged_mm = 0.0
         self.newest_score = _UNKNOWN
         self.threshold = AdaptiveThreshold()
         self._length_mm = length_mm
@@ -311,7 +308,6 @@ class Suspects:
             self._front_mm = front_mm
         new_mm = max(front_mm - self._front_mm, 0.0)
         self._front_mm += new_mm
-        self.judged_mm += new_mm
         self.threshold.passed(new_mm)
         number = int(front_mm // _BLOCK_MM)
         if self._block is None or number > self._block[0]:
