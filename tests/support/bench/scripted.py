@@ -65,8 +65,7 @@ class ScriptedBench:
         self._parser = FrameParser()
         self._stop = SimpleNamespace(reason="")
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
-        self._awake = clock.AwakeClock()
-        monkeypatch.setattr(logger, "AWAKE", self._awake)
+        monkeypatch.setattr(logger, "AWAKE", clock.AwakeClock())
         for module in (board, logger, recorder):
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
@@ -108,7 +107,6 @@ class ScriptedBench:
         self.now_s, content = step
         if isinstance(content, Exception):
             raise content
-        self._awake.now_s()
         return [Arrival(event, self.now_s) for event in self._parser.feed(content)]
 
     def send(self, payload: str) -> None:

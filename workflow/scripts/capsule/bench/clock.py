@@ -28,24 +28,25 @@ class AwakeClock:
     The program reads it many times a second. A longer pause between two readings means that the
     program was stopped (Ctrl-Z, a suspended computer). Such a pause counts as a quarter of a
     second.
-
-    Attributes
-    ----------
-    away_s : float
-        Sum of the pauses so far.
     """
 
     def __init__(self) -> None:
         self._asked_s = elapsed_s()
-        self._awake_s = self.away_s = 0.0
+        self._awake_s = self._away_s = 0.0
 
     def now_s(self) -> float:
         """Return the seconds counted so far."""
         now_s = elapsed_s()
         passed_s, self._asked_s = now_s - self._asked_s, now_s
         self._awake_s += min(passed_s, LONGEST_STEP_S)
-        self.away_s += passed_s if passed_s > LONGEST_STOP_S else 0.0
+        self._away_s += passed_s if passed_s > LONGEST_STOP_S else 0.0
         return self._awake_s
+
+    def pause_s(self) -> float:
+        """Return the seconds for which the program was stopped since this was last asked."""
+        self.now_s()
+        paused_s, self._away_s = self._away_s, 0.0
+        return paused_s
 
 
 AWAKE = AwakeClock()

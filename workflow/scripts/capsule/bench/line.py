@@ -19,7 +19,7 @@ from capsule.bench.bench_errors import (
     NoPermissionError,
     PortBusyError,
 )
-from capsule.bench.clock import AWAKE, elapsed_s
+from capsule.bench.clock import elapsed_s
 from capsule.bench.protocol import Damaged, Event, FrameParser, encode
 
 BAUD = 115200
@@ -102,7 +102,6 @@ class Line:
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
         moment_s = elapsed_s()
-        AWAKE.now_s()
         self.bytes_read += len(received)
         self.first_bytes += received[: 200 - len(self.first_bytes)]
         return [Arrival(event, moment_s) for event in self._parser.feed(received)]

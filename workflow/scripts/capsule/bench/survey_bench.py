@@ -66,7 +66,6 @@ class BoardBench:
         # Samples that were not read yet.
         self._columns: list[tuple[float, ...] | None] = []
         self._left = False
-        self._away_s = AWAKE.away_s
 
     @property
     def at_end(self) -> bool:
@@ -122,9 +121,7 @@ class BoardBench:
         AcquisitionError
             The program was stopped for so long that the boards' leases have ended.
         """
-        AWAKE.now_s()
-        if paused_s := AWAKE.away_s - self._away_s:
-            self._away_s = AWAKE.away_s
+        if paused_s := AWAKE.pause_s():
             self._drive.note_pause()
             if paused_s > LEASE_S:
                 raise AcquisitionError(
@@ -202,7 +199,7 @@ class BoardBench:
             raise KeyboardInterrupt
         self._drive.set_up()
         self._drive.start()
-        self._away_s = AWAKE.away_s
+        AWAKE.pause_s()  # what came before does not count
 
     def leave(self) -> list[str]:
         """Stop the wave, unfold the origami and close the ports; return warnings.
