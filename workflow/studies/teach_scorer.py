@@ -11,6 +11,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
+from scorer_teaching.episodes import episodes_of, held_out_benches, random_benches
+
 from capsule.arguments import natural
 from capsule.engine.configuration import read_config_file
 from capsule.engine.jobs import run
@@ -19,6 +21,8 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.store import files
 
 PROJECTING = 16400
+# Number of benches that check the network.
+HELD_OUT = 40
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -49,8 +53,8 @@ def main() -> None:
     arguments = build_parser().parse_args()
     try:
         import torch
-        from scorer_teaching.lesson import network_weights
-        from scorer_teaching.projection import with_projection
+        from scorer_teaching.lesson import gradients_of, teach, teach_projection
+        from scorer_teaching.network import checked_weights
     except ModuleNotFoundError as error:
         if error.name != "torch":
             raise
@@ -61,12 +65,18 @@ def main() -> None:
     settings = read_config_file(CONFIG / "config.yaml")
     base = None if arguments.leave_out_phantom else read_phantom(DEFAULT_TABLE, [])
     if arguments.network is None:
-        weights = network_weights(seed, benches, arguments.epochs, base, settings)
+        episodes = episodes_of(random_benches(seed, 0, benches, base), settings)
+        network = teach(episodes, arguments.epochs, seed)
+        held_out = episodes_of(held_out_benches(seed, HELD_OUT), settings)
+        weights = checked_weights(network, held_out)
     else:
         with np.load(arguments.network) as stored:
             weights = {name: stored[name] for name in stored.files if name != "projection"}
-    further = arguments.projection_benches
-    weights = with_projection(weights, seed, benches, further, base, settings)
+    # The first benches trained the network.
+    makers = random_benches(seed, benches, arguments.projection_benches, base)
+    folded, scores = gradients_of(makers, weights, settings)
+    height = settings["taught"]["height"]
+    weights["projection"] = teach_projection(folded, scores, height, seed)
     with files.write_whole(arguments.output, "wb") as stream:
         np.savez(stream, **weights)
 

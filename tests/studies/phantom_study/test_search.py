@@ -1,13 +1,13 @@
 """The search makes fair trials, stays in its ranges, and comes near to the paper."""
 
 import json
-from dataclasses import replace
+from argparse import Namespace
 
 import numpy as np
 import pytest
 import yaml
 from phantom_study import calibrate
-from phantom_study.calibrate import Cloud, FreeParameter, Plan, free_parameters, search
+from phantom_study.calibrate import Cloud, FreeParameter, free_parameters, search
 from phantom_study.paper_table import read_paper_table
 
 from capsule.errors import CapsuleError
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 
 PAPER = read_paper_table()
 FREE = [FreeParameter("part.share", 0.0, 1.0)]
-PLAN = Plan(
+PLAN = Namespace(
     generations=2,
     candidates=12,
     archives=3,
@@ -74,7 +74,7 @@ def test_finalists_meet_archives_that_no_generation_met():
 
 
 def test_the_search_comes_near_to_the_paper_and_comes_there_again():
-    long = replace(PLAN, generations=12)
+    long = Namespace(**vars(PLAN) | {"generations": 12})
     asked, winner = searched(long)
     off = [np.abs(np.array(asked[number][1]) - 0.8).mean() for number in (0, 11)]
     assert off[1] < off[0] / 2
@@ -83,7 +83,7 @@ def test_the_search_comes_near_to_the_paper_and_comes_there_again():
 
 
 def test_another_seed_asks_for_other_candidates_and_archives():
-    (asked, _), (others, _) = searched(PLAN), searched(replace(PLAN, seed=2))
+    (asked, _), (others, _) = searched(PLAN), searched(Namespace(**vars(PLAN) | {"seed": 2}))
     for (_, shares, seeds), (_, other_shares, other_seeds) in zip(asked, others, strict=True):
         assert not set(seeds) & set(other_seeds)
         # The first cloud's centre is the middle of the range, whatever the seed.

@@ -5,7 +5,7 @@ import sys
 import pytest
 import study_phantom
 import yaml
-from phantom_study import sensitivity
+from phantom_study import draw
 from phantom_study.simulated_archive import DEFAULT_CONFIG
 
 from capsule.engine.configuration import read_config_file
@@ -24,7 +24,7 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     run(monkeypatch, "judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)
     assert len(read_csv(table)) == 22
     assert "mean absolute difference" in capsys.readouterr().out
-    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
+    monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
     # How good the templates are does not matter here: a hundred fits take as long as all else.
     settings, config = read_config_file(DEFAULT_CONFIG), tmp_path / "config.yaml"
     settings["fit"] |= {"particles": 20, "iterations": 20}

@@ -10,15 +10,15 @@ study_phantom.py judge.
 """
 
 import argparse
-import csv
 import functools
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import yaml
 
 from capsule.arguments import natural
@@ -114,25 +114,11 @@ class Cloud:
         return Cloud((1 - rate) * self.centre + rate * best.mean(axis=0), spread)
 
 
-@dataclass(frozen=True)
-class Plan:
-    """The size of a search, its step sizes and its seed, by the names of the arguments."""
-
-    generations: int
-    candidates: int
-    archives: int
-    finalists: int
-    final_archives: int
-    spread: float
-    rate: float
-    seed: int
-
-
 def search(
     free: Sequence[FreeParameter],
     trials_of: Callable[[str, Sequence[Mapping], Sequence[int]], list[dict]],
     paper: PaperTable,
-    plan: Plan,
+    plan: argparse.Namespace,
 ) -> dict[str, float]:
     """Search for the values with which the detector gives the paper's table; print the progress.
 
@@ -149,7 +135,7 @@ def search(
     paper
         The paper's table.
     plan
-        Size of the search.
+        The arguments of `add_arguments`: the size of the search, its step sizes and its seed.
 
     Returns
     -------
@@ -322,11 +308,9 @@ class TrialLog:
 
     def _append(self, row: dict) -> dict:
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("a", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, list(row), lineterminator="\n")
-            if stream.tell() == 0:
-                writer.writeheader()
-            writer.writerow(row)
+        first = not self._path.exists()
+        table = pd.DataFrame([row])
+        table.to_csv(self._path, mode="a", header=first, index=False, lineterminator="\n")
         return row
 
 
@@ -357,9 +341,8 @@ def run(arguments: argparse.Namespace) -> None:
     table = source.read_text(encoding="utf-8")
     free = free_parameters(bench_parts(yaml.safe_load(table)))
     detector, paper = quick(read_detector(arguments.config)), read_paper_table()
-    plan = Plan(**{field.name: getattr(arguments, field.name) for field in fields(Plan)})
     with ProcessPoolExecutor(arguments.jobs) as pool:
         make = functools.partial(pool.map, functools.partial(try_out, phantom, detector, paper))
-        winner = search(free, TrialLog(arguments.log, make).trials, paper, plan)
+        winner = search(free, TrialLog(arguments.log, make).trials, paper, arguments)
     with files.write_whole(arguments.output) as stream:
         stream.write(rewritten(table, winner))

@@ -8,8 +8,8 @@ data of the first and the last figure are also written as CSV.
 import argparse
 import functools
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,16 +29,46 @@ from capsule.figures.style import (
 from capsule.method.preprocessing import normalize, rms_envelope
 from capsule.method.templates import TemplateSet
 from capsule.phantom.files import read_phantom
-from capsule.phantom.parameters import Phantom
+from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.phantom.simulation import Run
+from capsule.seeding import generator
 from capsule.store import files
-from phantom_study import simulated_archive
-from phantom_study.paper_table import read_paper_table
-from phantom_study.sensitivity import FAULTY, sweep
-from phantom_study.simulated_archive import passing_samples, read_detector
+from phantom_study.paper_table import PaperTable, cells, read_paper_table
+from phantom_study.simulated_archive import (
+    SIZES_MM,
+    DetectorSettings,
+    archive_matrices,
+    classify,
+    learn,
+    passing_samples,
+    quick,
+    read_detector,
+    simulate_archive,
+)
 
 # Sizes of the signals that are shown. One more size would make the page too wide.
 SHOWN_MM = (0, 2, 3, 4, 5)
+# The parameters of each disturbance, and the factors by which its levels multiply them; 1 is the
+# calibrated bench.
+VARIATIONS = {
+    "noise": (("sensor.noise",), (0, 1, 4, 8, 16, 32)),
+    "drift": (("sensor.drift_per_s", "sensor.settling"), (0, 0.25, 0.5, 1, 2, 4)),
+    "speed": (("advance.speed_mm_s",), (0.7, 0.85, 1, 1.25, 1.5, 2)),
+    "contact variation": (
+        (
+            "contact.coupling_spread",
+            "contact.series_offset_mm",
+            "contact.height_offset_mm",
+            "contact.wander_mm",
+            "wall.unevenness_mm",
+        ),
+        (0, 0.5, 1, 1.5, 2, 3),
+    ),
+}
+# Name of the disturbance whose levels are `FAULTS`.
+FAULTY = "one faulty sensor"
+# Seed of the archive that makes the templates, and first seed of the archives that are classified.
+_TEMPLATE_SEED, _FIRST_SEED = 1, 1001
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,17 +89,17 @@ def run(arguments: argparse.Namespace) -> None:
     detector, paper = read_detector(arguments.config), read_paper_table()
     folder = arguments.output
 
-    archive = simulated_archive.simulate_archive(phantom, arguments.seed, paper.runs)
-    matrices = simulated_archive.archive_matrices(archive, detector)
+    archive = simulate_archive(phantom, arguments.seed, paper.runs)
+    matrices = archive_matrices(archive, detector)
     shown = examples(archive, matrices, SHOWN_MM, detector.preprocessing["window"])
     save(draw_signals(shown), folder / "phantom-signals.svg")
-    rows = describe(archive, matrices, simulated_archive.learn(matrices, detector), phantom)
+    rows = describe(archive, matrices, learn(matrices, detector), phantom)
     files.write_csv(folder / "phantom-signals.csv", list(rows[0]), rows)
 
     save(draw_cells(files.read_csv(arguments.table)), folder / "phantom-table.svg")
 
-    rows, quick = [], simulated_archive.quick(detector)
-    for row in sweep(phantom, quick, paper, arguments.archives, arguments.runs):
+    rows = []
+    for row in sweep(phantom, quick(detector), paper, arguments.archives, arguments.runs):
         rows.append(row)
         print(f"\rsensitivity: {row['variation']} {row['level']}  ", end="", file=sys.stderr)
     print(file=sys.stderr)
@@ -157,21 +187,16 @@ def describe(
         - the 5 % and 95 % points of the times from sensor to sensor over the nodule, in samples
         - the smallest and largest Delta mu and sigma_hor of the template, such as ``128-181``
     """
-    by_size = zip(templates.sizes_mm, templates.totals, strict=True)
-    particles = {size: total.mean() for size, total in by_size if size > 0}
+    longest = int(phantom.advance.longest_samples)
     rows = []
-    for size in sorted({each.nodule_mm for each in archive.values()}):
-        runs = [archive[name] for name in _of_size(archive, size)]
+    for size, total in zip(templates.sizes_mm, templates.totals, strict=True):
         of_size = {name: matrices[name] for name in _of_size(archive, size)}
+        runs = [archive[name] for name in of_size]
         lengths = [each.time_s.size for each in runs]
-        longest = int(phantom.advance.longest_samples)
         low, high = np.percentile([passing_samples(each, phantom) for each in runs], [5, 95])
-        particle = particles.get(size)
-        spacing, spread = (
-            ("", "")
-            if particle is None
-            else (_span(particle.peak_spacing), _span(particle.horizontal_spread))
-        )
+        particle = total.mean()
+        parameters = (particle.peak_spacing, particle.horizontal_spread)
+        spacing, spread = map(_span, parameters) if size > 0 else ("", "")
         rows.append(
             {
                 "size_mm": f"{size:g}",
@@ -292,3 +317,92 @@ def _panel(axes: Axes, variation: str, rows: Sequence[Mapping[str, str]], rates:
         axes.axvline(1.0, color="0.85", zorder=0)
     else:
         axes.set(xticks=list(positions), xticklabels=levels, xlim=(-0.5, len(levels) - 0.5))
+
+
+def varied(phantom: Phantom, parameters: Sequence[str], level: float) -> Phantom:
+    """Return the phantom with some parameters at a multiple of their calibrated values."""
+    return with_values(phantom, {name: level * value_of(phantom, name) for name in parameters})
+
+
+def _dead(counts: np.ndarray, numbers: np.random.Generator) -> np.ndarray:
+    """Return readings that do not react: only the last digit of the converter changes."""
+    return int(np.median(counts)) + numbers.integers(0, 2, counts.size)
+
+
+def _saturated(counts: np.ndarray, _: np.random.Generator) -> np.ndarray:
+    """Return readings not below their median, so that every firm compression is cut off."""
+    return np.maximum(counts, int(np.median(counts)))
+
+
+FAULTS = {"none": lambda counts, _: counts, "dead": _dead, "saturated": _saturated}
+
+
+def with_faults(archive: Mapping[str, Run], fault: str, seed: int) -> dict[str, Run]:
+    """Return an archive with one of `FAULTS` in a random sensor of each run."""
+    made = {}
+    for name, run in archive.items():
+        numbers, counts = generator(seed, "fault", name), run.counts.copy()
+        sensor = int(numbers.integers(len(counts)))
+        counts[sensor] = FAULTS[fault](counts[sensor], numbers)
+        made[name] = replace(run, counts=counts)
+    return made
+
+
+def headline(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
+    """Return the rates that the sensitivity figure shows, in percent.
+
+    Parameters
+    ----------
+    confusion : (6, 6) array of int
+        Runs of true size (row) classified as size (column), 0..5 mm.
+    paper
+        The paper's table; exact and within-tolerance rates are averaged over its sizes.
+    """
+    rates = cells(confusion, paper)
+
+    def mean_of(prefix: str) -> float:
+        return float(np.mean([rate for name, rate in rates.items() if name.startswith(prefix)]))
+
+    within = f"within {paper.tolerance_mm:g} mm"
+    shown = {name: rates[name] for name in ("specificity", "recall 1 mm", "recall 2 mm")}
+    return shown | {"exact size": mean_of("exact "), within: mean_of(within)}
+
+
+def sweep(
+    phantom: Phantom,
+    detector: DetectorSettings,
+    paper: PaperTable,
+    archives: int,
+    runs: int,
+) -> Iterator[dict]:
+    """Yield the rates at every level of each disturbance, and with each kind of faulty sensor.
+
+    Parameters
+    ----------
+    phantom
+        The calibrated bench, on which the templates are made.
+    detector, paper
+        Settings of the detector, and the names of the rates.
+    archives, runs
+        Number of archives at each level, and of runs of each size in an archive.
+
+    Yields
+    ------
+    dict
+        ``variation``, ``level`` and the rates of `headline`.
+    """
+    first = archive_matrices(simulate_archive(phantom, _TEMPLATE_SEED, runs), detector)
+    # A laboratory makes its templates once.
+    templates = learn(first, detector)
+    benches = [
+        (name, level, varied(phantom, parameters, level), "none")
+        for name, (parameters, levels) in VARIATIONS.items()
+        for level in levels
+    ]
+    benches += [(FAULTY, fault, phantom, fault) for fault in FAULTS]
+    for name, level, bench, fault in benches:
+        confusion = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
+        for seed in range(_FIRST_SEED, _FIRST_SEED + archives):
+            archive = with_faults(simulate_archive(bench, seed, runs), fault, seed)
+            confusion += classify(archive_matrices(archive, detector), templates)
+        yield {"variation": name, "level": level} | headline(confusion, paper)

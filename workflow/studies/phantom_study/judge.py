@@ -23,17 +23,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--archives", default=20, help="number of simulated archives (default: 20)")
     add("--runs", default=20, help="runs of each size in an archive (default: 20)")
     add("--jobs", default=1, help="parallel processes (default: 1)")
-    parser.add_argument(
-        "--first-seed",
-        metavar="N",
-        type=int,
-        default=10_001,
-        help="random seed of the first archive (default: 10001)",
-    )
+    seed = "random seed of the first archive (default: 10001)"
+    add("--first-seed", type=int, default=10_001, help=seed)
     parser.add_argument("--quick", action="store_true", help="use the short fits of calibrate")
-    parser.add_argument(
-        "--output", type=Path, metavar="FILE", help="output: the cells of the table, CSV"
-    )
+    output = "output: the cells of the table, CSV"
+    parser.add_argument("--output", type=Path, metavar="FILE", help=output)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -42,13 +42,12 @@ class PaperTable:
     @classmethod
     def from_printed(cls, printed: Mapping) -> "PaperTable":
         """Return the table, computed from the content of ``paper.yaml``."""
-        tables = printed_tables(printed, _CONFIDENCE)
-        paper = {name: table.to_dict("records") for name, table in tables.items()}
+        tables, tolerance_mm = printed_tables(printed, _CONFIDENCE), printed["sizing_tolerance_mm"]
         # The printed pie chart has no slice for a size that no run was classified as.
-        paper["confusion"] = [row for row in paper["confusion"] if row["count"] > 0]
-        tolerance_mm = printed["sizing_tolerance_mm"]
+        tables["confusion"] = tables["confusion"].query("count > 0")
+        tables["detection"] = tables["detection"].query("size_mm > 0")
         return cls(
-            _cells(paper, tolerance_mm),
+            _cells(tables, tolerance_mm),
             printed["recordings_per_size"],
             tolerance_mm,
             tuple(printed["settings"]["fit.peak_spacing_range"]["value"]),
@@ -86,21 +85,20 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         Rates by the names of `PaperTable.cells`; a precision is NaN if no run was classified as
         this size.
     """
-    rows = confusion.tolist()
-    healthy, missed = rows[0], [row[0] for row in rows[1:]]
-    quiet = {"size_mm": 0, "tp": healthy[0], "fp": sum(missed), "fn": sum(healthy[1:])}
-    tables = {"detection": [quiet], "sizing": []}
-    for size_mm, row in enumerate(rows[1:], start=1):
-        hits = {"tp": sum(row[1:]), "fp": healthy[size_mm], "fn": row[0]}
-        tables["detection"].append({"size_mm": size_mm} | hits)
-        near = is_within(np.arange(len(row)), size_mm, paper.tolerance_mm)
-        within = int(confusion[size_mm, near].sum())
-        sizes = {"recordings": sum(row), "exact": row[size_mm], "within": within}
-        tables["sizing"].append({"size_mm": size_mm} | sizes)
-    tables["confusion"] = [
-        {"size_mm": 0, "predicted_mm": size_mm, "count": count}
-        for size_mm, count in enumerate(healthy)
-    ]
+    sizes_mm, healthy = np.arange(len(confusion)), confusion[0]
+    near = is_within(sizes_mm, sizes_mm[:, np.newaxis], paper.tolerance_mm)
+    counts = {
+        "size_mm": sizes_mm,
+        "recordings": confusion.sum(axis=1),
+        "tp": confusion[:, 1:].sum(axis=1),
+        "fp": healthy,
+        "fn": confusion[:, 0],
+        "exact": np.diag(confusion),
+        "within": (confusion * near).sum(axis=1),
+    }
+    of_nodules = {name: column[1:] for name, column in counts.items()}
+    pie = {"predicted_mm": sizes_mm, "count": healthy}
+    tables = {"detection": of_nodules, "sizing": of_nodules, "confusion": pie}
     values = _cells(tables, paper.tolerance_mm)
     return {name: values[name] for name in paper.cells}
 
@@ -168,31 +166,28 @@ def mean_difference(rows: Sequence[Mapping]) -> float:
     return float(np.mean([abs(row["mean"] - row["paper"]) for row in rows]))
 
 
-def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[str, float]:
-    """Return the cells in percent from tables of rates, of the paper or of an archive."""
-    (healthy, *detection), sizing = rates["detection"], rates["sizing"]
-    healthy_runs = healthy["tp"] + healthy["fn"]
+def _cells(tables: Mapping[str, Mapping], tolerance_mm: float) -> dict[str, float]:
+    """Return the cells in percent from the columns of tables, of the paper or of an archive."""
+    detection, sizing, pie = tables["detection"], tables["sizing"], tables["confusion"]
+    hits, runs, predicted = detection["tp"], sum(pie["count"]), pie["predicted_mm"]
+    quiet = pie["count"][predicted == 0]
+    within = f"within {tolerance_mm:g} mm of "
     named = {}
-    for row in detection:
-        named[f"precision {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fp"])
-    for row in detection:
-        named[f"recall {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fn"])
-    for row in sizing:
-        named[f"exact {_label(row)}"] = _percent(row["exact"], row["recordings"])
-    for row in sizing:
-        name = f"within {tolerance_mm:g} mm of {_label(row)}"
-        named[name] = _percent(row["within"], row["recordings"])
-    named["specificity"] = _percent(healthy["tp"], healthy_runs)
-    for row in rates["confusion"]:
-        if row["size_mm"] == 0:
-            label = f"{row['predicted_mm']:g} mm" if row["predicted_mm"] > 0 else "none"
-            named[f"no nodule as {label}"] = _percent(row["count"], healthy_runs)
+    for words, sizes_mm, counts, of in (
+        ("precision ", detection["size_mm"], hits, hits + detection["fp"]),
+        ("recall ", detection["size_mm"], hits, hits + detection["fn"]),
+        ("exact ", sizing["size_mm"], sizing["exact"], sizing["recordings"]),
+        (within, sizing["size_mm"], sizing["within"], sizing["recordings"]),
+        ("specificity", [None], quiet, runs),
+        ("no nodule as ", predicted, pie["count"], runs),
+    ):
+        percent = 100 * np.asarray(counts) / np.where(of, of, np.nan)
+        named |= {
+            words + _label(size): value
+            for size, value in zip(sizes_mm, percent.tolist(), strict=True)
+        }
     return named
 
 
-def _label(row: Mapping) -> str:
-    return f"{row['size_mm']:g} mm"
-
-
-def _percent(hits: int, count: int) -> float:
-    return 100 * hits / count if count else float("nan")
+def _label(size_mm: float | None) -> str:
+    return "" if size_mm is None else f"{size_mm:g} mm" if size_mm > 0 else "none"

@@ -1,6 +1,6 @@
 """Apply the paper's detector to a simulated archive, with templates from the same runs."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,23 +68,12 @@ def simulate_archive(phantom: Phantom, seed: int, runs: int) -> dict[str, Run]:
 
 
 def archive_matrices(
-    archive: Mapping[str, Run],
-    detector: DetectorSettings,
-    spoil: Callable[[np.ndarray, str], np.ndarray] | None = None,
+    archive: Mapping[str, Run], detector: DetectorSettings
 ) -> dict[str, np.ndarray]:
-    """Return the matrices V of an archive, reduced by the stride, by recording name.
-
-    Parameters
-    ----------
-    archive
-        Runs from `simulate_archive`.
-    spoil
-        Function that adds a sensor fault to the readings (S, K) of a run, given its name.
-    """
+    """Return the matrices V of an archive, reduced by the stride, by recording name."""
     matrices = {}
     for name, run in archive.items():
-        counts = run.counts if spoil is None else spoil(run.counts, name)
-        matrix = preprocess(counts.astype(np.float64), **detector.preprocessing)
+        matrix = preprocess(run.counts.astype(np.float64), **detector.preprocessing)
         matrices[name] = np.ascontiguousarray(matrix[:, :: detector.stride])
     return matrices
 

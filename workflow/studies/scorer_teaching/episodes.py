@@ -28,43 +28,17 @@ SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
 BENCHES_A_PHANTOM = 10
 # A run of 990 samples gives at most 120 windows of beats.
 LENGTH = 128
-# Standard deviations of the logarithm of the factor on a phantom's parameters. A factor of 2 would
-# move the first five out of the model's range, so they vary less.
-_SPREADS = dict.fromkeys(
-    (
-        "contact.unit_stiffness_n_mm",
-        "contact.patch_mm2",
-        "contact.fold_limit_mm",
-        "advance.speed_mm_s",
-        "advance.lead_mm",
-    ),
-    0.2,
-) | dict.fromkeys(
-    (
-        "wall.unevenness_mm",
-        "wall.unevenness_length_mm",
-        "contact.reach_mm",
-        "contact.bearing_height_mm",
-        "contact.series_offset_mm",
-        "contact.height_offset_mm",
-        "contact.coupling_spread",
-        "contact.wander_mm",
-        "contact.wander_time_s",
-        "advance.speed_spread",
-        "advance.stroke_spread",
-        "advance.snag",
-        "advance.hold_waves",
-        "advance.lead_spread_mm",
-        "sensor.gauge_per_mm",
-        "sensor.saturation_mm",
-        "sensor.lag_s",
-        "sensor.creep_s",
-        "sensor.settling",
-        "sensor.settling_s",
-        "sensor.drift_per_s",
-        "sensor.noise",
-    ),
-    0.7,
+# Standard deviation of the logarithm of the factor on a phantom's parameters, by part. A factor of
+# 2 would move the first ones out of the model's range, so they vary less.
+_SPREADS = (
+    (0.2, "contact", ("unit_stiffness_n_mm", "patch_mm2", "fold_limit_mm")),
+    (0.2, "advance", ("speed_mm_s", "lead_mm")),
+    (0.7, "wall", ("unevenness_mm", "unevenness_length_mm")),
+    (0.7, "contact", ("reach_mm", "bearing_height_mm", "series_offset_mm", "height_offset_mm")),
+    (0.7, "contact", ("coupling_spread", "wander_mm", "wander_time_s")),
+    (0.7, "advance", ("speed_spread", "stroke_spread", "snag", "hold_waves", "lead_spread_mm")),
+    (0.7, "sensor", ("gauge_per_mm", "saturation_mm", "lag_s", "creep_s", "settling")),
+    (0.7, "sensor", ("settling_s", "drift_per_s", "noise")),
 )
 _SECONDS_BETWEEN = 20.0
 
@@ -114,9 +88,10 @@ def random_recordings(seed: int, name: str) -> list[np.ndarray]:
 
 def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
     """Return a random phantom: many parameters are multiplied by a random factor."""
+    spreads = {f"{part}.{key}": spread for spread, part, keys in _SPREADS for key in keys}
     values = {
         name: value_of(base, name) * float(np.exp(numbers.normal(0, spread)))
-        for name, spread in _SPREADS.items()
+        for name, spread in spreads.items()
     }
     return with_values(base, values)
 

@@ -124,7 +124,7 @@ class Network(nn.Module):
     def stored(self) -> dict[str, np.ndarray]:
         """Return the weights by the names and in the shapes of `capsule.detectors.network`."""
         return {
-            _stored_name(name): _stored_shape(name, value.detach()).numpy().astype(np.float32)
+            name.replace(".", "_"): _stored_shape(name, value.detach()).numpy().astype(np.float32)
             for name, value in self.named_parameters()
         }
 
@@ -134,10 +134,6 @@ class Network(nn.Module):
         score, _ = self(recording, torch.tensor([series.shape[-1]]))
         parts = torch.autograd.grad(score[0], list(self.parameters()))
         return score.item(), np.concatenate([part.numpy().ravel() for part in parts])
-
-
-def _stored_name(name: str) -> str:
-    return name.replace(".", "_")
 
 
 def _stored_shape(name: str, value: torch.Tensor) -> torch.Tensor:
