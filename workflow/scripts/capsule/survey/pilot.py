@@ -165,10 +165,8 @@ class Pilot:
             return ()
         place = self.suspects.present
         self.suspects.end_first_pass()
-        if self.cycle.no_return:
-            self.suspects.close("undecided")
         reason = f"place {place.number} at {place.first_mm:.0f} mm was passed"
-        return self._fold("passed", reason, place.evidence[-1])
+        return self._happen("passed", reason, place.evidence[-1])
 
     def _in_folding(self, fold: str) -> tuple[str, ...]:
         if fold == FOLDED:
@@ -182,9 +180,7 @@ class Pilot:
             self._since_s, self._leg = self._now_s, self._next_leg()
         if not self._too_late:
             return self._quietly("tick")
-        commands = self._happen("late", "the origami does not fold")
-        self._give_up_without_return()
-        return commands
+        return self._happen("late", "the origami does not fold")
 
     def _in_returning(self, fold: str) -> tuple[str, ...]:
         self._leg.lasted_s = self._now_s - self._leg.begun_s
@@ -212,7 +208,6 @@ class Pilot:
                 return self._happen("arrived", "computed from the start of the gut")
             if self._waited_s <= _LONGEST_FINDING_S:
                 return ()
-            self.suspects.close("undecided")
             return self._happen("lost", "the position is not found")
         back_at_mm = self.sensing.position_mm - self.sensing.on_mm(self._waited_s)
         moved_mm = back_at_mm - self._leg.from_mm
@@ -226,13 +221,12 @@ class Pilot:
         if not self.suspects.is_beyond(self.sensing.position_mm):
             if self._waited_s <= _LONGEST_PASS_S:
                 return ()
-            self.suspects.close("undecided")
             return self._happen("lost", "the capsule does not pass the place again")
         place = self.suspects.present
         outcome = self.suspects.end_pass()
         reason = f"place {place.number}: evidence {place.heights[-1]:.1f} times the usual"
         if outcome == "again":
-            return self._fold("again", reason, place.evidence[-1])
+            return self._happen("again", reason, place.evidence[-1])
         return self._happen(outcome, reason, place.evidence[-1], self.suspects.threshold.threshold)
 
     def _in_approaching(self, fold: str) -> tuple[str, ...]:
@@ -270,10 +264,8 @@ class Pilot:
             self.suspects.begin_pass()
             return self._happen("placed", reason)
         if self._leg.lasted_s > 0 and self._way_back.went_back(moved_mm):
-            return self._fold("short", reason)
-        commands = self._fold("not_back", reason)
-        self._give_up_without_return()
-        return commands
+            return self._happen("short", reason)
+        return self._happen("not_back", reason)
 
     def _towards_target(self) -> tuple[str, ...]:
         """Go on to the present target, or to the next one."""
@@ -284,7 +276,7 @@ class Pilot:
             off_mm = self._targets_mm[0] - self.sensing.newest_mm
         reason = f"target {self._targets_mm[0]:.0f} mm is {off_mm:.1f} mm ahead"
         if off_mm < -1.5 * half_mm:
-            return self._fold("goal_behind", reason)
+            return self._happen("goal_behind", reason)
         if self.cycle.state != "approaching":
             return self._happen("goal_ahead", reason)
         return self._happen("arrived", reason) if off_mm <= 0.75 * half_mm else ()
@@ -309,11 +301,6 @@ class Pilot:
             return self.sensing.half_stroke_mm
         return _RUN_UP_MM - _TOO_NEAR_MM
 
-    def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
-        """Plan a leg of the way back and process an event that leads to folding."""
-        self._leg = self._next_leg()
-        return self._happen(event, reason, score)
-
     def _next_leg(self) -> Leg:
         """Return a plan for the way back from the present position."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
@@ -322,10 +309,6 @@ class Pilot:
             way_mm += 1.5 * _SURELY_MM if near else _APPROACH_MM
         return Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
 
-    def _give_up_without_return(self) -> None:
-        if self.cycle.no_return and not self._targets_mm:
-            self.suspects.close("undecided")
-
     def _quietly(self, event: str) -> tuple[str, ...]:
         self.cycle, commands = cycles.after(self.cycle, event)
         return commands
@@ -333,11 +316,15 @@ class Pilot:
     def _happen(
         self, event: str, reason: str, score: float = _UNKNOWN, threshold: float = _UNKNOWN
     ) -> tuple[str, ...]:
+        """Process an event, and log it."""
         before = self.cycle.state
         self.cycle, commands = cycles.after(self.cycle, event)
         if self.cycle.state != before:
             self._since_s, self._folds = self._now_s, False
-        if self.cycle.state in ("closing", "ended"):
+            if self.cycle.state == "folding":
+                self._leg = self._next_leg()
+        # Whatever ends the examination of a place: without a decision it stays undecided.
+        if self.cycle.state in ("exploring", "closing", "ended"):
             self.suspects.close("undecided")
         position_mm = float(np.round(self.sensing.position_mm, 3))
         states = before, event, self.cycle.state
