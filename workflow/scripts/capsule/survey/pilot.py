@@ -156,7 +156,7 @@ class Pilot:
             return ()
         place.may_be_off_mm = self.sensing.may_be_off_mm
         reason = f"place {place.number}: evidence at {place.first_mm:.0f} mm"
-        return self._happen("suspected", reason, self.suspects.best_score, place.threshold)
+        return self._happen("suspected", reason, self.suspects.newest_score, place.threshold)
 
     def _in_finishing(self, fold: str) -> tuple[str, ...]:
         if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:
@@ -261,7 +261,6 @@ class Pilot:
         if position_mm <= goal_mm + self._tolerance_mm() or held_up:
             if self._targets_mm:
                 return self._happen("goal_ahead", reason)
-            self.suspects.begin_pass()
             return self._happen("placed", reason)
         if self._leg.lasted_s > 0 and self._way_back.went_back(moved_mm):
             return self._happen("short", reason)

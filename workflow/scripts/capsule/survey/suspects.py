@@ -214,11 +214,6 @@ class Suspects:
         """The place that the survey examines at present."""
         return self.places[-1]
 
-    @property
-    def best_score(self) -> float:
-        """The largest evidence of the present pass."""
-        return self._best[1]
-
     def is_beyond(self, position_mm: float) -> bool:
         """Return whether the last sensor is far enough beyond the present place."""
         return position_mm >= self.present.first_mm + self._length_mm + _BEYOND_MM
@@ -252,7 +247,7 @@ class Suspects:
 
     def end_first_pass(self) -> None:
         """End the first pass over the present place."""
-        self.present.evidence.append(self._best[1])
+        self.present.evidence.append(self._end()[1])
         # All gut passed until now has been judged, too.
         if self._front_mm is not None:
             self._open_from_mm = self._front_mm
@@ -261,10 +256,6 @@ class Suspects:
         """Skip gut that the capsule has passed folded, because it was not judged."""
         self._front_mm = None
 
-    def begin_pass(self) -> None:
-        """Begin a repeated pass over the present place."""
-        self._best = (_UNKNOWN, -np.inf)
-
     def look_again(self, evidence: GutEvidence) -> None:
         """Add evidence of a repeated pass; only evidence near the present place counts."""
         first_mm = self.present.first_mm
@@ -272,7 +263,7 @@ class Suspects:
 
     def end_pass(self) -> str:
         """End a repeated pass over the present place, and return the decision of `decide`."""
-        place_mm, score = self._best
+        place_mm, score = self._end()
         seen, place = np.isfinite(score), self.present
         place.evidence.append(score if seen else _UNKNOWN)
         place.again_mm.append(place_mm)
@@ -290,6 +281,11 @@ class Suspects:
         self.present.status = status
         if status == "confirmed":
             self.threshold.was_right()
+
+    def _end(self) -> tuple[float, float]:
+        """Return the place with the most evidence in the pass that ends, and this evidence."""
+        best, self._best = self._best, (_UNKNOWN, -np.inf)
+        return best
 
     def _keep_best(self, evidence: GutEvidence) -> None:
         place_mm, score = evidence.best()
