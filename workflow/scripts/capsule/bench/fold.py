@@ -156,10 +156,6 @@ class FoldBoard:
             self.serve(LOOK_EVERY_S)
         return ""
 
-    def close(self) -> None:
-        """Close the port."""
-        self._board.close()
-
     def _note_state(self, state: FoldState) -> None:
         self._heard_s = AWAKE.now_s()
         self._resets += self.last is not None and state.device_ms < self.last.device_ms

@@ -211,9 +211,9 @@ class BoardBench:
         self._left = True
         # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
         warnings = [self._drive.leave(), self._fold.leave_unfolded()]
-        self._fold.close()
         self._boards["logger"].send("pause")
-        self._boards["logger"].close()
+        for board in self._boards.values():
+            board.close()
         return [warning for warning in warnings if warning]
 
 
