@@ -1,10 +1,11 @@
 """A recording against a scripted serial line: all samples that arrive are kept."""
 
 from datetime import UTC, datetime
+from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench.bench_errors import BoardLostError, LineLostError
+from capsule.bench.bench_errors import BoardLostError, LineLostError, RefusedError
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
 from capsule.recordings.recording import read_recording
@@ -212,6 +213,17 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
         for what in named
     ]
     assert bench.log.path.read_text().count("Traceback") == 2
+
+
+# Kills: a file without samples that is in the way of the next run with the same name.
+def test_a_wave_that_is_refused_leaves_no_file(bench):
+    def refuse():
+        raise RefusedError("the motor follows 800")
+
+    bench.recorder._drive = SimpleNamespace(start=refuse)
+    with pytest.raises(RefusedError):
+        bench.recorder.archive()
+    assert list(bench.part.path.parent.iterdir()) == []
 
 
 def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):

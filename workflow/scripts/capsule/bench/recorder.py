@@ -121,7 +121,8 @@ class Recorder:
         """
         part, lost = self._part, None
         try:
-            self._start_wave()
+            if self._drive and not self._stop.reason:
+                self._drive.start()
             try:
                 self.run()
             finally:
@@ -131,7 +132,10 @@ class Recorder:
         except AcquisitionError:
             with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
                 self._write()
-            part.close()
+            if self.state.samples:
+                part.close()
+            else:
+                part.discard()
             raise
         self._write()
         self._note_wave()
@@ -193,15 +197,6 @@ class Recorder:
         """Write an entry of the header anew."""
         self.header[key] = value
         self._part.amend(head_of(self.header, self._source.sensors))
-
-    def _start_wave(self) -> None:
-        """Start the wave; leave no file if the board refuses."""
-        if self._drive and not self._stop.reason:
-            try:
-                self._drive.start()
-            except AcquisitionError:
-                self._part.path.unlink(missing_ok=True)
-                raise
 
     def _serve_wave(self) -> None:
         """Renew the lease of the wave, and tell if it has stopped."""
