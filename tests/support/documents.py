@@ -19,8 +19,6 @@ class Block:
     ----------
     document : str
         Its document, relative to the project.
-    line : int
-        Number of its first line.
     language : str
         Language that a fenced block names; ``""`` for an indented block.
     text : str
@@ -30,7 +28,6 @@ class Block:
     """
 
     document: str
-    line: int
     language: str
     text: str
     not_run: str
@@ -39,9 +36,6 @@ class Block:
     def is_python(self) -> bool:
         """Return whether the block is Python: by its language, or by its beginning if indented."""
         return self.language == "python" or (not self.language and bool(_PYTHON.match(self.text)))
-
-    def __str__(self) -> str:
-        return f"{self.document}:{self.line}"
 
 
 def documents() -> list[Path]:
@@ -67,13 +61,13 @@ def blocks(document: Path) -> list[Block]:
             while not lines[index].strip().startswith(fence[2]):
                 index += 1
             text = [each.removeprefix(fence[1]) for each in lines[start + 1 : index]]
-            result.append(Block(name, start + 1, fence[3] or "text", "\n".join(text), why))
+            result.append(Block(name, fence[3] or "text", "\n".join(text), why))
             why = ""
         elif line.startswith("    ") and (not start or not lines[start - 1].strip()):
             while index < len(lines) and (lines[index].startswith("    ") or not lines[index]):
                 index += 1
             text = "\n".join(each[4:] for each in lines[start:index]).rstrip()
-            result.append(Block(name, start + 1, "", text, why))
+            result.append(Block(name, "", text, why))
             index, why = index - 1, ""
         index += 1
     return result

@@ -3,8 +3,18 @@
 import numpy as np
 
 from capsule.evaluation.columns import COLUMNS, RATES
+from capsule.store.batches import batches
 from capsule.store.files import write_csv, write_json
-from capsule.store.results import BATCH_COLUMNS
+from capsule.store.results import (
+    BATCH_COLUMNS,
+    CHECKS,
+    FITS,
+    MATRICES,
+    SIGNALS,
+    pattern,
+    write_arrays,
+    write_contents,
+)
 from support.stored import rows_of
 
 LENGTH = 30
@@ -30,35 +40,40 @@ _LISTED += ["sha256", "readings_sha256", "source", "site", "session", *BATCH_COL
 def make_results(results, most=1):
     """Write the results, and return the readings and the matrices by recording.
 
-    The table of recordings names batches of up to so many recordings.
+    Up to so many recordings stand in one batch.
     """
     generator = np.random.default_rng(1)
-    signals, matrices, rows = {}, {}, []
+    made = {SIGNALS: {}, MATRICES: {}, CHECKS: {}, FITS: {}}
+    rows = []
     for name, (samples, header) in RECORDINGS.items():
-        counts = "adc_bits" in header
         values = generator.integers(0, 1023, (4, samples)).astype(float)
         values[1, 3] = np.nan
-        signals[name] = values if counts else values / 1000
-        matrices[name] = generator.random((4, LENGTH)) * AWKWARD[0]
+        made[SIGNALS][name] = values if "adc_bits" in header else values / 1000
+        made[MATRICES][name] = generator.random((4, LENGTH)) * AWKWARD[0]
         size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
-        checked = {"recording": name, "header": header, "status": "accepted"}
-        write_json(results / "checks" / f"{name}.json", checked)
+        made[CHECKS][name] = {"recording": name, "header": header, "status": "accepted"}
         row = {"recording": name, "size_mm": size, "samples": samples, "status": "accepted"}
         row |= {"duration_s": (samples - 1) / 10, "sha256": f"{samples:064x}", "site": "007"}
         rows.append(row | {"source": header.get("source", "")})
-        _save(results / "signals" / f"{name}.npy", signals[name])
-        _save(results / "matrices" / f"{name}.npy", matrices[name])
         if size:
-            parameters = _parameters(generator)
             fit = {"recording": name, "size_mm": size, "seed": 1, "first_peak": 5, "lag": 7}
             fit |= {"rmse_initial": 0.5, "rmse": AWKWARD[1], "accepted_moves": 3}
-            write_json(results / "fits" / f"{name}.json", fit | {"parameters": parameters})
+            made[FITS][name] = fit | {"parameters": _parameters(generator)}
+    readings, matrices = dict(made[SIGNALS]), dict(made[MATRICES])
     rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
     rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
-    _save(results / "signals" / f"{REJECTED}.npy", np.full((4, LENGTH), np.nan))
-    write_json(results / "checks" / f"{REJECTED}.json", rejected | {"header": {"source": FORMULA}})
-    batches = rows_of([row["recording"] for row in rows], most)
-    listed = [row | batches[row["recording"]] for row in rows]
+    made[SIGNALS][REJECTED] = np.full((4, LENGTH), np.nan)
+    made[CHECKS][REJECTED] = rejected | {"header": {"source": FORMULA}}
+    for kind, of_kind in made.items():
+        for batch, names in batches(sorted(of_kind), most).items():
+            path = results / pattern(kind, alone=most == 1).format(batch=batch)
+            contents = {name: of_kind[name] for name in names}
+            if kind in (SIGNALS, MATRICES):
+                write_arrays(path, contents)
+            else:
+                write_contents(path, contents, batch)
+    named = rows_of([row["recording"] for row in rows], most)
+    listed = [row | named[row["recording"]] for row in rows]
     _table(results / "recordings.csv", _LISTED, listed)
     _table(results / "passed_over.csv", ["path", "reason"], [])
     templates = [{"size_mm": 0.0, "recordings": 0, "parameters": None}]
@@ -66,7 +81,7 @@ def make_results(results, most=1):
     write_json(results / "templates.json", {"templates": templates})
     np.savez(results / "templates.npz", **{"0mm": np.zeros((4, 40)), "3mm": np.eye(4, 40) / 3})
     _evaluation(results)
-    return signals, matrices
+    return readings, matrices
 
 
 def _evaluation(results):
@@ -92,8 +107,3 @@ def _parameters(generator):
 
 def _table(path, columns, rows):
     write_csv(path, columns, [{name: row.get(name) for name in columns} for row in rows])
-
-
-def _save(path, array):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.save(path, array)

@@ -48,13 +48,6 @@ def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_rid
     return TrainingArchive(sizes_mm, recordings_of(passages), NO_TEMPLATES, {}, settings)
 
 
-def archive_of_matrices(matrices, sizes_mm, templates, particles, specificity):
-    """Return an archive with matrices only."""
-    settings = {"evaluation": {"specificity": specificity}}
-    recordings = recordings_of(matrices=matrices)
-    return TrainingArchive(sizes_mm, recordings, templates, particles, settings)
-
-
 def verdict_values(verdict):
     """Return the values of a verdict as a list, to compare it with another verdict."""
     return [np.nan if value is None else value for value in vars(verdict).values()]

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.template import NearestTemplate
 from capsule.method.nearest_template import (
     compare_templates,
@@ -20,7 +21,14 @@ from capsule.method.templates import build_templates
 from capsule.seeding import generator
 from support import literal
 from support.paper_ranges import PAPER
-from support.training import archive_of_matrices, verdict_values
+from support.training import recordings_of, verdict_values
+
+
+def archive_of_matrices(matrices, sizes_mm, templates, particles, specificity):
+    """Return an archive with matrices only."""
+    settings = {"evaluation": {"specificity": specificity}}
+    recordings = recordings_of(matrices=matrices)
+    return TrainingArchive(sizes_mm, recordings, templates, particles, settings)
 
 
 @pytest.fixture(scope="module")

@@ -23,17 +23,9 @@ from capsule.engine.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
-from capsule.store.batches import batches
-from capsule.store.files import read_csv, read_json, write_csv
+from capsule.store.files import read_csv, write_csv
 from capsule.store.results import (
-    CHECKS,
-    FITS,
-    MATRICES,
-    SIGNALS,
     changed_recordings,
-    pattern,
-    write_arrays,
-    write_contents,
 )
 from support.command import run_command
 from support.project import ROOT
@@ -45,31 +37,11 @@ pytestmark = pytest.mark.takes(0.3)
 CONFIG = ROOT / "config/config.yaml"
 
 
-def make_in_batches(results, size=1):
-    """Make the results with so many recordings in a batch, and return the readings and matrices."""
-    made = make_results(results, size)
-    for kind in (SIGNALS, MATRICES, CHECKS, FITS):
-        alone = {
-            path.relative_to(results / kind).with_suffix("").as_posix(): path
-            for path in sorted((results / kind).glob("*/*"))
-        }
-        for batch, names in batches(alone, size).items():
-            path = results / pattern(kind, alone=size == 1).format(batch=batch)
-            if kind in (SIGNALS, MATRICES):
-                write_arrays(path, {name: np.load(alone[name]) for name in names})
-            else:
-                contents = {name: read_json(alone[name]) | {"recording": name} for name in names}
-                write_contents(path, contents, batch)
-            for name in names if size > 1 else []:
-                alone[name].unlink()
-    return made
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Make a folder of results, and return it with the readings and the matrices in it."""
     results = tmp_path_factory.mktemp("project") / "results"
-    return results, *make_in_batches(results)
+    return results, *make_results(results)
 
 
 @pytest.fixture(scope="module")
@@ -339,7 +311,7 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, capsy
 
 
 def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, tmp_path):
-    make_in_batches(tmp_path / "results", size=16)
+    make_results(tmp_path / "results", 16)
     assert (tmp_path / "results/signals/3mm/batch.npz").exists()
     assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
     whole = gathering.gather(tmp_path / "results", CONFIG, "all")
@@ -394,7 +366,7 @@ def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
 
 def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
     results = tmp_path / "results"
-    make_in_batches(results)
+    make_results(results)
     rows = read_csv(results / "recordings.csv")
     write_archive(tmp_path / "raw", [row["recording"] for row in rows], samples=50)
     for row in rows:
@@ -411,7 +383,7 @@ def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
 
 def test_results_of_another_configuration_are_told(tmp_path, capsys):
     results = tmp_path / "results"
-    make_in_batches(results)
+    make_results(results)
     settings = read_config_file(CONFIG)
     call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
     for seed, told in ((settings["fit"]["seed"], False), (77, True)):
@@ -425,7 +397,7 @@ def test_results_of_another_configuration_are_told(tmp_path, capsys):
 @pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
 def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind):
     results = tmp_path / "results"
-    make_in_batches(results)
+    make_results(results)
     index = results / "recordings.csv"
     index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
     none = gathering.gather(results, CONFIG, "recordings")
@@ -436,7 +408,7 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
 
 def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
     results = tmp_path / "results"
-    make_in_batches(results)
+    make_results(results)
     (results / "fits/3mm/r07.json").unlink()
     with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
         gathering.gather(results, CONFIG, "fits")

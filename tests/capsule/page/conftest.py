@@ -1,13 +1,11 @@
 """Fixtures: one report for all tests of the page, and one browser for each of their processes."""
 
-import fcntl
-import os
 import re
 
 import pytest
 
 from support.browser import Browser
-from support.project import Project
+from support.project import Project, built_once
 from support.report_page import EVIL, RECORDINGS
 from support.surveys import write_session
 
@@ -18,16 +16,7 @@ def project(tmp_path_factory):
 
     The processes of a test run share the project. The first process makes it; no test changes it.
     """
-    shared = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        shared = shared.parent
-    folder, finished = shared / "report" / "project", shared / "report.finished"
-    with (shared / "report.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not finished.exists():
-            run_project(folder)
-            finished.touch()
-    return Project(folder)
+    return Project(built_once(tmp_path_factory, "report", run_project))
 
 
 def run_project(folder):

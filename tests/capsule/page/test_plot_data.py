@@ -13,13 +13,26 @@ from capsule.engine.project import WEIGHTS
 from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
 from capsule.recordings.recording import read_recording
+from capsule.seeding import generator
 from support.project import ROOT
 from support.synthetic import make_recording
-from support.waves import wave_readings
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
 DIAGONAL = SETTINGS["diagonal"]
 CHECK = {"header": {}, "sha256": "0", "at_ends": [0.0] * 4}
+
+
+def wave_readings(samples=800, deeper=0.0, sensors=4):
+    """Return readings under a wave, with deeper presses at one place.
+
+    Each sensor passes the place 150 samples after the one before it.
+    """
+    time = np.arange(samples)
+    wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
+    noise = generator(1, "readings").normal(0, 0.05, (sensors, samples))
+    middle = 150 + 150 * np.arange(sensors)[:, np.newaxis]
+    bump = deeper * np.exp(-(((time - middle) / 40) ** 2))
+    return 500 - 20 * (1 + bump) * (wave + noise)
 
 
 def evidence_of(values, check=CHECK, stretches=None, **shape):
