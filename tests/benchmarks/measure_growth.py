@@ -36,7 +36,6 @@ from support.command import CAPSULE
 from support.project import PARTS, Project
 
 SIZES = ["0", "1", "2", "3", "4", "5"]
-CALLS = ("cold run", "one more", "nothing to do")
 ONE_RULE = 'rule all:\n    output:\n        "made",\n    shell:\n        "touch {output}"\n'
 
 

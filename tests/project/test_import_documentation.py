@@ -17,7 +17,6 @@ from support.project import ROOT
 pytestmark = pytest.mark.takes(0.1)
 
 TEXT = (ROOT / "docs/import.md").read_text(encoding="utf-8")
-COMMAND = "capsule import "
 
 
 class Utf8(io.StringIO):

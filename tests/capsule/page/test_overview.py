@@ -12,7 +12,7 @@ from support.evaluated import UNKNOWN, evaluated, index_of, rates_of
 from support.sections import section
 
 SIZES_MM = (0.0, 1.0, 3.0)
-FABRIC, PHANTOM = "finger on fabric", "simulated phantom, version 5, seed 1"
+PHANTOM = "simulated phantom, version 5, seed 1"
 
 
 def test_the_overview_lists_what_was_not_used():

@@ -340,11 +340,11 @@ FAULTS = {"none": lambda counts, _: counts, "dead": _dead, "saturated": _saturat
 def with_faults(archive: Mapping[str, Run], fault: str, seed: int) -> dict[str, Run]:
     """Return an archive with one of `FAULTS` in a random sensor of each run."""
     made = {}
-    for name, run in archive.items():
-        numbers, counts = generator(seed, "fault", name), run.counts.copy()
+    for name, sound in archive.items():
+        numbers, counts = generator(seed, "fault", name), sound.counts.copy()
         sensor = int(numbers.integers(len(counts)))
         counts[sensor] = FAULTS[fault](counts[sensor], numbers)
-        made[name] = replace(run, counts=counts)
+        made[name] = replace(sound, counts=counts)
     return made
 
 

@@ -208,7 +208,7 @@ def descend(
     size: int,
     loss_on: Callable[[np.ndarray], torch.Tensor],
     optimiser: torch.optim.Optimizer,
-    rate_at: Callable[[float], float],
+    rate_of: Callable[[float], float],
 ) -> None:
     """Lower a loss step by step, with bounded gradients, and print its mean in each round.
 
@@ -224,7 +224,7 @@ def descend(
         Function that returns the loss on some benches.
     optimiser
         It holds the parameters.
-    rate_at
+    rate_of
         Function that returns the learning rate at a share of all steps, 0..1.
     """
     moved = [parameter for group in optimiser.param_groups for parameter in group["params"]]
@@ -234,7 +234,7 @@ def descend(
         title = f"{name} {number + 1} of {rounds}"
         for step, batch in enumerate(progress(batches, f"{title}, step")):
             for group in optimiser.param_groups:
-                group["lr"] = rate_at((number + step / len(batches)) / rounds)
+                group["lr"] = rate_of((number + step / len(batches)) / rounds)
             optimiser.zero_grad()
             loss = loss_on(batch)
             loss.backward()
