@@ -178,6 +178,9 @@ def changed_sensor(sensor, readings):
         ({"header": {"adc_bits": "9" * 5000}}, "adc_bits: '9999999.*', which is not a number"),
         ({"header": {"adc_bits": "33"}}, "adc_bits: '33'; allowed is a whole number, 1 to 32"),
         ({"header": {"adc_bits": "10.5"}}, "allowed is a whole number"),
+        ({"header": {"vref_v": "0"}}, "vref_v: 0; it must be above 0"),
+        ({"header": {"rate_hz": "20"}}, "rate_hz: 20, but the samples come at 10 Hz"),
+        ({"header": {"nodule_at_mm": "here"}}, "nodule_at_mm: 'here', which is not a number"),
         (
             {"time_s": np.arange(300) * 0.1 + 3.0 * (np.arange(300) > 50)},
             "samples are missing for 3 s, ",

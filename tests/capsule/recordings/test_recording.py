@@ -102,6 +102,9 @@ def test_a_missing_sample_keeps_its_place():
         (b"# format_version: 2\n" + BARE, "format_version '2'; this program reads version 1 only"),
         (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
         (b"# session: a\n# session: b\n" + BARE, "line 2: .* session 'a' above, and 'b' here"),
+        (b"#\n# Unit: V\n" + BARE, "line 2: the header says 'Unit'; write 'unit'"),
+        (b"# nodule at mm: 3\n" + BARE, "says 'nodule at mm'; write 'nodule_at_mm'"),
+        (b"# Set-ups: a\n" + BARE, "says 'Set-ups'; write 'setup'"),
         (b"a," * 6000, "line 1 has 12000 characters; .* at most 10000"),
         (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
     ],
@@ -109,6 +112,11 @@ def test_a_missing_sample_keeps_its_place():
 def test_what_cannot_be_read_says_why(content, reason):
     with pytest.raises(RecordingError, match=reason):
         read(content)
+
+
+def test_a_line_whose_key_only_begins_like_one_that_decides_is_a_note():
+    recording = read(b"# unit of the end stop: V\n# note: units: V\n" + BARE)
+    assert recording.header == {"unit of the end stop": "V", "note": "units: V"}
 
 
 def test_a_large_file_is_refused_without_reading_it_all():

@@ -138,17 +138,39 @@ def test_readings_above_twice_the_reference_are_averaged_counts(highest, counts)
     assert adc_ends({"vref_v": "5"}, values)[0] == counts
 
 
+@pytest.mark.parametrize("bits", ["1", "32"])
+def test_the_highest_count_follows_from_the_bits(bits):
+    top = 2.0 ** int(bits) - 1
+    assert adc_ends({"adc_bits": bits}, np.array([[0.0, 1.0]]))[1][-1] == (top, top)
+
+
 @pytest.mark.parametrize(
-    ("bits", "allowed"), [("0", False), ("1", True), ("32", True), ("33", False)]
+    ("bits", "reason"),
+    [("0", "must be above 0"), ("-8", "must be above 0"), ("33", "a whole number, 1 to 32")],
 )
-def test_a_converter_has_1_to_32_bits(bits, allowed):
-    values = np.array([[0.0, 1.0]])
-    if allowed:
-        top = 2.0 ** int(bits) - 1
-        assert adc_ends({"adc_bits": bits}, values)[1][-1] == (top, top)
-    else:
-        with pytest.raises(RecordingError, match="allowed is a whole number, 1 to 32"):
-            adc_ends({"adc_bits": bits}, values)
+def test_a_converter_has_1_to_32_bits(bits, reason):
+    with pytest.raises(RecordingError, match=reason):
+        adc_ends({"adc_bits": bits}, np.array([[0.0, 1.0]]))
+
+
+@pytest.mark.parametrize(
+    ("header", "readings", "reason"),
+    [
+        ({"vref_v": "5"}, [470.5, 541.0], "go up to 541, above vref_v: 5"),
+        ({"vref_v": "5"}, [2.5, 5.6], "go up to 5.6, above vref_v: 5"),
+        ({}, [470.0, np.nan, 541.0], "go up to 541, all whole numbers"),
+        ({"vref_v": "5"}, [1.0, 4.0], "go up to 4, all whole numbers"),
+    ],
+)
+def test_readings_that_cannot_be_volts_are_not_taken_for_volts(header, readings, reason):
+    with pytest.raises(RecordingError, match=reason):
+        on_full_scale(np.array([readings]), {"unit": "V", **header}, 1024, True)
+
+
+def test_a_supply_may_be_a_little_higher_than_stated():
+    volts = np.array([[2.5, 5.4]])
+    header = {"unit": "V", "vref_v": "5"}
+    assert on_full_scale(volts, header, 1024, True) == pytest.approx(volts * 1024 / 5)
 
 
 def test_a_share_counts_both_limits_and_the_larger_end_is_told():

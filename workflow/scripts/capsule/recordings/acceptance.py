@@ -25,6 +25,7 @@ from capsule.recordings.recording import (
     WAVE_UNTIL,
     ForeignFileError,
     Recording,
+    header_number,
     read_recording,
     too_large,
     wave_until_s,
@@ -213,6 +214,7 @@ def accept(recording: Recording, *, rules: Settings, window: int, length: int) -
     own = np.full((recording.values.shape[0], int(columns[-1]) + 1), np.nan)
     own[:, columns] = recording.values
     interval_s = float(np.polyfit(columns, recording.time_s - recording.time_s[0], 1)[0])
+    _check_header(recording.header, 1 / interval_s, rules["rate_tolerance"])
     values = _at_rate(own, interval_s * rules["rate_hz"])
     count = values.shape[1]
     if count < window:
@@ -269,6 +271,17 @@ def _check_missing(values: FloatArray, first_s: float, rules: Settings) -> None:
             f"{np.count_nonzero(missing)} of {missing.size} samples ({100 * fraction:.0f} %) are "
             f"missing; at most {100 * rules['max_missing_fraction']:g} % are allowed "
             "(recording.max_missing_fraction)"
+        )
+
+
+def _check_header(header: Mapping[str, str], rate_hz: float, tolerance: float) -> None:
+    """Raise an error if the header contradicts the samples, or states a place in words."""
+    header_number(header, "nodule_at_mm", may_be_negative=True)
+    stated = header_number(header, "rate_hz")
+    if stated and abs(rate_hz - stated) > tolerance * rate_hz:
+        raise RecordingError(
+            f"the header says rate_hz: {stated:g}, but the samples come at {rate_hz:.4g} Hz; "
+            "correct the one that is wrong"
         )
 
 

@@ -42,6 +42,14 @@ DECISIVE = (
 )
 
 
+def _bare(key: str) -> str:
+    """Return a key as it is read by someone who does not know its spelling."""
+    return re.sub(r"[\s_-]", "", key).lower().removesuffix("s")
+
+
+_MEANT = {_bare(key): key for key in (*DECISIVE, "rate_hz")}
+
+
 @dataclass(frozen=True)
 class Recording:
     """One run of the capsule along the intestine.
@@ -90,6 +98,26 @@ def wave_until_s(header: Mapping[str, str]) -> float:
             f"the header says {WAVE_UNTIL}: {_shorten(stated)!r}; write the time in s from which "
             f"on no wave ran, or {TO_THE_END!r} if it ran to the end"
         )
+    return float(stated)
+
+
+def header_number(
+    header: Mapping[str, str], key: str, *, may_be_negative: bool = False
+) -> float | None:
+    """Return the number that a header line states, None without the line.
+
+    Raises
+    ------
+    RecordingError
+        The line states something else; 0 or less is none, unless the number may be negative.
+    """
+    stated = header.get(key, "")
+    if not stated:
+        return None
+    if not re.fullmatch(r"[+-]?[0-9]{1,6}(\.[0-9]{1,6})?", stated):
+        raise RecordingError(f"the header says {key}: {_shorten(stated)!r}, which is not a number")
+    if not (may_be_negative or float(stated) > 0):
+        raise RecordingError(f"the header says {key}: {stated}; it must be above 0")
     return float(stated)
 
 
@@ -364,7 +392,8 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     Raises
     ------
     RecordingError
-        The header is too long to be one, or says two things of the same key.
+        The header is too long to be one, says two things of the same key, or spells the key of a
+        line that decides something otherwise.
     """
     header: dict[str, str] = {}
     characters = 0
@@ -375,6 +404,12 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
         key, colon, value = stripped.lstrip("#").partition(":")
         if colon:
             key, value = key.strip(), value.strip()
+            meant = _MEANT.get(_bare(key), key)
+            if meant != key:
+                raise RecordingError(
+                    f"line {index + 1}: the header says {_shorten(key)!r}; write {meant!r} if you "
+                    "mean that, or else another word"
+                )
             if key in DECISIVE and header.get(key, value) != value:
                 raise RecordingError(
                     f"line {index + 1}: the header says {key} {header[key]!r} above, and {value!r} "

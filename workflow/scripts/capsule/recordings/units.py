@@ -1,6 +1,5 @@
 """Units of readings: counts of an ADC, volts, resistances; and the divider that links them."""
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,11 +7,14 @@ import numpy as np
 from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
+from capsule.recordings.recording import header_number
 
 # Bits of usual ADCs, tried if no header line states them.
 _USUAL_BITS = (8, 10, 12, 14, 16)
 # Units of resistance that the header line ``unit`` may name, in ohms.
 _OHMS = {"ohm": 1.0, "kohm": 1000.0}
+# A converter and its supply differ a little: readings may lie above the reference by this factor.
+_MOST_ABOVE = 1.1
 # Share of the full scale. Nearer to its ends, a reading only means "very small" or "very large".
 _ENDS = 0.02
 
@@ -40,7 +42,7 @@ def on_full_scale(
     Raises
     ------
     RecordingError
-        The header names an unknown unit, or a resistance is not positive.
+        The header names an unknown unit, or one in which the readings cannot be.
     """
     unit = header.get("unit", "").lower()
     if unit in _OHMS:
@@ -51,14 +53,22 @@ def on_full_scale(
                 "every resistance must be above 0"
             )
         # If the resistor in series is unknown, the median resistance stands in for it.
-        series = _header_number(header, "series_ohm") or float(np.nanmedian(ohms))
+        series = header_number(header, "series_ohm") or float(np.nanmedian(ohms))
         across = ohms if pressing_lowers else series
         return full_scale * across / (ohms + series)
     if unit not in ("", "counts", "v"):
         raise RecordingError(
             f"the header says unit: {unit[:60]!r}; allowed are counts, V, ohm and kohm"
         )
-    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
+    bits, vref_v = header_number(header, "adc_bits"), header_number(header, "vref_v")
+    highest = float(np.nanmax(values))
+    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
+    if unit == "v" and (whole or (vref_v and highest > _MOST_ABOVE * vref_v)):
+        above = f"above vref_v: {vref_v:g}" if vref_v and highest > vref_v else "all whole numbers"
+        raise RecordingError(
+            f"the header says unit: V, but the readings go up to {highest:g}, {above}; write the "
+            "unit in which they are: counts, V, ohm or kohm"
+        )
     counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
     top = vref_v if not counts else 2.0**bits if bits else None
     return values * (full_scale / top) if top and top != full_scale else values
@@ -78,7 +88,7 @@ def adc_ends(
 
     The last band is the highest.
     """
-    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
+    bits, vref_v = header_number(header, "adc_bits"), header_number(header, "vref_v")
     if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
         raise RecordingError(
             f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
@@ -115,15 +125,6 @@ def shares_at_ends(values: NumberArray, header: Mapping[str, str]) -> list[float
 def share_between(known: NumberArray, below: float, above: float) -> float:
     """Return the share of readings (n,) between two values, both included."""
     return float(np.mean((known >= below) & (known <= above)))
-
-
-def _header_number(header: Mapping[str, str], key: str) -> float | None:
-    text = header.get(key, "")
-    if not text:
-        return None
-    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", text):
-        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is not a number")
-    return float(text)
 
 
 def relative_resistance(
