@@ -65,7 +65,8 @@ def substructure_solid(design: Design, places_mm: Sequence[float] = (0.0,)) -> S
 
 def substructure(design: Design) -> Part:
     """Return the substructure, which is printed once per sensor."""
-    origami, shape, corner = design.phantom.origami, design.shape, vertices(design.phantom.origami)
+    origami, shape = design.phantom.origami, design.shape
+    corner = vertices(origami)
     return Part(
         "substructure",
         substructure_solid(design),
@@ -216,7 +217,8 @@ def _fit(design: Design) -> list[Part]:
     height = cam.radius_mm + bench.play_mm
     bevel = relief(thickness, bench.bevel_deg)
     ridges = [cam.radius_mm + bench.play_mm * part for part in _PLAYS]
-    low, right, cuts, notches = -height - frame, frame, [], []
+    low, right = -height - frame, frame
+    cuts, notches = [], []
     # One, two or three notches in the lower edge number the windows.
     for count, ridge in enumerate(ridges, start=1):
         half = ridge + bevel

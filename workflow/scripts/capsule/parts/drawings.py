@@ -193,8 +193,9 @@ def _draw_names(axes: Axes, corner: dict[str, FloatArray], side: float) -> None:
 
 
 def _draw_heights(axes: Axes, corner: dict[str, FloatArray], right: float) -> None:
-    at, points_up = right + 1.2, [np.array([right, 0.0]), corner["A"], corner["C"], corner["D"]]
-    for name, (low, high) in zip("\u2081\u2082\u2083", pairwise(points_up), strict=True):
+    at = right + 1.2
+    levels = [np.array([right, 0.0]), corner["A"], corner["C"], corner["D"]]
+    for name, (low, high) in zip("\u2081\u2082\u2083", pairwise(levels), strict=True):
         draw_length(axes, low, high, at, upright=True)
         axes.text(at + 0.7, (low[1] + high[1]) / 2, f"h{name}", ha="left", va="center")
 

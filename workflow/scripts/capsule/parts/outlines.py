@@ -64,15 +64,11 @@ def circle(radius_mm: float, centre: tuple[float, float] = (0.0, 0.0)) -> FloatA
 
 def slot(centre: tuple[float, float], width_mm: float, travel_mm: float) -> FloatArray:
     """Return an upright slot with round ends, anticlockwise."""
-    (x, y), half, travel = centre, width_mm / 2, travel_mm / 2
-    return np.array(
-        [
-            [x + half, y + travel, 1.0],
-            [x - half, y + travel, 0.0],
-            [x - half, y - travel, 1.0],
-            [x + half, y - travel, 0.0],
-        ]
-    )
+    half, travel = width_mm / 2, travel_mm / 2
+    outline = polygon([[half, travel], [-half, travel], [-half, -travel], [half, -travel]])
+    outline[[0, 2], 2] = 1.0
+    outline[:, :2] += centre
+    return outline
 
 
 def arc(centre: FloatArray, radius_mm: float, start_rad: float, end_rad: float) -> FloatArray:
