@@ -6,10 +6,8 @@ import signal
 import subprocess
 import time
 import webbrowser
-from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
-from typing import Self
 
 from capsule import words
 from capsule.arguments import natural, number_within
@@ -107,18 +105,22 @@ def demo(chosen: argparse.Namespace) -> None:
         seed = chosen.seed or next_seed(chosen.out)
         name = run_name(seed)
         played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
+        how = "in real time" if chosen.speed == 1 else f"{chosen.speed:g} times as fast"
         tell(
             f"Everything here is simulated and goes to {chosen.out}/. A simulated board plays a "
-            f"run over an unknown place, {_how_fast(chosen.speed)}. Ctrl-C ends the run early and "
+            f"run over an unknown place, {how}. Ctrl-C ends the run early and "
             f"keeps it. Meanwhile the detectors learn from {sum(LABELLED.values())} labelled "
             "recordings, unless an earlier demo did it."
         )
-        learning = at_end.enter_context(Learning(chosen))
+        learning = Learning(chosen)
+        at_end.callback(learning.end)
         run = PlayedRun(played.counts, phantom.electronics, chosen.speed)
         run.header = simulated_header(SOURCE, phantom, seed)
-        with _former_signals():
-            options = _recorder_options(chosen, name)
-            recorded = recorder.record(options, run, learning.final, page)
+        # Afterwards Ctrl-C reaches the workflow again.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            at_end.callback(signal.signal, number, signal.getsignal(number))
+        options = _recorder_options(chosen, name)
+        recorded = recorder.record(options, run, learning.final, page)
     path = chosen.out / "raw" / UNLABELLED / recorded.name
     path.parent.mkdir(parents=True, exist_ok=True)
     recorded.rename(path)
@@ -156,10 +158,7 @@ class Learning:
                 stderr=subprocess.STDOUT,
             )
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *fault: object) -> None:
+    def end(self) -> None:
         """End the learning, if it still goes on."""
         if self._snakemake.poll() is None:
             self._snakemake.send_signal(signal.SIGINT)
@@ -185,10 +184,6 @@ class Learning:
         return self._final
 
 
-def _how_fast(speed: float) -> str:
-    return "in real time" if speed == 1 else f"{speed:g} times as fast as a real run"
-
-
 def tell(text: str) -> None:
     """Print a line at once."""
     print(text, flush=True)
@@ -206,17 +201,6 @@ def _make(chosen: argparse.Namespace, *targets: str) -> None:
             f"the workflow {how}; the recordings are kept in {chosen.out / 'raw'}. To continue, "
             "run the same command again"
         )
-
-
-@contextlib.contextmanager
-def _former_signals() -> Iterator[None]:
-    """Restore the former signal handlers at the end, so that Ctrl-C reaches the workflow again."""
-    former = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, former[0])
-        signal.signal(signal.SIGTERM, former[1])
 
 
 def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespace:
