@@ -259,9 +259,14 @@ def read_stored(
     return judged, dict(_told(folder / (EVENTS + PART)))
 
 
+def _whole_lines(path: Path) -> list[bytes]:
+    """Return the lines of an unfinished file up to its last line feed."""
+    return path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+
+
 def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
     """Read time, numbers and fold state of each row, up to the first unreadable one."""
-    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+    lines = _whole_lines(path)
     if lines[:1] != [stream_columns(sensors).encode()]:
         return
     for line in lines[1:]:
@@ -276,12 +281,10 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
 
 
 def _told(path: Path) -> Iterator[tuple[int, Event]]:
-    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
-    for number, line in enumerate(lines):
+    for number, line in enumerate(_whole_lines(path)):
         try:
-            values = json.loads(line)
-        except ValueError:
+            event = Event(**json.loads(line))
+        except (ValueError, TypeError):
             return
-        if values["event"] in _TOLD:
-            named = ("time_s", "before", "event", "after", "reason")
-            yield number, Event(*(values[name] for name in named))
+        if event.event in _TOLD:
+            yield number, event

@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -71,11 +72,7 @@ def _about(options: argparse.Namespace) -> dict[str, Any]:
         }
     return about | {
         "boards": _ports(options),
-        "wave": {
-            "speed_mm_s": options.speed,
-            "ramp_mm_s2": options.ramp,
-            "direction": options.direction,
-        },
+        "wave": asdict(Wave(options.speed, options.ramp, options.direction)),
         INDEX: None,
     }
 
