@@ -8,8 +8,7 @@ import pytest
 
 from capsule.bench import beside
 from capsule.bench.state import State
-from capsule.bench.survey_view import state_lines
-from capsule.bench.terminal import Terminal
+from capsule.bench.terminal import Terminal, state_lines
 
 NAN = float("nan")
 STATE = State(
