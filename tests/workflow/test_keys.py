@@ -147,7 +147,7 @@ def test_recordings_that_come_change_and_go_cost_their_own_jobs(project, finishe
         (project.raw / f"{name}.csv").unlink()
     run = project.snakemake(*TABLES)
     assert run.jobs == single | {"preprocess": 1, "fit": 1, "describe": 3}, run.output
-    assert "files are of recordings or batches that are gone" in run.output
+    assert "files are of recordings, batches or tables that are gone" in run.output
     after = project.result_bytes()
     assert (project.results / "fits/1mm/r03.json").exists()
     assert [name for name in before if after[name] != before[name]] == []
