@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from datetime import datetime
 
-from capsule.bench.bench_errors import AcquisitionError
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
@@ -70,14 +70,20 @@ class Samples:
         self.taken_s = 0.0
 
     @property
-    def connected(self) -> bool:
-        """Return whether samples can come."""
-        return True
+    def fault(self) -> str:
+        """What is wrong now and what to do; empty if nothing is."""
+        return ""
 
-    @property
-    def silent_s(self) -> float:
-        """Time for which a sample is overdue."""
-        return 0.0
+    def trouble(self, patience_s: float, option: str = "--patience") -> AcquisitionError | None:
+        """Return the error that ends recording or survey; None if it can continue.
+
+        Parameters
+        ----------
+        patience_s : float
+            Longest wait for a sample.
+        option : str
+            What says so, for the message.
+        """
 
     def serve(self, timeout_s: float) -> None:
         """Keep the samples that have come, and wait for them up to the timeout."""
@@ -130,19 +136,28 @@ class Logger(Samples):
         self._heard_s = self._sampled_s = AWAKE.now_s()
 
     @property
-    def connected(self) -> bool:
-        """Return whether the board is connected."""
-        return self._board.connected
-
-    @property
     def received(self) -> int:
         """Number of accepted samples."""
         return self.state.samples - self.state.missing
 
     @property
-    def silent_s(self) -> float:
-        """Time since the last accepted sample, or since the board came back after it."""
-        return AWAKE.now_s() - self._sampled_s
+    def fault(self) -> str:
+        """What is wrong now and what to do; empty if nothing is."""
+        if not self._board.connected:
+            return "the logger was unplugged: plug it back in, or end with Ctrl-C"
+        silent_s = AWAKE.now_s() - self._sampled_s
+        if silent_s > SILENT_AFTER_S:
+            return f"the logger has sent no sample for {silent_s:.0f} s"
+        return ""
+
+    def trouble(self, patience_s: float, option: str = "--patience") -> AcquisitionError | None:
+        """Return the error after a silence, even if other frames come; None without one."""
+        # Since the last accepted sample, or since the board came back after it.
+        silent_s = AWAKE.now_s() - self._sampled_s
+        if silent_s <= patience_s:
+            return None
+        what = "sent no sample for" if self._board.connected else "did not come back within"
+        return BoardLostError(f"the logger at {self.port} {what} {silent_s:.0f} s ({option})")
 
     def serve(self, timeout_s: float) -> None:
         """Receive the board's frames, wait for them up to the timeout, and send what it needs."""

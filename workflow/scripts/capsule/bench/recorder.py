@@ -219,10 +219,7 @@ class Recorder:
     def _faults(self) -> list[str]:
         """Return what is wrong now and what to do, the worst first."""
         faults = [self._drive.fault] if self._drive else []
-        if not self._source.connected:
-            faults.append("the logger was unplugged: plug it back in, or end the recording")
-        elif self._source.silent_s > SILENT_AFTER_S:
-            faults.append(f"the logger has sent no sample for {self._source.silent_s:.0f} s")
+        faults.append(self._source.fault)
         if self.state.samples > self.state.longest:
             faults.append("too long for the workflow (preprocessing.length): end it, record anew")
         return [fault.removeprefix("warning: ") for fault in faults if fault]
@@ -246,19 +243,14 @@ class Recorder:
         return "--duration is over"
 
     def _check_patience(self) -> None:
-        """Raise `BoardLostError` if no sample came for too long, even if other frames come."""
-        silent_s = self._source.silent_s
-        duration_s = self.state.end_s or math.inf
+        """Raise an error if no sample came for too long."""
         if self._source.complete or self._stop.reason:
             return
-        if silent_s > self._patience_s:
-            option = "--patience"
-        elif silent_s > SILENT_AFTER_S and elapsed_s() - self._begun_s > duration_s:
-            option = "--duration is over"
-        else:
-            return
-        what = "sent no sample for" if self._source.connected else "did not come back within"
-        raise BoardLostError(f"the board at {self._source.port} {what} {silent_s:.0f} s ({option})")
+        trouble = self._source.trouble(self._patience_s)
+        if elapsed_s() - self._begun_s > (self.state.end_s or math.inf):
+            trouble = trouble or self._source.trouble(SILENT_AFTER_S, "--duration is over")
+        if trouble:
+            raise trouble
 
 
 #: Returns the detectors, None while they still learn; if True is given, it waits for them.

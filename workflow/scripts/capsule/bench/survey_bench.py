@@ -5,13 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
+from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect
-from capsule.bench.logger import SILENT_AFTER_S, Logger
+from capsule.bench.logger import Logger
 from capsule.bench.wave import LEASE_S, MOST_RESTARTS, Drive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
@@ -75,26 +75,21 @@ class BoardBench:
     @property
     def trouble(self) -> AcquisitionError | None:
         """The fault that ends the survey; None if it can continue."""
-        silent_s = self._logger.silent_s
-        if silent_s > self._patience_s:
-            return BoardLostError(
-                f"the logger at {self._boards['logger'].port} sent no sample for {silent_s:.0f} s "
-                "(--patience)"
-            )
-        return self._fold.trouble(self._patience_s) or self._drive.trouble(self._patience_s)
+        return (
+            self._logger.trouble(self._patience_s)
+            or self._fold.trouble(self._patience_s)
+            or self._drive.trouble(self._patience_s)
+        )
 
     @property
     def faults(self) -> list[str]:
         """What is wrong now and what to do; the survey goes on meanwhile."""
-        faults = [
+        away = [
             f"the {name} board was unplugged: plug it back in, or end the survey"
-            for name, board in self._boards.items()
-            if not board.connected
+            for name in ("fold", "peristalsis")
+            if not self._boards[name].connected
         ]
-        silent_s = self._logger.silent_s
-        if silent_s > SILENT_AFTER_S:
-            faults.append(f"the logger has sent no sample for {silent_s:.0f} s")
-        return faults
+        return [fault for fault in (*away, self._logger.fault) if fault]
 
     @property
     def origami(self) -> str:
