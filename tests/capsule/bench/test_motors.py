@@ -214,13 +214,29 @@ def test_a_fold_board_that_is_reset_again_and_again_is_given_up(line):
         raise fold.trouble(60)
 
 
+def bench_on(fold, peristalsis, **settings):
+    boards = {"fold": board(fold, insists=True), "peristalsis": board(peristalsis)}
+    boards["logger"] = board(Line(), Identity("logger", ENTRIES))
+    return BoardBench(boards, WAVE, LOG, SimpleNamespace(reason=""), patience_s=60.0, **settings)
+
+
+# Kills: a resumed survey that takes the count of a board that was reset for its phase.
+def test_a_resumed_survey_knows_its_phase_by_the_index_alone(line):
+    bench = bench_on(Line(), line, begin_s=8.0, index_mm=3.0)
+    for frame, known in (
+        ("P,10,10,0.6,25.0,running,", False),
+        ("P,210,90,5.3,25.0,running,85", True),
+    ):
+        line.frames = [frame]
+        bench._drive.serve()
+        assert bench._drive.phase.known == known
+    assert bench.index_mm == 3.0
+
+
 # Kills: a survey that never holds the lease of its fold: pilot, bench or fold board.
 @pytest.mark.parametrize("state", ["folding", "returning"])
 def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
-    boards = {"fold": board(line, insists=True), "peristalsis": board(Line())}
-    boards["logger"] = board(Line(), Identity("logger", ENTRIES))
-    stop = SimpleNamespace(reason="")
-    bench = BoardBench(boards, WAVE, LOG, stop, patience_s=60.0)
+    bench = bench_on(line, Line())
     pilot = Pilot(DETECTOR, 10.0, 4)
     pilot.cycle, pilot._leg = Cycle(state), Leg(0.0, begun_s=0.0, planned_s=30.0)
     time_s, nothing = np.arange(pilot.every) / 10.0, np.full((4, pilot.every), np.nan)
