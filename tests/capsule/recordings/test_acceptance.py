@@ -169,8 +169,6 @@ def changed_sensor(sensor, readings):
     [
         (changed_time(5, 0.2), "time runs backwards: 0.2 s follows 0.4 s"),
         (changed_time(5, 0.4), "time repeats: 0.4 s follows 0.4 s"),
-        ({"time_s": np.arange(300) * 0.05}, "rate is 20 Hz, but recording.rate_hz is 10"),
-        ({"time_s": np.arange(300) * 100.0}, "is time_s in 1/1000 of a second"),
         (changed_time(299, 1e20), r"1e\+21 samples are more than the 1000 columns"),
         ({"time_s": np.arange(300) * 1e-300}, "Hz, but recording.rate_hz is 10"),
         (changed_sensor(2, 512 + 1e-12 * np.arange(300)), "sensor_2 reads 512 in all samples"),
@@ -181,14 +179,6 @@ def changed_sensor(sensor, readings):
         ({"header": {"vref_v": "0"}}, "vref_v: 0; it must be above 0"),
         ({"header": {"rate_hz": "20"}}, "rate_hz: 20, but the samples come at 10 Hz"),
         ({"header": {"nodule_at_mm": "here"}}, "nodule_at_mm: 'here', which is not a number"),
-        (
-            {"time_s": np.arange(300) * 0.1 + 3.0 * (np.arange(300) > 50)},
-            "samples are missing for 3 s, ",
-        ),
-        (changed_time(299, 1e9), "more than the 1000 columns"),
-        (changed_sensor(2, 512), "sensor_2 reads 512 in all samples"),
-        (changed_sensor(3, np.where(np.arange(300) < 200, 1023, 500)), "sensor_3 is at 1023"),
-        (changed_sensor(3, np.where(np.arange(300) < 2, 1024, 500)), "reads 1024, outside"),
     ],
 )
 def test_what_cannot_be_used_says_why(changes, reason):
@@ -236,16 +226,6 @@ def test_a_sensor_at_the_end_of_the_range_is_found_in_counts_and_volts(readings,
         accept(recording(values=values * scale, header=header), **SETTINGS)
 
 
-def test_a_sensor_that_is_stuck_but_for_a_few_samples_is_refused():
-    values = recording().values
-    values[1] = 487
-    values[1, ::9] = 488
-    with pytest.raises(
-        RecordingError, match=r"sensor_2 reads 487 in 89 % of the samples, so it is stuck or loose"
-    ):
-        accept(recording(values=values), **SETTINGS)
-
-
 def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
     numbers = np.random.default_rng(1)
     drift = np.linspace(0, 300, 300)
@@ -275,14 +255,10 @@ def jittered(time_s, seed, spread_s=0.025):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_jitter_invents_no_samples(seed):
-    columns = columns_by_time(jittered(EVEN, seed), **RULES)
-    np.testing.assert_array_equal(columns, np.arange(SAMPLES))
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_jitter_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
+def test_jitter_invents_no_sample_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
     kept = np.delete(np.arange(SAMPLES), [*range(60, 75), *range(200, 210), 400, 401])
+    whole = columns_by_time(jittered(EVEN, seed), **RULES)
+    np.testing.assert_array_equal(whole, np.arange(SAMPLES))
     columns = columns_by_time(jittered(EVEN[kept], seed), **RULES)
     assert columns[-1] == SAMPLES - 1
     clear = np.min(np.abs(kept[:, None] - [60, 74, 200, 209, 400]), axis=1) > 5
@@ -386,7 +362,9 @@ def test_exactly_the_allowed_share_of_samples_may_read_the_same():
         if accepted:
             accept(recording(values=values), **SETTINGS)
         else:
-            with pytest.raises(RecordingError, match="sensor_2 reads 487 in 80 %"):
+            with pytest.raises(
+                RecordingError, match=r"sensor_2 reads 487 in 80 % .* so it is stuck or loose"
+            ):
                 accept(recording(values=values), **SETTINGS)
 
 
