@@ -29,7 +29,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from queue import SimpleQueue
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
@@ -154,15 +153,19 @@ def mutant(place: Place, draw: random.Random) -> Mutant:
     return Mutant(place.module, after + "\n", removed, added)
 
 
-def room_tests(project: Path, module: Path) -> list[str]:
-    """Return the test files of a module's folder, first those that have the module's name."""
-    folder = project / TESTS / module.relative_to(LIBRARY).parent
-    files = sorted(folder.glob("test_*.py"), key=lambda path: module.stem not in path.stem)
-    return [path.relative_to(project).as_posix() for path in files]
+def run_tests(
+    module: Path, text: str | None = None, seconds: float | None = None
+) -> tuple[str, float]:
+    """Run the tests of a module's folder in a copy of the project, as `make test` selects them.
 
-
-def run_tests(project: Path, module: Path, seconds: float | None = None) -> tuple[str, float]:
-    """Run the tests of a module's folder, as `make test` selects them.
+    Parameters
+    ----------
+    module
+        The module; the test files that have its name come first.
+    text
+        Its text in the copy; None leaves it as it is.
+    seconds
+        Longest time.
 
     Returns
     -------
@@ -171,20 +174,28 @@ def run_tests(project: Path, module: Path, seconds: float | None = None) -> tupl
     seconds : float
         How long they took.
     """
-    start = time.perf_counter()
-    command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
-    try:
-        ended = subprocess.run(
-            [*command, "-m", "not slow", "--hypothesis-seed=0", *room_tests(project, module)],
-            cwd=project,
-            env=ENVIRONMENT,
-            capture_output=True,
-            text=True,
-            timeout=seconds,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return "time", time.perf_counter() - start
+    with tempfile.TemporaryDirectory() as folder:
+        project = shutil.copytree(ROOT, Path(folder) / "project", ignore=LEFT_OUT)
+        if text is not None:
+            (project / module).write_text(text, encoding="utf-8")
+        tests = project / TESTS / module.relative_to(LIBRARY).parent
+        files = sorted(tests.glob("test_*.py"))
+        files.sort(key=lambda path: module.stem not in path.stem)
+        command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+        command += ["-m", "not slow", "--hypothesis-seed=0"]
+        start = time.perf_counter()
+        try:
+            ended = subprocess.run(
+                [*command, *(path.relative_to(project).as_posix() for path in files)],
+                cwd=project,
+                env=ENVIRONMENT,
+                capture_output=True,
+                text=True,
+                timeout=seconds,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return "time", time.perf_counter() - start
     took = time.perf_counter() - start
     if ended.returncode == 0:
         return "", took
@@ -194,34 +205,18 @@ def run_tests(project: Path, module: Path, seconds: float | None = None) -> tupl
 
 def judge(mutants: list[Mutant], jobs: int) -> Iterator[tuple[Mutant, str]]:
     """Yield each mutant with the test that killed it, in their order; empty if it lives."""
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(jobs) as threads:
-        copies: SimpleQueue[Path] = SimpleQueue()
-        for number in range(jobs):
-            project = Path(folder) / str(number)
-            shutil.copytree(ROOT, project, ignore=LEFT_OUT)
-            copies.put(project)
-        limits = {}
-        for each in mutants:
-            if each.module.parent not in limits:
-                project = copies.get()
-                failed, took = run_tests(project, each.module)
-                copies.put(project)
-                if failed:
-                    raise SystemExit(f"{failed} fails without a mutant; correct it first")
-                limits[each.module.parent] = 4 * took + 20
-
-        def judged(each: Mutant) -> str:
-            project = copies.get()
-            path = project / each.module
-            original = path.read_text(encoding="utf-8")
-            try:
-                path.write_text(each.text, encoding="utf-8")
-                return run_tests(project, each.module, limits[each.module.parent])[0]
-            finally:
-                path.write_text(original, encoding="utf-8")
-                copies.put(project)
-
-        yield from zip(mutants, threads.map(judged, mutants), strict=True)
+    limits = {}
+    for each in mutants:
+        if each.module.parent not in limits:
+            failed, took = run_tests(each.module)
+            if failed:
+                raise SystemExit(f"{failed} fails without a mutant; correct it first")
+            limits[each.module.parent] = 4 * took + 20
+    with ThreadPoolExecutor(jobs) as threads:
+        judged = threads.map(
+            lambda each: run_tests(each.module, each.text, limits[each.module.parent])[0], mutants
+        )
+        yield from zip(mutants, judged, strict=True)
 
 
 def main() -> None:

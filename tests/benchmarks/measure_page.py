@@ -1,4 +1,4 @@
-"""Measure the report page as the archive grows: making, size, opening and looking further.
+"""Measure the report page as the archive grows: making, size and opening.
 
     python tests/benchmarks/measure_page.py
     python tests/benchmarks/measure_page.py --recordings 120 1200 --opened 9
@@ -13,8 +13,6 @@ import statistics
 import sys
 import tempfile
 from pathlib import Path
-
-import numpy as np
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
@@ -37,18 +35,6 @@ const done = arguments[0];
 const wait = () => (window.drawnAt === undefined ? setTimeout(wait, 20) : done(window.drawnAt));
 wait();
 """
-LOADED = "return performance.getEntriesByType('navigation')[0].loadEventEnd"
-ANOTHER = """
-const [name, done] = arguments;
-const title = document.getElementById("viewer-title");
-const start = performance.now();
-const wait = () => {
-  if (title.textContent.startsWith(`${name}:`)) setTimeout(() => done(performance.now() - start));
-  else requestAnimationFrame(wait);
-};
-location.hash = `#recording=${name}`;
-requestAnimationFrame(wait);
-"""
 
 
 def open_browser(profile: Path) -> Browser:
@@ -63,20 +49,19 @@ def open_browser(profile: Path) -> Browser:
     return browser
 
 
-def open_page(browser: Browser, page: Path) -> tuple[float, float, float]:
+def open_page(browser: Browser, page: Path) -> tuple[float, float]:
     """Open the page in a process of its own.
 
     Returns
     -------
-    loaded, drawn, cpu : float
-        Seconds until its load event, until the first recording is drawn, and the CPU time of the
-        thread that reads, lays out and draws, which bears a shared machine.
+    drawn, cpu : float
+        Seconds until the first recording is drawn, and the CPU time of the thread that reads, lays
+        out and draws, which bears a shared machine.
     """
     browser.open(page)
     drawn = browser.driver.execute_async_script(DRAWN)
     told = browser.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
-    cpu = next(each["value"] for each in told if each["name"] == "ThreadTime")
-    return browser.run(LOADED) / 1000, drawn / 1000, cpu
+    return drawn / 1000, next(each["value"] for each in told if each["name"] == "ThreadTime")
 
 
 def measure(folder: Path, recordings: int, opened: int) -> dict[str, str]:
@@ -85,28 +70,20 @@ def measure(folder: Path, recordings: int, opened: int) -> dict[str, str]:
     page = project.results / "report.html"
     cost_of(project.folder, cores=2)
     made = cost_of(project.folder, "--forcerun", "report", "--", "results/report.html", cores=2)
-    names = [row["recording"] for row in project.table("recordings.csv")]
     browser = open_browser(folder / "browser")
     try:
         each = [open_page(browser, page) for _ in range(opened)]
-        loaded, drawn, cpu = map(statistics.median, zip(*each, strict=True))
-        # Chosen all over the table.
-        another = statistics.median(
-            browser.driver.execute_async_script(ANOTHER, names[place]) / 1000
-            for place in np.linspace(1, len(names) - 1, 7).astype(int)
-        )
     finally:
         browser.close()
+    drawn, cpu = map(statistics.median, zip(*each, strict=True))
     return {
         "recordings": f"{recordings:,}",
         "page": f"{page.stat().st_size / 1e6:.1f} MB",
         "a run that makes it": f"{made.seconds:.1f} s",
         "its CPU": f"{made.cpu:.1f} s",
         "its memory": f"{made.memory_mb:.0f} MB",
-        "loaded": f"{loaded:.2f} s",
         "drawn": f"{drawn:.2f} s",
         "CPU of opening": f"{cpu:.2f} s",
-        "another": f"{another:.2f} s",
     }
 
 
