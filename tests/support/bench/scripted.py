@@ -74,9 +74,7 @@ class ScriptedBench:
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
         self.logger = Logger(mine, self.log)
-        self.logger.kept = 1001
-        if duration:
-            self.logger.limit, self.logger.state.end_s = duration, duration / 10
+        self.logger.state.longest, self.logger.state.end_s = 1000, (duration or 0) / 10
         self.recorder = Recorder(self.logger, self.part, header, self.log, patience_s, self._stop)
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:

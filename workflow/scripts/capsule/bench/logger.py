@@ -41,14 +41,11 @@ class Samples:
         Name of the source for messages.
     header : mapping of str to str
         First entries of a recording's header, which describe the source.
-    limit : float
-        Number of samples of the recording, missing ones included.
-    kept : int
-        Number of first samples that stay in memory, for the running verdict.
     state : State
         State of the recording.
     samples : list of tuple of float, or None
-        The first samples; None is a missing one.
+        The first samples of a recording, until it is too long for the workflow, for the running
+        verdict; None is a missing one.
     at_end : bool
         Whether the capsule has reached the end stop.
     complete : bool
@@ -62,7 +59,6 @@ class Samples:
     def __init__(self, rate_hz: float, sensors: int, full_scale: float) -> None:
         self.rate_hz, self.sensors = rate_hz, sensors
         self.header: Mapping[str, str] = {}
-        self.limit, self.kept = math.inf, 0
         self.state = State(1.0 / rate_hz, full_scale=full_scale)
         self.samples: list[tuple[float, ...] | None] = []
         self._new: list[tuple[float, ...] | None] = []
@@ -99,7 +95,7 @@ class Samples:
     def keep(self, counts: tuple[float, ...] | None) -> None:
         """Add the next sample; None is a missing one."""
         self._new.append(counts)
-        if len(self.samples) < self.kept:
+        if len(self.samples) <= self.state.longest < math.inf:
             self.samples.append(counts)
         self.state.add(counts)
 
@@ -274,8 +270,9 @@ class Logger(Samples):
     def _accept(self, sample: Sample, slot: Slot) -> None:
         if self.complete:
             return
-        self.complete = slot.index + 1 >= self.limit
-        if slot.index >= self.limit:
+        limit = round(self.state.end_s * self.rate_hz) or math.inf
+        self.complete = slot.index + 1 >= limit
+        if slot.index >= limit:
             return
         if slot.missing:
             self._note_gap(slot)

@@ -327,10 +327,8 @@ def record(
         state = recorder.state
         state.title = f"{folder}/{name}{', simulated' if played else ''}"
         state.longest = settings["preprocessing"]["length"]
-        source.kept = settings["preprocessing"]["length"] + 1
         if options.duration:
-            source.limit = round(options.duration * source.rate_hz)
-            state.end_s = source.limit / source.rate_hz
+            state.end_s = round(options.duration * source.rate_hz) / source.rate_hz
         beside = recorder.beside
         if outlet:
             beside.add("its stream", partial(outlet.send, state))
