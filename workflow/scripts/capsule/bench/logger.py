@@ -156,10 +156,10 @@ class Logger(Samples):
         return BoardLostError(f"the logger at {self.port} {what} {silent_s:.0f} s ({option})")
 
     def serve(self, timeout_s: float) -> None:
-        """Receive the board's frames, wait for them up to the timeout, and send what it needs."""
-        self.receive(timeout_s)
+        """Send what the board needs, and receive its frames; wait for them up to the timeout."""
         if command := self._command(AWAKE.now_s()):
             self._board.send(command)
+        self.receive(timeout_s)
 
     def receive(self, timeout_s: float) -> list[Event]:
         """Process the board's frames, wait for them up to the timeout, and return them."""
