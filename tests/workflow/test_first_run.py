@@ -116,7 +116,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
         assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
 
     taught = taught_recordings(finished.results / "recordings.csv", [])
-    judged = judge_file(finished.raw / "unlabelled/patient.csv", final, settings, taught)
+    judged = judge_file(finished.raw / "unlabelled/patient.csv", final, taught)
     values = as_plain_values(judged)
     assert (values["status"], values["taught_as"]) == ("accepted", "")
     assert list(values["verdicts"]) == [row["detector"] for row in rows]
@@ -130,7 +130,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
         distances = [float(row[name]) for name in row if name.startswith("rmse_") and row[name]]
         assert verdict["distances"] == pytest.approx(distances, rel=1e-12)
     labelled = finished.raw / "0mm/r01.csv"
-    assert judge_file(labelled, final, settings, taught).taught_as == "0mm/r01"
+    assert judge_file(labelled, final, taught).taught_as == "0mm/r01"
 
 
 def assert_same_table(table, path):

@@ -61,7 +61,7 @@ def final(results):
 
 @pytest.fixture(scope="module")
 def judged(results, final):
-    return judge_file(results / "run.csv", final, CONFIGURATION, {})
+    return judge_file(results / "run.csv", final, {})
 
 
 def call(results, *words):
@@ -189,7 +189,7 @@ def test_values_are_those_of_the_verdicts(judged, final):
 
 
 def rejected_line(path, final):
-    judged = judge_file(path, final, CONFIGURATION, {})
+    judged = judge_file(path, final, {})
     (line,) = judged_lines(judged, 80)
     return line.removeprefix(f"{path}: rejected: ")
 
@@ -325,7 +325,7 @@ def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
     rows = [f"{n / 10},{','.join(f'{v:g}' for v in column)}" for n, column in enumerate(noise.T)]
     path = tmp_path / "noise.csv"
     path.write_text("\n".join(["time_s,sensor_1,sensor_2,sensor_3,sensor_4", *rows, ""]))
-    judged = judge_file(path, final, CONFIGURATION, {})
+    judged = judge_file(path, final, {})
     *_, last = judged_lines(judged, 80)
     assert last.startswith("no detector can judge it: no wave on sensor_1")
     assert judged.is_accepted and not judged.judgement.verdicts

@@ -21,7 +21,6 @@ from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError
 from capsule.judging.verdict import FinalVerdict, Judgement, note_of_change
-from capsule.kinds import Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.held_out import teaching
@@ -82,9 +81,7 @@ def taught_recordings(index: Path, held_out: Sequence[str]) -> dict[str, str]:
     }
 
 
-def judge_file(
-    path: Path, final: FinalVerdict, settings: Settings, taught: Mapping[str, str]
-) -> JudgedFile:
+def judge_file(path: Path, final: FinalVerdict, taught: Mapping[str, str]) -> JudgedFile:
     """Judge one file.
 
     Parameters
@@ -93,11 +90,10 @@ def judge_file(
         The file.
     final : FinalVerdict
         The detectors.
-    settings : mapping
-        The configuration.
     taught : mapping of str to str
         Result of `taught_recordings`.
     """
+    settings = final.settings
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
     try:
         content = read_limited(path, max_bytes)
@@ -292,7 +288,7 @@ def main(arguments: argparse.Namespace) -> int:
     if note := note_of_change(results, settings):
         print(note, file=sys.stderr)
     taught = taught_recordings(results / OfArchive.RECORDINGS, settings["evaluation"]["held_out"])
-    judged = [judge_file(path, final, settings, taught) for path in arguments.files]
+    judged = [judge_file(path, final, taught) for path in arguments.files]
     if arguments.json:
         values = [as_plain_values(each) for each in judged]
         print(json.dumps(values, indent=1, allow_nan=False))

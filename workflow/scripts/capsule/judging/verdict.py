@@ -182,7 +182,7 @@ class FinalVerdict:
                     "or with the whole report: capsule report"
                 )
         content = read_learned(learned)
-        self._settings = settings
+        self.settings = settings
         if content.get("templates") != fingerprint(templates, sys.maxsize):
             raise CapsuleError(
                 f"{templates} and {learned} were not made together, or one is damaged, so no "
@@ -214,9 +214,9 @@ class FinalVerdict:
         values : (S, K) array
             Readings from `capsule.recordings.acceptance.readings_of`; each sensor shows a wave.
         """
-        recording = DescribedRecording(values, self._settings)
+        recording = DescribedRecording(values, self.settings)
         verdicts = {name: model.verdict(recording) for name, model in self._models.items()}
-        return Judgement(self._settings, verdicts, self._familiar.judge(recording.traits))
+        return Judgement(self.settings, verdicts, self._familiar.judge(recording.traits))
 
     def judge_so_far(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
@@ -230,17 +230,17 @@ class FinalVerdict:
         header : mapping of str to str
             The recording's header.
         """
-        rules, window = self._settings["recording"], self._settings["preprocessing"]["window"]
+        rules, window = self.settings["recording"], self.settings["preprocessing"]["window"]
         if len(samples) < window:
             wait = f"the detectors judge from {window / rules['rate_hz']:.0f} s on"
-            return Judgement(self._settings, waits=wait)
+            return Judgement(self.settings, waits=wait)
         missing = [np.nan] * rules["sensors"]
         values = np.array([missing if sample is None else sample for sample in samples], float)
         time_s = np.arange(len(samples)) / rules["rate_hz"]
         try:
-            readings, no_verdict = readings_of(Recording(time_s, values.T, header), self._settings)
+            readings, no_verdict = readings_of(Recording(time_s, values.T, header), self.settings)
         except RecordingError as reason:
             no_verdict = str(reason)
         if no_verdict:
-            return Judgement(self._settings, waits=f"no verdict yet: {no_verdict}")
+            return Judgement(self.settings, waits=f"no verdict yet: {no_verdict}")
         return self.judge(readings)
