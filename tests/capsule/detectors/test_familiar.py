@@ -109,7 +109,7 @@ def test_another_trait_is_named_with_its_number_and_the_range(changed, said):
     answer = kind.judge(replace(USUAL, **changed))
     assert answer.familiar is False
     ((field, value),) = changed.items()
-    assert answer.cells["unlike_traits"].split()[0] == field
+    assert answer.cells["unfamiliar_because"].split()[0] == field
     assert answer.cells["familiar"] == "no" and answer.cells["unlike_value"] == value
     reason = unlike_because(answer.cells)
     assert reason.startswith(said) and " in the recordings that teach" in reason

@@ -346,7 +346,7 @@ def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
 def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive, detectors):
     (first, *_) = detectors.rows(["0mm/a"], [])
     assert first["familiar"] == ""
-    assert (first["unlike_traits"], first["unlike_value"]) == (TOO_FEW, 0)
+    assert (first["unfamiliar_because"], first["unlike_value"]) == (TOO_FEW, 0)
     assert because(first) == "only 0 places teach what is familiar; 49 are needed"
     usual = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
     strange = replace(usual, period_s=9.0)
@@ -368,7 +368,7 @@ def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(arc
     # Nobody tells of a recording that no detector judges.
     silent = Detectors(replace(many, no_verdict={"0mm/n0": "no wave on sensor_1"}))
     unjudged = list(silent.rows(["0mm/n0"], []))
-    assert {(row["familiar"], row["unlike_traits"]) for row in unjudged} == {("", "")}
+    assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}
 
 
 @pytest.mark.parametrize(("places", "most"), [(6, 6), (6, 7), (7, 6), (13, 6)])

@@ -216,7 +216,7 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
     sites = dict(zip(kinds, "ppqqrr", strict=True))
     predictions = [
         {"recording": name, "detector": "template", "size_mm": UNKNOWN, "score": 1.0, **UNTOLD}
-        | {"familiar": answer, "unlike_traits": traits}
+        | {"familiar": answer, "unfamiliar_because": traits}
         for name, (answer, traits) in kinds.items()
     ]
     table = table_of(pd.DataFrame(predictions), sites, 0.9)
@@ -226,6 +226,6 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
         "q": "yes",
         "r": "",
     }
-    strange = found["p"]["unlike_recording"], found["p"]["unlike_traits"]
+    strange = found["p"]["unlike_recording"], found["p"]["unfamiliar_because"]
     assert strange == ("unlabelled/b", "noise")
     assert pd.isna([found[site]["unlike_recording"] for site in "qr"]).all()

@@ -14,7 +14,7 @@ from support.stored import StoredResults
 NAN = float("nan")
 ROW = {"score": 2.0, "threshold": 1.0, "probability": 0.9, "estimate_mm": 2.5, "no_verdict": ""}
 ROW |= {"estimate_low_mm": 1.8, "estimate_high_mm": 3.2, "location_s": 13.6, "location_mm": 6.0}
-ROW |= {"familiar": "yes", "unlike_traits": ""}
+ROW |= {"familiar": "yes", "unfamiliar_because": ""}
 
 
 def made_of(**changes):
@@ -34,7 +34,7 @@ def made_of(**changes):
 
 CHANGES = {
     "quiet": {"score": 0.5, "probability": 0.01},
-    "strange": {"familiar": "no", "unlike_traits": "noise step_s"}
+    "strange": {"familiar": "no", "unfamiliar_because": "noise step_s"}
     | {"unlike_value": 0.5, "unlike_least": 0.1, "unlike_most": 0.2},
     "doubtful": {"probability": 0.07},
     "likely": {"probability": 0.8},

@@ -65,10 +65,10 @@ class Familiarity:
 
     @property
     def cells(self) -> Cells:
-        """The columns of a table of verdicts: ``familiar``, ``unlike_traits``, ..."""
+        """The columns of a table of verdicts: ``familiar``, ``unfamiliar_because``, ..."""
         answer = {True: "yes", False: "no", None: ""}[self.familiar]
         ends = {"unlike_least": self.least, "unlike_most": self.most}
-        told = {"unlike_traits": " ".join(self.traits), "unlike_value": self.value}
+        told = {"unfamiliar_because": " ".join(self.traits), "unlike_value": self.value}
         return {"familiar": answer, **told, **ends}
 
 

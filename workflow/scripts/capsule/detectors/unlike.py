@@ -36,7 +36,7 @@ def unlike_because(row: Row) -> str:
 
 def because(row: Row) -> str:
     """Return why a recording is unlike those that teach, or why nobody can tell."""
-    first, *others = str(row["unlike_traits"] or "").split() or [""]
+    first, *others = str(row["unfamiliar_because"] or "").split() or [""]
     if first == TOO_FEW:
         taught = words.plural(int(row["unlike_value"]), "place teaches", "places teach")
         return f"only {taught} what is familiar; {row['unlike_least']:g} are needed"

@@ -12,7 +12,7 @@ DISTANCE = "rmse_"
 SITES = [
     *("site", "size_mm", "recordings", "detector", "passes", "score", "threshold", "detected"),
     *("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"),
-    *("familiar", "unlike_recording", "unlike_traits", "unlike_value", "unlike_least"),
+    *("familiar", "unlike_recording", "unfamiliar_because", "unlike_value", "unlike_least"),
     *("unlike_most", "verdict"),
 ]
 

@@ -16,7 +16,7 @@ from capsule.store.results import OfArchive
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
 TEXT |= {"path", "site", "session", "setup", "unit", "rate_hz", "detector", "scheme"}
-TEXT |= {"no_verdict", "familiar", "unlike_recording", "unlike_traits"}
+TEXT |= {"no_verdict", "familiar", "unlike_recording", "unfamiliar_because"}
 TEXT |= {"first", "second", "measure"}
 
 

@@ -53,7 +53,8 @@ def site_table(
     verdicts = verdicts.assign(site=verdicts["recording"].map(named))
     answers = verdicts[verdicts["familiar"].isin(["yes", "no"])]
     strange = answers[answers["familiar"] == "no"].drop_duplicates("site").set_index("site")
-    unlike = strange.rename(columns={"recording": "unlike_recording"}).filter(like="unlike_")
+    why = ["unfamiliar_because", "unlike_value", "unlike_least", "unlike_most"]
+    unlike = strange[["recording", *why]].rename(columns={"recording": "unlike_recording"})
     made = []
     for detector, rows in verdicts.groupby("detector", sort=False):
         # The order of the sites is that of the verdicts.
