@@ -1,5 +1,7 @@
 """The check of a recording: its outcome, its samples, and the column of each sample."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -307,8 +309,11 @@ def test_a_change_too_short_for_a_rate_of_its_own_is_told_by_count_and_duration(
 
 def test_more_samples_than_the_time_has_room_for_are_told():
     time_s = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
-    with pytest.raises(RecordingError, match=r": 204 samples up to 20\.15 s, but 10 Hz give"):
-        columns_by_time(time_s, **RULES)
+    # Also if the time does not begin at 0.
+    for start_s, end in ((0.0, "20.15"), (700.0, "720.15")):
+        told = f": 204 samples up to {end} s, but 10 Hz give 203;"
+        with pytest.raises(RecordingError, match=re.escape(told)):
+            columns_by_time(time_s + start_s, **RULES)
 
 
 @pytest.mark.parametrize(("lost", "accepted"), [(20, True), (21, False)])

@@ -7,8 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.errors import CapsuleError
 from capsule.recordings.acceptance import fingerprint
-from capsule.recordings.listing import full_list, near_copies, nearly_equal, reasons_of_copies
+from capsule.recordings.listing import (
+    _known_median,
+    full_list,
+    near_copies,
+    nearly_equal,
+    reasons_of_copies,
+    refuse_rejected,
+)
 from capsule.recordings.names import Entry, classify
 from capsule.recordings.recording import read_recording
 from capsule.seeding import generator
@@ -237,3 +245,19 @@ def test_recordings_that_share_a_quarter_of_the_shorter_list_are_compared(shared
     marks = {"one": np.arange(100), "other": 100 - shared + np.arange(200), "none": np.arange(0)}
     run = generator(1, "quarter").normal(size=(2, 300))
     assert bool(near_copies(marks, {"one": run, "other": run, "none": run}.__getitem__)) == found
+
+
+def test_if_the_run_is_to_fail_each_rejected_recording_is_listed_with_its_reason():
+    good = {"recording": "0mm/r01", "status": "accepted", "reason": ""}
+    refuse_rejected([good])
+    bad = {"recording": "3mm/r02", "status": "rejected", "reason": "the file is empty"}
+    with pytest.raises(CapsuleError, match=r"are rejected:\n  3mm/r02: the file is empty\nrepair"):
+        refuse_rejected([good, bad])
+
+
+@pytest.mark.parametrize("known", [1, 2, 5, 6])
+def test_the_median_of_a_row_leaves_missing_samples_out(known):
+    values = np.array([[4.0, 1.0, 9.0, 2.0, 7.0, 3.0], [8.0, 6.0, 0.0, 5.0, 11.0, 10.0]])
+    values[0, known:] = np.nan
+    middle = np.nanmedian(values, axis=1, keepdims=True)
+    np.testing.assert_array_equal(_known_median(values), middle)

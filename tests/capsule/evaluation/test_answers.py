@@ -1,0 +1,93 @@
+"""What the report answers first, worked out by counting."""
+
+import pandas as pd
+import pytest
+
+from capsule.evaluation.answers import (
+    answers_of,
+    false_alarms,
+    found_and_quiet,
+    predictive_values,
+    recordings_to_show,
+    set_specificity,
+)
+from capsule.evaluation.more_recordings import learning_sentence
+from support.evaluated import UNKNOWN, evaluated, rates_of
+
+
+def verdicts(healthy, alarms, nodules, found):
+    """Return so many recordings without a nodule and of 2 mm, of which some are called 2 mm."""
+    of_none = [(f"0mm/{n}", 0.0, 2.0 if n < alarms else 0.0) for n in range(healthy)]
+    return [*of_none, *((f"2mm/{n}", 2.0, 2.0 if n < found else 0.0) for n in range(nodules))]
+
+
+def test_predictive_values_are_those_of_a_thousand_places():
+    # 100 of 1000 places hold a nodule: 80 are found; of the 900 others, 45 are called one.
+    ppv, npv = predictive_values(0.8, 0.95, 0.1)
+    assert ppv == pytest.approx(80 / (80 + 45))
+    assert npv == pytest.approx(855 / (855 + 20))
+    assert predictive_values(0.0, 1.0, 0.1) == (pytest.approx(UNKNOWN, nan_ok=True), 0.9)
+
+
+def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_its_table():
+    rates = rates_of(evaluated(verdicts(20, 3, 10, 8)))
+    answers = answers_of(rates, "template", "leave_one_out")
+    alarms = false_alarms(answers.specificity)
+    assert (alarms.hits, alarms.of) == (3, 20)
+    assert alarms.value == pytest.approx(3 / 20)
+    assert alarms.low < alarms.value < alarms.high
+    assert answers.found[2.0].value == pytest.approx(0.8)
+    assert answers.set_specificity is None
+    ppv, npv = (each.value for each in answers.meaning)
+    assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+
+
+def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():
+    rates = rates_of(evaluated(verdicts(20, 3, 10, 8), detectors=("diagonal",)))
+    answers = answers_of(rates, "diagonal", "leave_one_out")
+    told = set_specificity(rates, "leave_one_out")
+    assert (told.places, told.least_places, told.mean) == (20, 19, 0.95)
+    ppv, npv = answers.meaning
+    assert (ppv.value, npv.value) == pytest.approx(predictive_values(0.8, 0.95, 0.1))
+    recall = answers.found[2.0]
+    for end in ("low", "high"):
+        with_both = predictive_values(getattr(recall, end), getattr(told, end), 0.1)
+        assert (getattr(ppv, end), getattr(npv, end)) == pytest.approx(with_both)
+
+
+def test_too_few_healthy_places_set_what_their_highest_score_has_on_average():
+    rates = rates_of(evaluated(verdicts(4, 0, 3, 3), detectors=("diagonal",)))
+    told = set_specificity(rates, "leave_one_out")
+    assert told.cannot() and told.mean == pytest.approx(4 / 5)
+
+
+def test_sizes_of_which_nothing_was_judged_are_left_out_and_the_specificity_may_be_unknown():
+    table = pd.DataFrame({"size_mm": [2.0, 3.0], "tp": [2, 0], "fn": [0, 0]})
+    ends = {"recall": 1.0, "recall_low": 0.3, "recall_high": 1.0, "recall_at_least": 0.4}
+    found, specificity = found_and_quiet(table.assign(**ends))
+    assert list(found) == [2.0] and specificity.of == 0
+
+
+def test_so_many_recordings_all_right_show_a_rate():
+    needed = recordings_to_show(0.85)
+    z = 1.6448536269514722
+    assert needed / (needed + z**2) >= 0.85 > (needed - 1) / (needed - 1 + z**2)
+
+
+@pytest.mark.parametrize(
+    ("gain", "advice"),
+    [
+        ((0.01, 0.2), "more recordings are likely to help"),
+        ((0.0, 0.2), "this can be chance; too few recordings to tell"),
+        ((-0.2, 0.05), "this can be chance; too few recordings to tell"),
+        ((-0.2, 0.04), "more recordings are not likely to help"),
+    ],
+)
+def test_the_gain_since_half_of_the_recordings_gives_the_advice(gain, advice):
+    of_range = {"detector": "diagonal", "size_from_mm": 2.0, "size_to_mm": 2.0}
+    low, high = gain
+    half = of_range | {"share": 0.5, "rate": 0.6, "gain": 0.1, "gain_low": low, "gain_high": high}
+    last = of_range | {"share": 1.0, "rate": 0.7, "gain": UNKNOWN}
+    said = learning_sentence(pd.DataFrame([half, last]), "diagonal")
+    assert said.endswith(f"found at 2 mm 60 % and 70 %: {advice}.")
+    assert learning_sentence(pd.DataFrame([half, last]), "taught") == ""
