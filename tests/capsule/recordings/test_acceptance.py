@@ -309,9 +309,9 @@ def test_a_change_too_short_for_a_rate_of_its_own_is_told_by_count_and_duration(
 
 def test_more_samples_than_the_time_has_room_for_are_told():
     time_s = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
-    # Also if the time does not begin at 0.
-    for start_s, end in ((0.0, "20.15"), (700.0, "720.15")):
-        told = f": 204 samples up to {end} s, but 10 Hz give 203;"
+    # Also if the time does not begin at 0; 201.5 intervals are rounded to either side.
+    for start_s, end_s, room in ((0.0, "20.15", 203), (700.0, "720.15", 202)):
+        told = f": 204 samples up to {end_s} s, but 10 Hz give {room};"
         with pytest.raises(RecordingError, match=re.escape(told)):
             columns_by_time(time_s + start_s, **RULES)
 
