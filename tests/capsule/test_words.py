@@ -77,6 +77,7 @@ UNKNOWN = float("nan")
         (words.verdict({"predicted_mm": UNKNOWN, "no_verdict": UNKNOWN}), "no verdict"),
         (words.trace([0, 5, None, 9, 10], "_-^"), "_- -^"),
         (words.trace([3, 3.4, 4.6], "_-^", 4.0), "___"),
+        (words.trace([10, 15, 20], "_-^"), "_-^"),
         (words.trace([0, 0.4, 0.5], "_-^"), "_-^"),
         (words.trace([3, 3, None], "_-^"), "__ "),
         (words.trace([], "_-^"), ""),

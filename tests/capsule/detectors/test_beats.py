@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import beats_of, quantile, series_of
+from capsule.detectors.beats import _in_usual_depths, beats_of, quantile, series_of
 from capsule.detectors.wave import fill_missing, find_wave, wave_of, wave_period, wave_phase
 from capsule.seeding import generator
 
@@ -40,6 +40,21 @@ def test_the_networks_beats_reach_the_last_window_a_quarter_of_a_wave_apart(samp
     last = 2 * (samples // 2 - 16)
     series = series_of(find_wave(readings(samples), 32.0))
     assert series.shape == (4, 5, 1 + last // 8)
+
+
+@pytest.mark.parametrize("period", [29.0, 32.0, 36.0])
+def test_the_networks_beats_lie_on_straight_lines_between_those_of_all_windows(period):
+    wave = find_wave(readings(period=period, deeper=0.5), 32.0)
+    turn = np.exp(-1j * wave.phase)
+    turns = np.stack([turn.real, -turn.imag, (turn**2).real, -(turn**2).imag])
+    every = _in_usual_depths(wave, turns)
+    centre = wave.centre(np.arange(wave.level.shape[1], dtype=float))
+    series = series_of(wave)
+    wanted = centre[0] + 8.0 * np.arange(series.shape[2])
+    for channel in range(5):
+        for sensor in range(4):
+            expected = np.interp(wanted, centre, every[channel, sensor])
+            np.testing.assert_allclose(series[sensor, channel], expected, atol=1e-9)
 
 
 def test_a_steady_wave_has_only_usual_beats():

@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from capsule.evaluation.answers import (
+    Estimate,
     answers_of,
     false_alarms,
     found_and_quiet,
@@ -53,6 +54,36 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
     for end in ("low", "high"):
         with_both = predictive_values(getattr(recall, end), getattr(told, end), 0.1)
         assert (getattr(ppv, end), getattr(npv, end)) == pytest.approx(with_both)
+
+
+def test_the_verdicts_are_those_of_one_detector_by_one_scheme():
+    rates = rates_of(evaluated(verdicts(2, 0, 1, 1), detectors=("diagonal", "template")))
+    assert len(rates.evaluation.predictions) == 6
+    assert set(rates.verdicts("diagonal", "leave_one_out")["detector"]) == {"diagonal"}
+    assert rates.verdicts("diagonal", "held_out").empty
+
+
+@pytest.mark.parametrize(
+    ("healthy", "alarms", "nodules", "found", "reason"),
+    [
+        (20, 0, 20, 20, ""),
+        (20, 5, 20, 20, "the lower bound of the specificity is 56.8 %"),
+        (0, 0, 20, 20, "the lower bound of the specificity is missing"),
+        (20, 0, 9, 9, "9 recordings of a size; it takes 16, all found"),
+        (20, 0, 20, 15, "the lower bound of the sensitivity of the largest size is lower"),
+    ],
+)
+def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, found, reason):
+    rates = rates_of(evaluated(verdicts(healthy, alarms, nodules, found)))
+    assert answers_of(rates, "template", "leave_one_out").not_reliable(0.85) == reason
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"), [(0.986, "98.6"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")]
+)
+def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
+    value, span = Estimate(share, 0.0, 0.004, 1, 2).in_hundred()
+    assert (value, span) == (shown, "0 to 0.4")
 
 
 def test_too_few_healthy_places_set_what_their_highest_score_has_on_average():
