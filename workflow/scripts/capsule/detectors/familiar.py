@@ -15,7 +15,7 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray, plain
 from capsule.detectors.base import JudgedRecording, TrainingArchive
 from capsule.detectors.calibrate import upper_quantile
-from capsule.detectors.wave_traits import WaveTraits
+from capsule.detectors.wave_traits import WaveTraits, log_odds
 from capsule.kinds import Cells, Settings
 
 # The nominal rate at which recordings of the familiar kind are called unfamiliar, and the number of
@@ -198,14 +198,13 @@ def _scaled(traits: FloatArray) -> FloatArray:
     is a logit; a small number added to a spread keeps the logarithm of one near 0 finite.
     """
     period, step, step_spread, unsteadiness, share, noise = traits.T
-    bounded = np.clip(share, 0.001, 0.999)
     scaled: FloatArray = np.stack(
         [
             np.log(period),
             step / period,
             np.log(step_spread / period + 0.003),
             np.log(unsteadiness + 0.002),
-            np.log(bounded / (1 - bounded)),
+            log_odds(share),
             np.log(np.maximum(noise, 1e-6)),
         ],
         axis=1,

@@ -78,6 +78,13 @@ def wave_traits(wave: Wave | None, rate_hz: float) -> WaveTraits:
     )
 
 
+def log_odds(share: FloatArray) -> FloatArray:
+    """Return the logarithm of the odds of shares, which stays finite at 0 and 1."""
+    bounded = np.clip(share, 0.001, 0.999)
+    odds: FloatArray = np.log(bounded / (1 - bounded))
+    return odds
+
+
 def depths(wave: Wave) -> FloatArray:
     """Return the depth of the wave under each sensor, (S,), in the unit of the readings."""
     depth: FloatArray = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))

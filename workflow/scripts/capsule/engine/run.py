@@ -190,11 +190,9 @@ class Run:
     def _tell_leftovers(self) -> None:
         """Print how many results are of recordings, batches or tables that are gone."""
         left = left_over(Path(self.results), self.size, self.batches, self.described)
-        tables, known = (
-            Path(self.results) / OfArchive.EVALUATION,
-            {"predictions", "learning", *COLUMNS},
-        )
-        left += sorted(path.as_posix() for path in tables.glob("*.csv") if path.stem not in known)
+        made = {"predictions", "learning", *COLUMNS}
+        tables = sorted((Path(self.results) / OfArchive.EVALUATION).glob("*.csv"))
+        left += [path.as_posix() for path in tables if path.stem not in made]
         if left:
             _tell(
                 f"{len(left)} files are of recordings, batches or tables that are gone, and are "

@@ -8,7 +8,7 @@ import numpy as np
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.wave import Wave
-from capsule.detectors.wave_traits import depths, noises, wave_shares
+from capsule.detectors.wave_traits import depths, log_odds, noises, wave_shares
 from capsule.kinds import Cells
 
 # From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
@@ -42,9 +42,10 @@ class Measure:
 
     def scaled(self, values: FloatArray) -> FloatArray:
         """Return values on a scale on which their deviations are alike in both directions."""
-        bounded = np.clip(values, 0.001, 0.999 if self.percent else None)
-        odds: FloatArray = np.log(bounded / (1 - bounded) if self.percent else bounded)
-        return odds
+        if self.percent:
+            return log_odds(values)
+        logarithms: FloatArray = np.log(np.maximum(values, 0.001))
+        return logarithms
 
     def text(self, value: float) -> str:
         """Return a value as its cell shows it."""
@@ -57,6 +58,11 @@ MEASURES = {
     "rail": Measure("Rail %", "often reads an end of its range", 1, 0.5, percent=True),
     "wave": Measure("Wave %", "feels more than the wave", -1, 0.5, percent=True),
 }
+
+
+# The cell of what is not measured, and the quality of a recording that was rejected.
+NO_CELL: Cells = {"value": None, "text": "", "shade": 0}
+NOT_MEASURED: Cells = {"cells": [NO_CELL] * len(MEASURES), "remarks": []}
 
 
 def sensor_measures(wave: Wave | None, at_ends: Sequence[float]) -> dict[str, list[float]]:
@@ -100,25 +106,23 @@ def quality_cells(measured: Mapping[str, Mapping[str, Sequence[float]]]) -> dict
         Of each recording ``cells``, one a measure: ``value``, ``text`` and ``shade`` of 0 to
         `SHADES`, None without a value; and ``remarks``, a sentence for each that stands out.
     """
-    cells: dict[str, Cells] = {name: {"cells": [], "remarks": []} for name in measured}
+    shown: dict[str, Cells] = {name: {"cells": [], "remarks": []} for name in measured}
     for key, measure in MEASURES.items():
         known = {name: np.array(of[key]) for name, of in measured.items() if of.get(key)}
         sensor = {name: int((measure.sign * of).argmax()) for name, of in known.items()}
         worst = np.array([known[name][number] for name, number in sensor.items()])
         deviations = _deviations(measure.sign * measure.scaled(worst), measure.least)
-        of_name = dict(
-            zip(known, zip(worst.tolist(), deviations.tolist(), strict=True), strict=True)
-        )
-        for name, row in cells.items():
-            if name not in of_name:
-                row["cells"].append({"value": None, "text": "", "shade": 0})
-                continue
-            value, deviation = of_name[name]
-            shade = int(np.clip(deviation / STANDS_OUT * SHADES, 0, SHADES))
-            row["cells"].append({"value": value, "text": measure.text(value), "shade": shade})
-            if shade == SHADES:
+        shades = np.clip(deviations / STANDS_OUT * SHADES, 0, SHADES).astype(int).tolist()
+        cells = {
+            name: {"value": value, "text": measure.text(value), "shade": shade}
+            for name, value, shade in zip(known, worst.tolist(), shades, strict=True)
+        }
+        for name, row in shown.items():
+            cell = cells.get(name, NO_CELL)
+            row["cells"].append(cell)
+            if cell["shade"] == SHADES:
                 row["remarks"].append(f"sensor {sensor[name] + 1} {measure.meaning}")
-    return cells
+    return shown
 
 
 def _deviations(scaled: FloatArray, least: float) -> FloatArray:

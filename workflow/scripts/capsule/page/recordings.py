@@ -14,7 +14,7 @@ from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
-from capsule.page.quality_map import MEASURES
+from capsule.page.quality_map import MEASURES, NOT_MEASURED
 
 OUTCOMES = (
     *("exact", "within tolerance", "off", "missed"),
@@ -24,11 +24,6 @@ OUTCOMES = (
 MAX_ROWS, FIRST_ROWS = 60, 50
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
-# The quality of a recording that was rejected.
-NOT_MEASURED: Cells = {
-    "cells": [{"value": None, "text": "", "shade": 0}] * len(MEASURES),
-    "remarks": [],
-}
 # The verdicts on each recording, one a detector.
 Verdicts = Mapping[str, Sequence[Row]]
 

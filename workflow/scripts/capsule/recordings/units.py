@@ -61,17 +61,27 @@ def on_full_scale(
             f"the header says unit: {unit[:60]!r}; allowed are counts, V, ohm and kohm"
         )
     bits, vref_v = header_number(header, "adc_bits"), header_number(header, "vref_v")
+    if unit == "v":
+        _check_volts(values, vref_v)
+    counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
+    top = vref_v if not counts else 2.0**bits if bits else None
+    return values * (full_scale / top) if top and top != full_scale else values
+
+
+def _check_volts(values: FloatArray, vref_v: float | None) -> None:
+    """Raise an error if readings cannot be volts."""
     highest = float(np.nanmax(values))
-    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
-    if unit == "v" and (whole or (vref_v and highest > _MOST_ABOVE * vref_v)):
+    if _are_whole(values) or (vref_v and highest > _MOST_ABOVE * vref_v):
         above = f"above vref_v: {vref_v:g}" if vref_v and highest > vref_v else "all whole numbers"
         raise RecordingError(
             f"the header says unit: V, but the readings go up to {highest:g}, {above}; write the "
             "unit in which they are: counts, V, ohm or kohm"
         )
-    counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
-    top = vref_v if not counts else 2.0**bits if bits else None
-    return values * (full_scale / top) if top and top != full_scale else values
+
+
+def _are_whole(values: NumberArray) -> bool:
+    """Return whether all readings are whole numbers; a missing one is NaN."""
+    return bool(np.all((values % 1.0 == 0) | np.isnan(values)))
 
 
 def reading_unit(header: Mapping[str, str], values: FloatArray) -> str:
@@ -93,7 +103,7 @@ def adc_ends(
         raise RecordingError(
             f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
         )
-    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
+    whole = _are_whole(values)
     # Averaged counts need not be whole numbers. Volts never exceed the reference.
     counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
     if counts:
