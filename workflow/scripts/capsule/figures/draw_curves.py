@@ -28,23 +28,7 @@ from capsule.kinds import Look
 
 
 def curve_table(roc: pd.DataFrame, summary: pd.DataFrame, scheme: str) -> pd.DataFrame:
-    """Return the curves and the operating points of one scheme.
-
-    Parameters
-    ----------
-    roc : DataFrame
-        Curves, per detector and size; an empty size means any nodule.
-    summary : DataFrame
-        Specificity and sensitivity, per detector and size.
-    scheme : str
-        The scheme.
-
-    Returns
-    -------
-    DataFrame
-        ``detector``, ``size_mm`` (NaN for any nodule), ``kind`` (``curve`` or ``operating point``)
-        and both rates.
-    """
+    """Return the curves and the operating points of one scheme; NaN mm is any nodule."""
     columns = ["detector", "size_mm", "false_positive_rate", "true_positive_rate"]
     curves = roc[roc["scheme"] == scheme].reindex(columns=columns)
     points = summary[(summary["scheme"] == scheme) & (summary["detector"] != ALWAYS)]
@@ -73,15 +57,6 @@ def draw_roc(
     """Draw the curves of any nodule and of each size against no nodule, one panel per curve.
 
     Detectors with the same score share one curve, but each has its own operating point.
-
-    Parameters
-    ----------
-    table : DataFrame
-        From `curve_table`.
-    detectors : sequence of str
-        In the order of the configuration.
-    width_in : float
-        Width of the figure in inches.
     """
     sizes_mm = [float("nan"), *sorted(table["size_mm"].dropna().unique())]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
@@ -156,14 +131,7 @@ def draw_learning(
 ) -> Figure:
     """Draw specificity and sensitivity against the recordings that teach, one panel per rate.
 
-    Parameters
-    ----------
-    table : DataFrame
-        From `capsule.evaluation.learning`.
-    detectors : sequence of str
-        In the order of the configuration; a detector without a row has no curve.
-    width_in : float
-        Width of the figure in inches.
+    A detector without a row has no curve.
     """
     looks = detector_looks(detectors)
     # Without recordings, one empty panel remains, with a note.

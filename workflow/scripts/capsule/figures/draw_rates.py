@@ -65,11 +65,8 @@ def negatives_drawing(inputs: FigureInputs) -> Drawing:
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
     """Return the rows of a table that the figures of rates show.
 
-    Returns
-    -------
-    DataFrame
-        The leading detector's rows for the main scheme, then those of the paper's detector if
-        another one leads, then the paper's own rows.
+    The leading detector's rows for the main scheme, then those of the paper's detector if another
+    one leads, then the paper's own rows.
     """
     evaluation, settings = inputs.evaluation, inputs.settings
     schemes = settings["evaluation"]["schemes"]
@@ -99,22 +96,9 @@ def draw_rates(
     detectors: Sequence[str],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
-    """Draw rates per size with their intervals, one panel per measure.
+    """Draw rates per size with their intervals, one panel per measure, whose title `panels` gives.
 
-    Parameters
-    ----------
-    table : DataFrame
-        From `capsule.evaluation.paper`; rates are fractions, NaN if nothing was counted.
-    panels : mapping of str to str
-        Title of the panel of each measure.
-    sizes_mm : sequence of float
-        The sizes along the axis; 0 is labelled as none.
-    x_label : str
-        Label of the axis of sizes.
-    detectors : sequence of str
-        In the order of the configuration, which gives each its look.
-    width_in : float
-        Width of the figure in inches.
+    Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     stacked = narrow and len(panels) > 1

@@ -37,19 +37,9 @@ _HEADROOM = 0.3
 
 
 def contour_levels(highest: float, *, with_faint: bool = False) -> FloatArray:
-    """Return some eight round heights from 0 to at least the highest value.
+    """Return some eight round heights from 0 to at least the highest value, two or more.
 
-    Parameters
-    ----------
-    highest : float
-        Largest value of the drawing; 0 is treated as 1.
-    with_faint : bool
-        Whether to add a height at a fifth of the first step, which shows low patterns.
-
-    Returns
-    -------
-    (N,) array
-        Ascending from 0, two or more.
+    A faint height at a fifth of the first step shows low patterns.
     """
     ticks = MaxNLocator(8).tick_values(0.0, highest if highest > 0 else 1.0)
     levels: FloatArray = np.asarray(ticks)
@@ -62,21 +52,7 @@ def draw_matrix(
 ) -> QuadContourSet | None:
     """Draw one matrix with sensor 1 on top; heights between the rows are interpolated.
 
-    Parameters
-    ----------
-    axes : Axes
-        The axes.
-    matrix : (S, L) array
-        The heights. With any NaN, or with zeros only, the axes show a note instead.
-    column : (L,) array
-        Position of each column along the axis of time.
-    levels : (N,) array
-        Heights of the contours, from `contour_levels`.
-
-    Returns
-    -------
-    QuadContourSet or None
-        For a colour bar; None if there are no contours.
+    A matrix with any NaN, or with zeros only, has a note instead of contours, and returns None.
     """
     sensors = matrix.shape[0]
     # Contours need two rows, so a single sensor becomes a band.
@@ -98,14 +74,11 @@ def draw_matrix(
 
 
 def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
-    """Return a typical run without a nodule, and a typical run over a nodule of the middle size.
+    """Return title and name of a typical run without a nodule, and of one over the middle size.
 
-    Returns
-    -------
-    list of (str, str or None)
-        The panel's title, and the recording's name; None if there is no such recording. A typical
-        recording is the median one by its distance to the zero template (of two the lower, of equal
-        ones the first by name), so that the figure does not show an unusually good one.
+    A typical recording is the median one by its distance to the zero template (of two the lower, of
+    equal ones the first by name), so that the figure does not show an unusually good one. Without
+    such a recording the name is None.
     """
     nodules_mm = evaluation.sizes_mm()[1:]
     wanted = {"no nodule": 0.0, "nodule": None}
@@ -148,14 +121,7 @@ def draw_preprocessing(
 ) -> Figure:
     """Draw the stages of pre-processing (eq. normalization to eq. extended), one column per run.
 
-    Parameters
-    ----------
-    examples : sequence of PreprocessedRun or None
-        The runs, from left to right; None if the archive has no such run.
-    threshold : float
-        c, drawn over the envelopes, in standard deviations.
-    width_in : float
-        Width of the figure in inches.
+    None stands for a run that the archive does not have. The threshold is in standard deviations.
     """
     known = [example for example in examples if example is not None]
     highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
@@ -228,18 +194,10 @@ def draw_judged(
     places_s: Mapping[float, Sequence[str]],
     passing_s: Sequence[float] = (),
 ) -> Figure:
-    """Draw a recording, with lines where the detectors find a nodule.
+    """Draw a recording, with lines where the detectors find a nodule; its title has their verdicts.
 
-    Parameters
-    ----------
-    run : PreprocessedRun
-        The recording; its title gives the detectors' verdicts.
-    threshold : float
-        c, drawn over the envelopes, in standard deviations.
-    places_s : mapping of float to sequence of str
-        The detectors that find a nodule, by the time in s at which sensor 1 passes it.
-    passing_s : sequence of S floats
-        The times in s at which the sensors pass it, which make the diagonal; empty if unknown.
+    `places_s` are the detectors by the time in s at which sensor 1 passes the nodule. `passing_s`
+    are the times at which the sensors pass it, which make the diagonal; empty if unknown.
     """
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
@@ -288,19 +246,7 @@ def draw_templates(
     counts: Sequence[int],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
-    """Draw every template T^b, with one scale for all.
-
-    Parameters
-    ----------
-    sizes_mm : sequence of B floats
-        The sizes, 0 for no nodule.
-    matrices : sequence of B (S, L) arrays
-        The templates; NaN for a size without an accepted recording.
-    counts : sequence of B ints
-        Q, the number of recordings that each template averages.
-    width_in : float
-        Width of the figure in inches.
-    """
+    """Draw every template T^b with one scale, and how many recordings it averages."""
     narrow = width_in <= COLUMN_WIDTH_IN
     count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)
     highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)

@@ -90,18 +90,7 @@ def survey_drawing(
 ) -> SurveyDrawing:
     """Return the drawing of a survey, with a row of data per judgement.
 
-    Parameters
-    ----------
-    session : Session
-        The survey.
-    title : str
-        Its title.
-    track : Track
-        Position, state and score at each of its judgements.
-    pins : sequence of Pin
-        The interval in which it examined each place.
-    wave : pair of float
-        Wavelength in mm, and the position of a crest in mm before the drive moved the wave.
+    The wave is its wavelength in mm, and the position of a crest in mm before the drive moved it.
     """
     told = session.about.get("metres")
     length_mm = 1000 * told if isinstance(told, int | float) else 0.0
@@ -139,12 +128,8 @@ def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
 def frame_of(figure: Figure) -> dict[str, Any]:
     """Return the positions of map and evidence in a rendered figure.
 
-    Returns
-    -------
-    dict
-        ``size`` in points; ``map`` and ``evidence``, each with its ``box`` (left, top, width,
-        height, in points from the upper left) and the limits of its axes ``x`` and ``y``. Without
-        a map only ``size``.
+    A box is left, top, width, height, in points from the upper left; x and y are the limits of the
+    axes. Without a map there is only the figure's size.
     """
     width, height = figure.get_size_inches() * 72
     told: dict[str, Any] = {"size": np.round([width, height], 2).tolist()}

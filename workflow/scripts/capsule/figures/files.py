@@ -11,24 +11,9 @@ from capsule.store import files
 
 
 def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> str:
-    """Draw a figure of `capsule.figures.registry` and write it, with its data.
+    """Draw a figure of `capsule.figures.registry`, write it with its data, and return a log line.
 
-    Parameters
-    ----------
-    name : str
-        The figure.
-    inputs : FigureInputs
-        The results that the figures show.
-    kind : {"svg", "pdf"}
-        The file format.
-    folder : Path
-        Folder for ``<figure>.<kind>`` and ``<figure>.csv``; a PDF also as
-        ``<figure>_column.<kind>``.
-
-    Returns
-    -------
-    str
-        A line for the log.
+    A PDF is written in the widths of one and of two columns.
     """
     row = FIGURES[name]
     make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)

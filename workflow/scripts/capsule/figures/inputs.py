@@ -17,15 +17,7 @@ from capsule.store.results import OfArchive, Results
 
 
 class FigureInputs:
-    """The results of a run of the workflow.
-
-    Parameters
-    ----------
-    results : Results
-        The results.
-    settings : mapping
-        Sections of the configuration.
-    """
+    """The results of a run of the workflow."""
 
     def __init__(self, results: Results, settings: Settings) -> None:
         self._results, self.settings = results, settings

@@ -9,15 +9,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Row:
-    """The name of a figure and the function that makes it.
+    """The name of a figure, which is that of its files, and the function that makes it.
 
-    Attributes
-    ----------
-    name : str
-        The figure's name, which is also the name of its files.
-    module, made_by : str
-        The module and its function, which takes a `capsule.figures.inputs.FigureInputs` and
-        returns a `capsule.figures.style.Drawing`.
+    The function takes a `capsule.figures.inputs.FigureInputs` and returns a
+    `capsule.figures.style.Drawing`.
     """
 
     name: str

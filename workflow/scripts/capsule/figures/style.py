@@ -102,16 +102,9 @@ def figure_style() -> Iterator[None]:
 
 
 def render_figure(figure: Figure, kind: str, name: str) -> bytes:
-    """Return a figure as the content of a file; the same figure gives the same bytes.
+    """Return a figure, drawn within `figure_style`, as the content of an SVG, PDF or PNG file.
 
-    Parameters
-    ----------
-    figure : Figure
-        Drawn within `figure_style`.
-    kind : {"svg", "pdf", "png"}
-        The format.
-    name : str
-        Title in an SVG or a PDF; the identifiers inside an SVG are derived from it.
+    The same figure gives the same bytes: identifiers inside an SVG are derived from its name.
     """
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
@@ -162,17 +155,7 @@ def sensor_line(sensor: int) -> Look:
 def panels_in_rows(
     figure: Figure, count: int, across: int, x_label: str, y_label: str
 ) -> list[Axes]:
-    """Return the panels of a figure with shared scales; only the outer ones are labelled.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    count, across : int
-        Number of panels, and of panels in a row.
-    x_label, y_label : str
-        The labels.
-    """
+    """Return the panels of a figure with shared scales; only the outer ones are labelled."""
     rows = -(-count // across)
     grid = figure.subplots(rows, across, squeeze=False, sharex=True, sharey=True).ravel()
     for axes in grid[count:]:

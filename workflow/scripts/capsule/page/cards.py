@@ -27,13 +27,7 @@ _ORDER = list(VerdictWord)
 
 @dataclass(frozen=True)
 class Known:
-    """The scores of the leading detector on the labelled recordings, ascending.
-
-    Attributes
-    ----------
-    healthy, nodules : sequence of float
-        Scores of those that teach, each with its place left out, and of those held out.
-    """
+    """The scores of the leading detector on labelled places, which taught it nothing, ascending."""
 
     healthy: Sequence[float]
     nodules: Sequence[float]
@@ -55,25 +49,7 @@ def page_values(
     qualities: Mapping[str, str],
     felt_of: Callable[[str], Felt],
 ) -> Cells:
-    """Return the page's cards.
-
-    Parameters
-    ----------
-    tables : Tables
-        The tables of results.
-    lead, scheme : str
-        The detector whose verdicts are shown, and the scheme of the examples.
-    qualities : mapping of str to str
-        The quality of each accepted recording in words.
-    felt_of : callable
-        Returns what the sensors felt in a recording.
-
-    Returns
-    -------
-    dict
-        ``cards``, of which the first `CARDS` have drawings; ``verdict_counts``, pairs of a verdict
-        and its number; ``most_cards``, ``most_listed`` and ``pressed``, the module's limits.
-    """
+    """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts."""
     predictions = tables.evaluation.predictions
     made = patient_cards(tables.index, tables.detections, tables.sites, lead, qualities)
     made = made or example_cards(predictions, lead, scheme)
@@ -98,19 +74,7 @@ def patient_cards(
 ) -> list[Cells]:
     """Return the verdicts on unlabelled recordings and places, the most urgent first.
 
-    Parameters
-    ----------
-    index, detections, sites : DataFrame
-        results/recordings.csv, detections.csv and sites.csv.
-    lead : str
-        The detector whose verdict is shown; of the others the page shows whether they agree.
-    qualities : mapping of str to str
-        The quality of each accepted recording in words.
-
-    Returns
-    -------
-    list of dict
-        What `_told` returns.
+    The leading detector's verdict is shown; of the others, whether they agree.
     """
     accepted = index[index["status"] == "accepted"]
     unlabelled = accepted[accepted["size_mm"].isna()]
@@ -189,15 +153,7 @@ def _told(
 ) -> Cells:
     """Return the verdict on a patient or place, from the rows of its detectors.
 
-    Returns
-    -------
-    dict
-        ``patient``, and ``names`` of its recordings; ``word``, one of the five verdicts, and
-        ``code``; ``found``, whether the score exceeds the threshold; ``row``, the verdict's row
-        with its size, place and probability (None if it has none); ``chance``, the probability to
-        sort by; ``others``, pairs of another detector and its verdict; ``agree``, whether all find
-        or all miss; ``passes``, how many were judged together, 0 for a single one; ``reason`` for
-        no verdict or for being unlike; and ``quality``, faults of a recording, if any.
+    Passes judged together count as `passes`, a single recording as 0.
     """
     told = {row["detector"]: row for row in rows}
     nothing: Row = {"score": None, "threshold": None}

@@ -13,22 +13,7 @@ def rate_table(
 ) -> Cells:
     """Return a table of rates: one row per size, one group of columns per measure.
 
-    A group has one column per scheme.
-
-    Parameters
-    ----------
-    rates : DataFrame
-        From `capsule.evaluation.paper`.
-    measures : mapping of str to str
-        Heading of each measure.
-    sizes_mm : sequence of float
-        The rows; the rate of a size without a point is not known.
-
-    Returns
-    -------
-    dict
-        ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``). A cell
-        has ``value``, ``text``, ``interval`` and ``count``.
+    A group has one column per scheme. The rate of a size without a point is not known.
     """
     schemes = list(dict.fromkeys(rates["scheme"]))
     titles = [words.scheme(name) for name in schemes]
@@ -83,13 +68,7 @@ def rate_cell_of(row: Row, name: str, count: str = "") -> Cells:
 
 
 def retest_rows(retest: pd.DataFrame) -> Cells:
-    """Return how often a nodule is reported, by the number of passes that are judged together.
-
-    Returns
-    -------
-    dict
-        ``sizes`` (headings) and ``rows`` with ``detector``, ``passes`` and one cell per size.
-    """
+    """Return how often a nodule is reported, by the number of passes that are judged together."""
     if retest.empty:
         return {"sizes": [], "rows": []}
     sizes_mm, empty = sorted(retest["size_mm"].unique()), plain_cell(None, words.UNKNOWN)

@@ -29,21 +29,10 @@ Judgements = Mapping[str, pd.DataFrame]
 class Measure:
     """A row of the comparison: one measure, one cell per detector.
 
-    Attributes
-    ----------
-    title : str
-        The heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
-    table : str
-        The table with its values, one of `capsule.evaluation.measures`.
-    cell : str or callable
-        The column of a rate of that table, or what makes a cell from a row of it.
-    sizes : {"all", "healthy", "each", "smallest"}
-        The recordings that count: all with a nodule, those without one, or those of one size
-        (one row for each size, or one row for the smallest).
-    measure : str
-        In the table of differences, the measure that is compared; empty for other tables.
-    of_specificity : bool
-        Whether the row rests on the specificity alone, which a learned threshold may set.
+    The title's ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in. A cell is a column of
+    a rate, or what makes a cell from a row of the table. Sizes are those of the recordings that
+    count. In the table of differences, `measure` is what is compared. `of_specificity` tells that
+    the row rests on the specificity alone, which a learned threshold may set.
     """
 
     title: str
@@ -55,17 +44,7 @@ class Measure:
 
 
 def number_cell(row: Row, name: str, unit: str = "") -> Cells:
-    """Return the cell of a number with its unit and interval.
-
-    Parameters
-    ----------
-    row : mapping
-        A row of a table.
-    name : str
-        Name of the column of the value; those of its interval end in ``_low`` and ``_high``.
-    unit : str
-        Text after the number; it begins with a space.
-    """
+    """Return the cell of a number with its unit, which begins with a space, and its interval."""
     value, low, high = (row[f"{name}{end}"] for end in ("", "_low", "_high"))
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
@@ -146,25 +125,7 @@ FOLDED_GROUPS = {
 def page_values(
     judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
 ) -> Cells:
-    """Return the page's values that compare the detectors.
-
-    Parameters
-    ----------
-    judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.measures`, by name.
-    schemes : sequence of str
-        The schemes of the page; the first is shown first.
-    settings : mapping
-        The configuration.
-    lead : str
-        The leading detector, whose column is the first.
-
-    Returns
-    -------
-    dict
-        ``compared``, one for each scheme (from `_compared`). ``silent``, which detectors gave no
-        verdict, and ``needs``, what some of them need. ``prevalence``.
-    """
+    """Return the page's values that compare the detectors; the first scheme is shown first."""
     judged = settings["evaluation"]
     verdicts = judgements["summary"].query("scheme == @schemes[0]")
     # By resubstitution a detector is better the more it remembers: it compares nothing.
@@ -292,21 +253,7 @@ def _cells(
 
 
 def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
-    """Return what the page says about other benches.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Each detector's worst, middle and best bench, from workflow/report/benches.csv. Those whose
-        ``part`` is not `JUDGED_ONLY` are left out.
-    detectors : sequence of str
-        The detectors that judge this archive.
-
-    Returns
-    -------
-    dict
-        ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``.
-    """
+    """Return the rows of benches that only judged, of the detectors that judge this archive."""
     shown = [
         {
             "detector": row["detector"],

@@ -30,24 +30,7 @@ _SCHEMES = {
 
 
 def page_values(rates: Rates, lead: Lead) -> Cells:
-    """Return the page's values from the detectors' rates.
-
-    Parameters
-    ----------
-    rates : Rates
-        The tables.
-    lead : Lead
-        The leading detector.
-
-    Returns
-    -------
-    dict
-        ``ours``, the leading detector's answers, and ``not_reliable``, why no size is reliably
-        found. ``lead``, and its ``confusion``, ``rates`` and ``negatives`` by ``scheme``;
-        ``headline_confidence``, the level of its first intervals. ``held_out``, whether held-out
-        sessions judge. ``threshold``, what a learned one promises. ``rates_hold``, a sentence on
-        the recordings; ``figure_series`` and ``sizes`` in words; ``judged_origin``.
-    """
+    """Return the page's values from the detectors' rates."""
     evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
     judged, _ = rates.recordings(scheme)
     rules, reliable = rates.settings["evaluation"], rates.settings["report"]["reliable_rate"]
@@ -147,15 +130,7 @@ def _error_cell(value: float | None, scheme: str) -> Cells:
 
 
 def methods_values(rates: Rates, ours: Answers) -> Cells:
-    """Return what workflow/report/sections/methods.html.j2 says in lists of words.
-
-    Parameters
-    ----------
-    rates : Rates
-        The rates.
-    ours : Answers
-        The leading detector's answers.
-    """
+    """Return what workflow/report/sections/methods.html.j2 says in lists of words."""
     scheme, names = rates.schemes[0], rates.settings["detectors"]
     rows = rates.evaluation.predictions
     of_scheme = rows[rows["scheme"] == scheme]

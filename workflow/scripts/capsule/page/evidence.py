@@ -35,19 +35,8 @@ _IN_TURN = 100
 class StoredRecordings:
     """The stored results of the accepted recordings of a run of the workflow.
 
-    Parameters
-    ----------
-    results : Results
-        The files of all recordings of the archive.
-    settings : mapping
-        The configuration.
-
-    Attributes
-    ----------
-    drawn, qualities : mapping of str to str
-        What the page shows of each recording alone, as deflated JSON, and its quality in words.
-    measures : mapping of str to mapping
-        From `capsule.page.quality_map.sensor_measures`.
+    Of each recording, `drawn` is deflated JSON, `qualities` is in words, and `measures` are from
+    `capsule.page.quality_map.sensor_measures`.
     """
 
     def __init__(self, results: Results, settings: Settings) -> None:
@@ -90,30 +79,10 @@ def archive_evidence(
     settings: Settings,
     spread: Spread = map,
 ) -> Iterator[tuple[str, str]]:
-    """Yield what the page shows of each recording, one at a time.
+    """Yield the name of each accepted recording, and JSON of what the page shows of it.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        Accepted ones from `capsule.page.recordings.recording_rows`.
-    verdicts : mapping of str to sequence of mapping
-        From `capsule.page.recordings.verdicts_of`.
-    templates : sequence of mapping
-        Those of results/templates.json.
-    stored : StoredRecordings
-        The stored results.
-    settings : mapping
-        The configuration.
-    spread : callable
-        Calls a function with each part of the work, like `map`.
-
-    Yields
-    ------
-    recording : str
-        The recording.
-    evidence : str
-        JSON with ``drawn`` from `capsule.page.plot_data`, and ``judged``, what
-        `evidence_among_others` returns; both deflated.
+    The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
+    both are deflated. `spread` calls a function with each part of the work, like `map`.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
     named = particles_of({str(each["size_mm"]): each for each in templates})
@@ -170,24 +139,7 @@ def evidence_among_others(
 ) -> Cells:
     """Return what the page shows of one recording because of its fit and the other recordings.
 
-    Parameters
-    ----------
-    row : mapping
-        From `capsule.page.recordings.recording_rows`.
-    verdicts : sequence of mapping
-        Each detector's verdict, from `in_words`.
-    nearest : mapping or None
-        The nearest template: its size and `surface`.
-    fit : (mapping, Particle) or None
-        From `StoredRecordings.fit`.
-    length : int
-        L.
-
-    Returns
-    -------
-    dict
-        Ready for `to_json`: ``title``, ``nodule_at_mm``, ``fitted`` (from `surface`), ``fit`` (in
-        words), ``template`` and ``verdicts``. What is not known is None.
+    What is not known is None.
     """
     fitted = said = None
     if fit:
@@ -213,25 +165,9 @@ def evidence_among_others(
 def in_words(
     verdict: Row, true_mm: float | None, tolerance_mm: float, largest_mm: float | None = None
 ) -> Cells:
-    """Return what the page shows of a verdict.
+    """Return what the page shows of a verdict; a value that is not known is None.
 
-    Parameters
-    ----------
-    verdict : mapping
-        A row of results/evaluation/predictions.csv or results/detections.csv, with its scheme.
-    true_mm : float or None
-        True size; None if it is not known.
-    tolerance_mm : float
-        Allowed error of the size.
-    largest_mm : float, optional
-        The largest size that the archive holds.
-
-    Returns
-    -------
-    dict
-        ``detector``, ``scheme`` in words, ``predicted_mm``, ``outcome``, ``details`` (size,
-        probability and place in words), ``distances`` to every template, and `EVIDENCE`. A value
-        that is not known is None. A detector that does not use distances has none.
+    A detector that does not use distances has none.
     """
     by_distance = DETECTORS[verdict["detector"]].fixed_threshold is not None
     labels = distance_columns(verdict) if by_distance else ()
@@ -267,23 +203,8 @@ def _details(row: Row, largest_mm: float | None) -> str:
 def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
     """Return the values from which the page draws a particle over a recording (eq. G, eq. RMSE).
 
-    Parameters
-    ----------
-    particle : Particle
-        The parameters.
-    first_peak : float
-        u.
-    lag : int
-        tau in 1..2L; at L + 1 the particle is not shifted.
-    length : int
-        L.
-
-    Returns
-    -------
-    dict
-        For each surface: ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the
-        first reading) and ``horizontal`` (sigma^hor). ``from`` and ``to`` are the samples between
-        which the particle lies.
+    The lag is tau in 1..2L; at L + 1 the particle is not shifted. Peaks and ends are in samples
+    from the first reading.
     """
     shift = lag - (length + 1)
     peaks = peak_positions(particle.peak_spacing, first_peak) - 1 + shift

@@ -38,15 +38,7 @@ TEMPLATES = ("report.html.j2", "macros.html.j2", "sketches.html.j2", "sections/[
 
 
 def read_tables(results: Path, template: Path, printed: Settings, settings: Settings) -> Tables:
-    """Read the tables that the page shows.
-
-    Parameters
-    ----------
-    results, template : Path
-        The folders of results and of the template.
-    printed, settings : mapping
-        The content of paper.yaml, and the configuration.
-    """
+    """Read the tables that the page shows."""
     confidence = settings["evaluation"]["confidence"]
     averaged = files.read_or_explain(results / OfArchive.TEMPLATE_PARAMETERS, files.read_json)
     return Tables(
@@ -72,14 +64,7 @@ def read_figure(folder: Path, name: str) -> str:
 def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> Cells:
     """Read the values that the page shows for each survey, with its picture.
 
-    Parameters
-    ----------
-    folder : Path
-        results/surveys.
-    names : iterable of str
-        Names of the surveys.
-    passed_over : mapping of str to str
-        Folders that hold no finished survey, each with the reason.
+    `passed_over` are the folders that hold no finished survey, each with the reason.
     """
     drawn = [
         files.read_or_explain(folder / name / SURVEY_VALUES, files.read_json)
@@ -124,10 +109,7 @@ def code_checksums() -> dict[str, str]:
 def read_versions(template: Path) -> list[tuple[str, str]]:
     """Read the versions of Python, of the packages that computed the results, and of uPlot.
 
-    Parameters
-    ----------
-    template : Path
-        The folder of the template; the first line of uPlot's file names its version.
+    The first line of uPlot's file names its version.
     """
     packages = [(name, importlib.metadata.version(name)) for name in PACKAGES]
     first_line = (template / UPLOT).read_text(encoding="utf-8").partition("\n")[0]

@@ -26,17 +26,7 @@ LARGE_FROM_MM = 2.0
 
 
 def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
-    """Return the counts of the first screen.
-
-    Returns
-    -------
-    dict
-        ``counts`` of the leading detector, in the order of the screen, each with ``what``
-        (``large``, ``small`` or ``alarms``), ``sizes`` in words, ``ours`` and ``paper``
-        (`Estimate` or None) and ``split``, how many are nodules and how many uncertain; ``chart``,
-        from `size_chart`; the same in words: ``chart_sizes``, and ``chart_series``, pairs of a name
-        and its rates, with intervals at ``chart_confidence``.
-    """
+    """Return the counts of the first screen."""
     scheme, confidence = rates.schemes[0], rates.settings["evaluation"]["confidence"]
     level = headline_confidence(lead, scheme, confidence)
     verdicts = rates.verdicts(lead.detector, scheme)
@@ -85,14 +75,9 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
 
 
 def meaning_values(ours: Answers, prevalence: float) -> Cells:
-    """Return what a verdict means at the configured prevalence, and at others.
+    """Return what a verdict means at the configured prevalence, and what the slider needs.
 
-    Returns
-    -------
-    dict
-        ``meaning``, what the slider needs: the prevalence, and ``ppv`` and ``npv``, each a value
-        with its ends, None if not known; and ``missed``, the share of nodules behind a verdict of
-        no nodule. Both are None if the recordings cannot tell.
+    Both are None if the recordings cannot tell.
     """
     if not ours.meaning:
         return {"meaning": None, "missed": None}

@@ -20,25 +20,7 @@ LONGEST = 80
 
 
 def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[str]) -> Cells:
-    """Return the number of recordings, their origin, and what could not be used.
-
-    Parameters
-    ----------
-    index, passed_over : DataFrame
-        results/recordings.csv and passed_over.csv.
-    held_out : sequence of str
-        ``evaluation.held_out`` of the configuration.
-
-    Returns
-    -------
-    dict
-        ``not_held_out``, the held-out sessions that no recording carries, and
-        ``held_out_sessions``, one for each recording that is held out. ``origin`` of the accepted
-        and ``labelled_origin`` of the labelled recordings, from `origin_of`. ``near_copies``,
-        groups of recordings that are nearly the same, and whether their labels contradict. The
-        numbers ``accepted``, ``by_size`` (by size in mm) and ``unlabelled``. Rows of
-        ``not_judged``, ``rejected`` and ``passed_over``, each with its reason.
-    """
+    """Return the number of recordings, their origin, and what could not be used."""
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
     labelled = accepted[accepted["size_mm"].notna()]
@@ -92,20 +74,7 @@ def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
 
 
 def confounded_values(found: Sequence[Confounded]) -> Cells | None:
-    """Return the page's warning, or None without a key from which a nodule or its size follows.
-
-    Parameters
-    ----------
-    found : sequence of Confounded
-        From `capsule.evaluation.confounded.confounded_keys`.
-
-    Returns
-    -------
-    dict or None
-        ``first``, the key that tells most; ``names`` of keys; ``follows``, what follows from those
-        found; ``sizes``, the heads of the columns; ``keys``, each with its ``name`` and ``rows`` of
-        a value and its counts.
-    """
+    """Return the page's warning, or None without a key from which a nodule or its size follows."""
     if not found:
         return None
     # Of equal ones, the first.

@@ -17,20 +17,10 @@ from capsule.kinds import Cells, Row
 
 
 def pack(values: RealArray, bits: int = 16) -> Cells:
-    """Return an array as the differences of whole numbers.
+    """Return an (S, N) array as the differences of whole numbers of 8 or 16 bits.
 
-    Parameters
-    ----------
-    values : (S, N) array
-        NaN where a sample is missing.
-    bits : {8, 16}
-        Bits per number.
-
-    Returns
-    -------
-    dict
-        ``low``, ``scale`` and ``rows`` of S lists: value = low + scale * sum of the differences up
-        to it; None where a sample is missing. Integer values whose range fits are kept exactly.
+    value = low + scale * sum of the differences up to it; None where a sample is missing. Integer
+    values whose range fits are kept exactly.
     """
     most = 2**bits - 2
     known = values[~np.isnan(values)]

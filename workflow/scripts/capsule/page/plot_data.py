@@ -30,33 +30,10 @@ def plot_data(
     rate_hz: float,
     settings: Settings,
 ) -> Cells:
-    """Return what the page shows of one recording alone.
+    """Return what the page shows of one recording alone; what is drawn is deflated JSON.
 
-    Parameters
-    ----------
-    name : str
-        The recording, such as ``3mm/r07``.
-    values : (S, K) array
-        The readings on an even grid in time; NaN where a sample is missing.
-    wave : Wave or None
-        From `capsule.detectors.wave.wave_of`.
-    check : mapping
-        The result of its check, with ``header``, ``sha256`` and ``at_ends``.
-    stretches : (float, array) or None
-        From `capsule.detectors.occlusion.score_stretches`.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Sections ``preprocessing`` and ``diagonal`` of the configuration.
-
-    Returns
-    -------
-    dict
-        ``quality``, in words; ``measures``, from `sensor_measures`; and ``drawn``, as deflated
-        JSON: ``recording``, ``interval_s``,
-        ``threshold``, ``readings`` and ``envelope``; ``unit`` of the readings;
-        ``beats`` and ``gut``, from `along_gut`; ``stretches``; ``peaks``; and ``facts``, names and
-        texts to list beside the signals. A value that is not known is None.
+    The (S, K) values lie on an even grid in time, and `stretches` are from
+    `capsule.detectors.occlusion.score_stretches`. What is not known is None.
     """
     shape, diagonal = settings["preprocessing"], settings["diagonal"]
     threshold = shape["threshold"]
@@ -85,22 +62,9 @@ def plot_data(
 
 
 def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[list[float]]:
-    """Return each sensor's highest envelope value, its time, and the time above the threshold.
+    """Return each sensor's highest envelope value in SD, its time in s, and the time above it in s.
 
-    Parameters
-    ----------
-    envelope : (S, K) array
-        The envelopes, in standard deviations.
-    time_s : (K,) array
-        Seconds, evenly spaced.
-    threshold : float
-        c, in standard deviations.
-
-    Returns
-    -------
-    list of S lists of 3 floats
-        Highest value in standard deviations, its time in s, and the time above the threshold in s;
-        each to three decimals.
+    Above it means above the threshold c.
     """
     above_s = (envelope > threshold).sum(axis=1) * float(time_s[1] - time_s[0])
     rows = zip(
@@ -112,18 +76,9 @@ def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[li
 def along_gut(wave: Wave | None, rate_hz: float, settings: Settings) -> tuple[Cells, Cells] | None:
     """Return the beats, and the evidence from which the diagonal detector chooses the best place.
 
-    Parameters and None are as in `capsule.detectors.beats.beats_of`.
-
-    Returns
-    -------
-    beats : dict
-        The packed depth of each sensor's beats, in units of its usual depth; ``first_s``, the
-        centre of the first beat; ``step_s`` from beat to beat; ``passed_s``, when each sensor
-        passes the place with the most evidence, None for a sensor that stays farther from it than
-        the extent of a place.
-    gut : dict
-        The packed largest evidence over all mean speeds at each place; ``step_mm`` from place to
-        place, the first of which is the recording's start. The largest is the detector's score.
+    Beats are in units of a sensor's usual depth. A sensor that stays farther from the place with
+    the most evidence than the extent of a place passes it at no time. The evidence is the largest
+    over all mean speeds; its maximum is the detector's score. None if there is no wave.
     """
     beats = beats_of(wave, settings)
     if beats is None:

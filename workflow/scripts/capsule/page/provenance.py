@@ -31,23 +31,7 @@ _SCRIPTS = {"": "base", "^": "sup", "_": "sub"}
 def page_values(
     recordings: Iterable[Row], settings: Settings, schema: Settings, printed: Settings
 ) -> Cells:
-    """Return the page's values on what it was made from.
-
-    Parameters
-    ----------
-    recordings : iterable of mapping
-        From `capsule.page.recordings.recording_rows`.
-    settings, schema : mapping
-        The configuration and its JSON Schema.
-    printed : mapping
-        Content of paper.yaml.
-
-    Returns
-    -------
-    dict
-        ``configuration``, ``recordings_checksum``, ``paper`` and ``equation`` (the printed number
-        of each equation, by its label).
-    """
+    """Return the page's values on what it was made from."""
     equations = printed["equations"]
     checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
     return {
@@ -64,25 +48,7 @@ def how_made(
     made: datetime,
     state: ProjectState,
 ) -> Cells:
-    """Return the page's values on the code that made it and the date.
-
-    Parameters
-    ----------
-    code : mapping of str to str
-        SHA-256 of each file of the code, by file name.
-    versions : sequence of (str, str)
-        Names of packages and their versions.
-    made : datetime
-        The time of making, with its time zone.
-    state : ProjectState
-        The project's state.
-
-    Returns
-    -------
-    dict
-        ``project``, ``software`` (a sentence that names the programs, each with its version and
-        its reference), ``code_checksum``, ``versions`` and ``made``.
-    """
+    """Return the page's values on the code that made it and the date."""
     programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {
         "project": state.text(),
@@ -95,14 +61,7 @@ def how_made(
 
 
 def configuration_table(config: Settings, schema: Settings, printed: Settings) -> list[Cells]:
-    """Return every key of the configuration with the paper's value; parameters as in `page_values`.
-
-    Returns
-    -------
-    list of dict
-        ``key``, ``value``, ``symbol`` (from `typeset`), ``unit``, ``description``, ``paper``,
-        ``where`` and ``differs``; ``paper`` is empty if the paper gives no number.
-    """
+    """Return every key of the configuration with the paper's value, empty if it gives no number."""
     rows = []
     for key, value, description in _leaves(config, schema):
         in_paper: Settings | None = printed["settings"].get(key)
@@ -144,24 +103,9 @@ def _agrees(value: Any, in_paper: Settings) -> bool:  # noqa: ANN401
 
 
 def cited(where: str, equations: Sequence[str]) -> str:
-    """Return a citation of the paper in which equations have their printed numbers.
+    """Return a citation such as ``eq. RMSE`` with the equation's printed number.
 
-    Parameters
-    ----------
-    where : str
-        A section, or ``eq.`` and the label of an equation in the paper's source.
-    equations : sequence of str
-        The labels, in the order of the paper's numbers.
-
-    Returns
-    -------
-    str
-        For example ``Eq. 2``.
-
-    Raises
-    ------
-    ValueError
-        The paper has no equation of that label.
+    The labels of `equations` are in the order of the paper's numbers; no other one can be cited.
     """
     return _LABEL.sub(lambda match: f"Eq. {equations.index(match[1]) + 1}", where)
 
@@ -169,16 +113,7 @@ def cited(where: str, equations: Sequence[str]) -> str:
 def typeset(symbol: str) -> list[dict[str, str]]:
     """Return the parts of a symbol such as ``Delta mu^hor``, for HTML.
 
-    Parameters
-    ----------
-    symbol : str
-        Letters and names of Greek letters; ``^`` raises and ``_`` lowers what follows.
-
-    Returns
-    -------
-    list of dict
-        ``text`` and ``kind``: ``upright`` for the sign of a difference, ``base`` for a variable,
-        ``sup`` or ``sub``.
+    ``^`` raises and ``_`` lowers what follows; ``upright`` is the sign of a difference.
     """
     parts = []
     for script, name in re.findall(r"([\^_]?)([A-Za-z]+)", symbol):

@@ -20,18 +20,10 @@ _MAD = 0.6745
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure of a sensor.
+    """A measure of a sensor: the head of its column, and what stands out, in words.
 
-    Attributes
-    ----------
-    title, meaning : str
-        The head of its column, and what stands out, in words.
-    sign : {1, -1}
-        1 if a large value is bad.
-    least : float
-        Smaller spreads of the archive, on the scale of `scaled`, do not matter.
-    percent : bool
-        Whether it is a share.
+    The sign is 1 if a large value is bad, -1 if a small one is. Spreads of the archive below
+    `least`, on the scale of `scaled`, do not matter.
     """
 
     title: str
@@ -68,20 +60,9 @@ NOT_MEASURED: Cells = {"cells": [NO_CELL] * len(MEASURES), "remarks": []}
 def sensor_measures(wave: Wave | None, at_ends: Sequence[float]) -> dict[str, list[float]]:
     """Return the measures of each sensor of a recording; without a wave, ``rail`` alone.
 
-    Parameters
-    ----------
-    wave : Wave or None
-        From `capsule.detectors.wave.wave_of`.
-    at_ends : sequence of S floats
-        From `capsule.recordings.units.shares_at_ends`.
-
-    Returns
-    -------
-    dict
-        S numbers of each measure, to three digits: ``drift``, the change of the median level from
-        the first half of the run to the second, and ``noise``, the mean second difference, both in
-        depths of the sensor's wave; ``rail``, the share of samples at an end of the range; and
-        ``wave``, the share of power that belongs to the wave.
+    ``drift`` is the change of the median level from the first half of the run to the second, and
+    ``noise`` the mean second difference, both in depths of the sensor's wave; ``rail`` is the share
+    of samples at an end of the range, and ``wave`` the share of power that belongs to the wave.
     """
     found = {"rail": np.asarray(at_ends, dtype=np.float64)}
     if wave is not None and (depth := depths(wave)).all():
@@ -93,19 +74,7 @@ def sensor_measures(wave: Wave | None, at_ends: Sequence[float]) -> dict[str, li
 
 
 def quality_cells(measured: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, Cells]:
-    """Return the cells of each recording's worst sensor, and the measures that stand out.
-
-    Parameters
-    ----------
-    measured : mapping of str to mapping
-        `sensor_measures` of each recording.
-
-    Returns
-    -------
-    dict of str to dict
-        Of each recording ``cells``, one a measure: ``value``, ``text`` and ``shade`` of 0 to
-        `SHADES`, None without a value; and ``remarks``, a sentence for each that stands out.
-    """
+    """Return the cells of each recording's worst sensor, and a remark on each that stands out."""
     shown: dict[str, Cells] = {name: {"cells": [], "remarks": []} for name in measured}
     for key, measure in MEASURES.items():
         known = {name: np.array(of[key]) for name, of in measured.items() if of.get(key)}

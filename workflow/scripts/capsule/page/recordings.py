@@ -33,18 +33,7 @@ def verdicts_of(
 ) -> dict[str, list[Cells]]:
     """Return the verdicts on each recording by the first scheme that judged it.
 
-    Parameters
-    ----------
-    predictions, detections : DataFrame
-        results/evaluation/predictions.csv and results/detections.csv.
-    schemes : sequence of str
-        In the order of the page. A held-out recording has no verdict by any other scheme.
-
-    Returns
-    -------
-    dict of str to list of dict
-        Rows of the tables in their order; an unknown number is NaN. Unlabelled recordings have the
-        scheme `ALL`.
+    A held-out recording has no verdict by another scheme; unlabelled ones have the scheme `ALL`.
     """
     rank = predictions["scheme"].map({name: place for place, name in enumerate(schemes)})
     first = predictions[rank == rank.groupby(predictions["recording"]).transform("min")]
@@ -64,33 +53,7 @@ def page_values(
     tolerance_mm: float,
     quality: Mapping[str, Cells],
 ) -> Cells:
-    """Return the page's values that list the recordings.
-
-    Parameters
-    ----------
-    index : DataFrame
-        results/recordings.csv.
-    verdicts : mapping of str to sequence of mapping
-        From `verdicts_of`.
-    detectors : sequence of str
-        In the order of the page; the table shows the verdicts of the first.
-    sizes_mm : sequence of float
-        Sizes of the templates, 0 first.
-    compared : sequence of str
-        The schemes by which the page compares detectors.
-    tolerance_mm : float
-        Allowed error of the size.
-    quality : mapping of str to mapping
-        From `capsule.page.quality_map.quality_cells`, of each accepted recording.
-
-    Returns
-    -------
-    dict
-        ``recordings`` (from `recording_rows`), of which the table holds ``rows_listed`` before the
-        page's script runs; ``recording_sizes`` and ``outcomes`` for the filters; ``first_shown``;
-        ``tolerance``; ``measures``, heads and kinds of the columns of quality; ``data`` for the
-        page's scripts, from `page_data`.
-    """
+    """Return the page's values that list the recordings; the verdicts are the first detector's."""
     rows = recording_rows(index, verdicts, detectors[0], tolerance_mm, quality)
     accepted = [row for row in rows if row["accepted"]]
     # A recording with a nodule shows more at first sight than one without.
@@ -109,21 +72,9 @@ def page_values(
 
 
 def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
-    """Return the outcome of a verdict on an accepted recording.
+    """Return the outcome of a verdict on an accepted recording, one of `OUTCOMES`.
 
-    Parameters
-    ----------
-    size_mm : float or None
-        True size, 0 for no nodule; None or NaN for an unlabelled recording.
-    predicted_mm : float or None
-        Predicted size, 0 for no nodule; None or NaN without a verdict.
-    tolerance_mm : float
-        Allowed error of the size.
-
-    Returns
-    -------
-    str
-        One of `OUTCOMES`.
+    The sizes are 0 for no nodule, and None or NaN if they are not known.
     """
     if not words.is_known(size_mm):
         return "unlabelled"
@@ -155,13 +106,7 @@ def recording_rows(
     tolerance_mm: float,
     quality: Mapping[str, Cells],
 ) -> list[Cells]:
-    """Return one row per recording, including rejected recordings; parameters as in `page_values`.
-
-    Returns
-    -------
-    list of dict
-        The cells of each row, as text and as value to sort by.
-    """
+    """Return one row per recording, including rejected recordings."""
     rows: list[Cells] = []
     for row in index.to_dict("records"):
         accepted = row["status"] == "accepted"
@@ -208,16 +153,7 @@ def page_data(
     sizes_mm: Sequence[float],
     compared: Sequence[str],
 ) -> Cells:
-    """Return the data on all recordings for the page's scripts.
-
-    The accepted rows are from `recording_rows`; the other parameters are as in `page_values`.
-
-    Returns
-    -------
-    dict
-        ``sizes``; ``detectors``, each with ``name``, ``drawn``, ``needs`` and ``scores`` (from
-        `score_marks`); ``schemes``, those compared; ``recordings``, the accepted ones.
-    """
+    """Return the data on all accepted recordings for the page's scripts."""
     scores: dict[str, list[tuple[float, float]]] = {name: [] for name in detectors}
     for row in accepted:
         for each in verdicts.get(row["recording"], []) if row["size_mm"] is not None else []:
@@ -243,16 +179,7 @@ def page_data(
 def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
     """Return the scores of the labelled recordings, one row per size, at most `MAX_MARKS` each.
 
-    Parameters
-    ----------
-    true_mm, scores : (N,) array
-        True size and score of each recording.
-
-    Returns
-    -------
-    list of dict
-        ``size_mm``, ``of`` (number of recordings) and ``scores``, ascending: all scores, or those
-        of evenly spaced ranks.
+    Of more, those of evenly spaced ranks are kept.
     """
     marks = []
     for size_mm in np.unique(true_mm):

@@ -16,15 +16,9 @@ PAGE = "report.html.j2"
 
 @dataclass(frozen=True)
 class Frame:
-    """The templates, the style and the script of the page.
+    """The templates by name, the style and the script of the page.
 
-    Attributes
-    ----------
-    templates : mapping of str to str
-        The Jinja templates by name: `PAGE`, and what it includes and imports. The templates see
-        the values as ``page``, and the frame's parts as ``style``, ``script`` and ``policy``.
-    style, script : str
-        The page's CSS and JavaScript; neither may contain the end tag of its element.
+    Style and script may not contain the end tag of their element.
     """
 
     templates: Mapping[str, str]
@@ -52,29 +46,12 @@ def environment(templates: Mapping[str, str]) -> Environment:
 def render_page(frame: Frame, page: Row) -> Iterator[str]:
     """Return the parts of the HTML page, which a large page is written by.
 
-    Every value is escaped, and an unknown name in a template is an error.
+    Every value is escaped, and an unknown name in a template is an error. Values that the templates
+    take as they are, are JSON from `capsule.page.packing.to_json`, in which no tag can begin.
 
     The page's Content-Security-Policy allows this style and this script by their checksums, and
     images inside the page. It forbids all else: network, inline handlers and foreign scripts. It
     also protects if a text from a recording's header slips through the escaping.
-
-    Parameters
-    ----------
-    frame : Frame
-        Templates, style and script.
-    page : mapping
-        The values. Those that the templates take as they are, are JSON from
-        `capsule.page.packing.to_json`, in which no tag can begin.
-
-    Returns
-    -------
-    iterator of str
-        The page from its start to its end. All parts together would take its memory again.
-
-    Raises
-    ------
-    ValueError
-        If the style or the script contains its own end tag.
     """
     for name, text in (("style", frame.style), ("script", frame.script)):
         if f"</{name}" in text.casefold():

@@ -27,21 +27,7 @@ def page_values(
     printed: Settings,
     spread: Spread = map,
 ) -> Cells:
-    """Return the page's values, except the figures and the facts of this run of the workflow.
-
-    Parameters
-    ----------
-    tables : Tables
-        The tables.
-    stored : StoredRecordings
-        The stored results of the accepted recordings.
-    schema : mapping
-        The JSON Schema of the configuration.
-    printed : mapping
-        Content of paper.yaml.
-    spread : callable
-        As in `capsule.page.evidence.archive_evidence`.
-    """
+    """Return the page's values, except the figures and the facts of this run of the workflow."""
     settings, evaluation = tables.settings, tables.evaluation
     judged, index = settings["evaluation"], tables.index
     schemes, sizes_mm = tables.schemes, evaluation.sizes_mm()

@@ -27,16 +27,8 @@ _MARKS, _MARK = (6.0, 24.0), 13.0
 class Felt:
     """What each sensor felt over time.
 
-    Attributes
-    ----------
-    time_s : (N,) array
-        Seconds from the start.
-    rows : (S, N) array
-        Depth of the beats in units of the usual depth; without beats the envelopes, in SD.
-    in_depths : bool
-        Which of the two.
-    passed_s : sequence of S floats or None
-        When each sensor passes the place with the most evidence.
+    The rows are the depth of the beats in usual depths, or without beats the envelopes in SD.
+    `passed_s` is when each sensor passes the place with the most evidence.
     """
 
     time_s: FloatArray
@@ -57,15 +49,7 @@ class Felt:
 
 
 def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
-    """Return the drawing of what each sensor felt.
-
-    Returns
-    -------
-    dict
-        ``width`` and ``height``; ``rows``, one a sensor, with ``base`` (its usual depth), ``line``
-        and ``area`` as paths and its ``deepest`` value; ``ticks``, pairs of x and seconds;
-        ``passed``, the points of the diagonal, empty if it is not asked for or not complete.
-    """
+    """Return the drawing of what each sensor felt, with the diagonal if all sensors passed it."""
     base = 1.0 if felt.in_depths else float(np.nanmin(felt.rows))
     most = max(float(np.nanmax(felt.rows)) - base, _LEAST_RANGE)
     last_s = float(felt.time_s[-1]) or 1.0
@@ -108,14 +92,7 @@ def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
 def score_strip(
     healthy: Sequence[float], nodules: Sequence[float], threshold: float, score: float
 ) -> Cells:
-    """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach.
-
-    Returns
-    -------
-    dict
-        ``width`` and ``height``; ``marks``, a path for each row; ``threshold`` and ``this``, their
-        x; and ``of``, the numbers of healthy and nodules.
-    """
+    """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach."""
     every = [*healthy, *nodules, threshold, score]
     low, high = min(every), max(every)
     left = LEFT + 84
@@ -137,21 +114,7 @@ def score_strip(
 
 
 def size_chart(series: Sequence[Row], sizes: Sequence[str]) -> Cells:
-    """Return the chart of the nodules found by size.
-
-    Parameters
-    ----------
-    series : sequence of mapping
-        Each with ``name`` and ``rates``, for each size the rate and its interval, or None.
-    sizes : sequence of str
-        The sizes in words.
-
-    Returns
-    -------
-    dict
-        ``width`` and ``height``; ``grid``, pairs of y and percent; ``sizes``, pairs of x and text;
-        ``series``, each with ``name`` and ``points`` (x, y, and y of the interval's ends).
-    """
+    """Return the chart of the nodules found by size."""
     width, height, left, top = 360.0, 170.0, 44.0, 12.0
     step = (width - left) / max(len(sizes), 1)
 

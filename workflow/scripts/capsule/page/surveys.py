@@ -33,19 +33,7 @@ _HEAD_MM, _HEAD_PARTS = 0.4, 5000
 def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:
     """Return the values of the page's section on surveys.
 
-    Parameters
-    ----------
-    surveys : sequence of mapping
-        Each survey's results (``survey.json``) and its ``picture``; only ``name`` and ``problem``
-        for a survey that cannot be read.
-    passed_over : mapping of str to str
-        Folders that are not a finished survey, and why.
-
-    Returns
-    -------
-    dict
-        ``shown``, for each survey what `survey_values` returns, ``picture`` and ``data`` (JSON for
-        the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
+    Of a survey that cannot be read there are only ``name`` and ``problem``.
     """
     readable = [survey for survey in surveys if "problem" not in survey]
     problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]
@@ -70,14 +58,7 @@ def title_of(session: Session) -> str:
 
 
 def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
-    """Return what the page says about one survey, ready for JSON.
-
-    Returns
-    -------
-    dict
-        ``name``, ``title``, ``simulated``, ``summary`` (a sentence), and ``places`` with
-        ``number``, ``status``, ``where``, ``passes``, ``size``, ``height`` and ``suspected_s``.
-    """
+    """Return what the page says about one survey, ready for JSON."""
     known = track.head_mm[track.known]
     way = f"{words.number(float(known.max()), 0)} mm of gut" if known.size else "no known way"
     whole_s = float(session.time_s[-1] - session.time_s[0])
@@ -136,20 +117,8 @@ def _size(place: StoredPlace) -> str:
 def player(session: Session, track: Track) -> Cells:
     """Return the data that replays a survey.
 
-    Parameters
-    ----------
-    session : Session
-        The survey.
-    track : Track
-        Position, state and score at each of its judgements.
-
-    Returns
-    -------
-    dict
-        ``from_s``, ``until_s`` and ``step_s`` of the slider. ``head`` and ``threshold`` as points
-        [s, value]. ``unknown``, intervals [s, s] in which the survey did not
-        know the position. ``states`` as [s, state, reason], and ``words`` for them. ``score``,
-        packed, one value per ``judged_s``. ``signals``.
+    Head and threshold are points [s, value], states [s, state, reason]; ``unknown`` are intervals
+    [s, s] in which the survey did not know the position.
     """
     step_s = float(np.median(np.diff(track.time_s)))
     judged_s = max(step_s, float(np.ptp(track.time_s)) / MOST_JUDGEMENTS)

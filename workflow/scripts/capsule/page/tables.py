@@ -13,18 +13,8 @@ from capsule.kinds import Row
 class Tables(Rates):
     """The tables of results that the page shows, besides the rates.
 
-    Attributes
-    ----------
-    passed_over, detections, sites : DataFrame
-        results/passed_over.csv, detections.csv and sites.csv.
-    templates : sequence of mapping
-        Those of results/templates.json.
-    learning : DataFrame
-        The rates reached with parts of the archive, from `capsule.evaluation.learning`.
-    benches : sequence of mapping
-        The detectors' rates on other benches, from workflow/report/benches.csv.
-    references : str
-        workflow/report/references.bib.
+    `learning` is from `capsule.evaluation.learning`; `benches` and `references` are
+    workflow/report/benches.csv and references.bib.
     """
 
     passed_over: pd.DataFrame
