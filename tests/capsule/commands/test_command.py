@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from capsule.commands import cli
-from capsule.engine.jobs import run
 from capsule.errors import CapsuleError
 from support.command import CAPSULE, run_command
 from support.project import ROOT
@@ -42,15 +41,11 @@ def test_help_lists_the_commands_and_imports_nothing_heavy():
     assert not {"numpy", "pandas", "serial", "yaml", "capsule.bench"} & imported
 
 
-def test_the_version_says_where_the_code_is():
-    done = call("--version")
-    assert done.stdout == f"capsule 0.1.0, from {ROOT / 'workflow/scripts/capsule'}\n"
-
-
-def test_without_a_word_the_help_is_an_error():
+def test_the_version_says_where_the_code_is_and_without_a_word_the_help_is_an_error():
+    told = call("--version").stdout
+    assert told == f"capsule 0.1.0, from {ROOT / 'workflow/scripts/capsule'}\n"
     done = call()
-    assert done.returncode == 2
-    assert done.stdout.startswith("usage: capsule ")
+    assert (done.returncode, done.stdout.startswith("usage: capsule ")) == (2, True)
 
 
 @pytest.mark.parametrize(
@@ -77,31 +72,6 @@ def test_the_module_is_the_same_command(tmp_path):
     command = [sys.executable, "-m", "capsule", "--help"]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, call("--help").stdout)
-
-
-@pytest.mark.parametrize(
-    ("raised", "status", "line"),
-    [
-        (KeyboardInterrupt(), 130, ""),
-        (CapsuleError("no board"), 1, "error: no board\n"),
-        (OSError(28, "No space left on device", "raw"), 1, "error: raw: No space left on device"),
-        (BrokenPipeError(), 141, ""),
-    ],
-)
-def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, monkeypatch):
-    # A program that reads no more, such as `head`, is no error to tell of.
-    monkeypatch.setattr(os, "dup2", lambda *_: None)
-    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
-
-    def fail():
-        raise raised
-
-    with pytest.raises(SystemExit) as ended:
-        run(fail)
-    # Python prints the text of an exit as a line, and ends with status 1.
-    code = ended.value.code
-    assert (1 if isinstance(code, str) else code) == status
-    assert (capsys.readouterr().err or (code if isinstance(code, str) else "")).startswith(line)
 
 
 def test_a_wrong_option_leaves_ctrl_c_as_it_was():
@@ -175,18 +145,19 @@ def test_simulate_import_and_record_write_into_the_folder_with_its_sensors(bench
     assert shipped() == before
 
 
-def test_a_survey_uses_the_configuration_of_the_folder(bench):
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["judge", "run.csv"],
+        ["export", "--format", "mat"],
+        ["simulate"],
+        ["survey", "--simulate", "--metres", "0.3", "--out", "sessions/one"],
+    ],
+)
+def test_each_command_checks_the_configuration_of_the_folder(bench, words):
     (bench / "config/config.yaml").write_text("recording: {sensors: four}\n", encoding="utf-8")
     with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
-        run_command("survey", "--simulate", "--metres", "0.3", "--out", "sessions/one")
-
-
-@pytest.mark.parametrize("word", ["judge", "export", "simulate"])
-def test_each_command_checks_the_configuration_of_the_folder(bench, word):
-    (bench / "config/config.yaml").write_text("recording: {sensors: four}\n", encoding="utf-8")
-    words = {"judge": ["run.csv"], "export": ["--format", "mat"], "simulate": []}
-    with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
-        run_command(word, *words[word])
+        run_command(*words)
 
 
 @pytest.mark.slow

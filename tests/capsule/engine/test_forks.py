@@ -31,24 +31,18 @@ for each in Forks(2)(name, range(40)):
 """
 
 
-@pytest.mark.parametrize("processes", [1, 2])
-def test_the_results_come_in_the_order_of_the_parts(processes):
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=needs_forks)])
+def test_the_results_come_in_order_from_processes_of_one_thread_each(processes):
     shared = {"a": 3, "b": 1, "c": 2}
-    assert list(Forks(processes)(lambda name: shared[name] ** 2, "abc")) == [9, 1, 4]
 
+    def work(name):
+        threads = {pool["num_threads"] for pool in threadpool_info()}
+        return shared[name] ** 2, os.getpid() == starter, threads
 
-@needs_forks
-def test_more_than_one_process_works_beside_this_one():
-    assert set(Forks(1)(lambda _: os.getpid(), range(3))) == {os.getpid()}
-    assert os.getpid() not in set(Forks(2)(lambda _: os.getpid(), range(3)))
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_each_process_computes_with_one_thread(processes):
+    starter = os.getpid()
     with threadpool_limits(limits=2):
-        spread = Forks(processes)
-        for pools in spread(lambda _: threadpool_info(), range(2)):
-            assert {pool["num_threads"] for pool in pools} == {1}
+        made = list(Forks(processes)(work, "abc"))
+    assert made == [(square, processes == 1, {1}) for square in (9, 1, 4)]
 
 
 def test_an_error_of_a_part_reaches_the_caller():

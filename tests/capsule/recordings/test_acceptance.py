@@ -18,14 +18,6 @@ from support.project import ROOT
 from support.synthetic import make_recording
 
 CONFIG = read_config_file(ROOT / "config" / "config.yaml")
-LARGEST = 1_000_000
-# The highest count of the ADC in the unit of each recording.
-UNITS = {
-    "10 bit": ({"adc_bits": "10"}, 1),
-    "12 bit": ({"adc_bits": "12"}, 4),
-    "volts": ({"vref_v": "5", "adc_bits": "10"}, 5 / 1024),
-    "volts of 12 bit": ({"unit": "V", "vref_v": "3.3", "adc_bits": "12"}, 3.3 / 1024),
-}
 SECTION = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
@@ -37,36 +29,62 @@ SECTION = {
 }
 SETTINGS = {"rules": SECTION, "window": 84, "length": 1000}
 RULES = {"rate_hz": 10, "rate_tolerance": 0.05, "stretch": 84, "length": 1000}
-SAMPLES = 520
-EVEN = np.arange(SAMPLES) * 0.1
+# Of the recordings that `accept` takes, and of the times that `columns_by_time` takes.
+MADE, SAMPLES = 300, 520
+INDEX, EVEN = np.arange(MADE), np.arange(SAMPLES) * 0.1
 
 
-def check(values, header):
-    recording = Recording(make_recording(0, "0mm/r01").time_s, values, header)
-    return check_recording("0mm/r01", format_recording(recording), LARGEST, CONFIG)
+def recording(**changes):
+    return Recording(**(vars(make_recording(3.0, "3mm/r01", samples=MADE)) | changes))
 
 
-@pytest.mark.parametrize(("header", "step"), UNITS.values(), ids=UNITS)
+def lacking(*lost, begins_s=0.0):
+    """Return a recording without some samples."""
+    whole, kept = recording(), np.delete(INDEX, np.concatenate([[], *lost]).astype(int))
+    return Recording(begins_s + whole.time_s[kept], whole.values[:, kept], whole.header)
+
+
+def with_sensor(number, readings):
+    """Return a recording with one sensor replaced."""
+    values = recording().values
+    values[number - 1] = readings
+    return recording(values=values)
+
+
+def check(made):
+    """Check the bytes of a recording as a job does."""
+    return check_recording("3mm/r01", format_recording(made), 1_000_000, CONFIG)
+
+
+# Outcomes.
+
+
+# The highest count of the converter in the unit of each recording.
+UNITS = {
+    "10 bit": ({"adc_bits": "10"}, 1, 1023),
+    "12 bit": ({"adc_bits": "12"}, 4, 4095),
+    "volts": ({"vref_v": "5", "adc_bits": "10"}, 5 / 1024, 5 * 1023 / 1024),
+    "volts of 12 bit": ({"unit": "V", "vref_v": "3.3", "adc_bits": "12"}, 3.3 / 1024, 3.3),
+}
+
+
+@pytest.mark.parametrize(("header", "step", "top"), UNITS.values(), ids=UNITS)
 @pytest.mark.parametrize("high", [False, True], ids=["lowest", "highest"])
-def test_a_loose_sensor_is_told_in_every_unit(header, step, high):
-    counts = make_recording(0, "0mm/r01").values
-    values = counts * step
-    bits = int(header["adc_bits"])
-    top = 2**bits - 1 if "vref_v" not in header else float(header["vref_v"]) * (1 - 2**-bits)
+def test_a_loose_sensor_is_told_in_every_unit_and_none_of_a_rejected_recording(
+    header, step, top, high
+):
+    values = make_recording(0, "0mm/r01").values * step
+    time_s = np.arange(values.shape[1]) * 0.1
     values[2, :70] = top if high else 0
-    made, readings, _ = check(values, header)
+    made, readings, _ = check(Recording(time_s, values, header))
     assert made["status"] == "accepted", made["reason"]
     assert made["at_ends"] == [0, 0, pytest.approx(0.1), 0]
     assert quality_words(readings, made["at_ends"], 10.0) == (
         "sensor 3 loose: at the end of its range in 10 % of the samples"
     )
-
-
-def test_a_rejected_recording_has_no_share_at_the_ends():
-    values = make_recording(0, "0mm/r01").values
     values[1] = 0
-    made, readings, _ = check(values, {"adc_bits": "10"})
-    assert made["status"] == "rejected" and made["at_ends"] == []
+    made, readings, _ = check(Recording(time_s, values, header))
+    assert (made["status"], made["at_ends"]) == ("rejected", [])
     assert np.isnan(readings).all()
 
 
@@ -83,30 +101,35 @@ def test_a_rejected_recording_has_no_share_at_the_ends():
 )
 def test_what_came_after_the_wave_stopped_is_no_evidence(stated, status, columns, reason):
     made = make_recording(3.0, "3mm/r01", samples=525)
-    stopped = Recording(made.time_s, made.values, {"wave_until_s": stated})
-    check, values, _ = check_recording("3mm/r01", format_recording(stopped), LARGEST, CONFIG)
-    assert (check["status"], values.shape[1]) == (status, columns)
-    assert reason in check["reason"] and bool(reason) == bool(check["reason"])
-    assert check["samples"] == 525
+    # Its duration is from the first sample to the last.
+    made = Recording(made.time_s, made.values, {"wave_until_s": stated})
+    told, values, _ = check(made)
+    assert (told["status"], values.shape[1]) == (status, columns)
+    assert reason in told["reason"] and bool(reason) == bool(told["reason"])
+    assert (told["samples"], told["duration_s"]) == (525, pytest.approx(52.4))
 
 
-def recording(**changes):
-    made = make_recording(3.0, "3mm/r01", samples=300)
-    return Recording(**(vars(made) | changes))
+def test_a_copy_with_another_clock_has_the_same_marks_and_duration_counts_from_its_start():
+    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
+    first, other = (
+        check(Recording(7.5 + whole.time_s * factor, whole.values, whole.header))[0]
+        for factor in (1.0, 0.96)
+    )
+    assert first["marks"] == other["marks"] != []
+    assert first["duration_s"] == pytest.approx(51.9)
 
 
-def test_a_regular_recording_is_taken_as_it_is():
+# Samples.
+
+
+def test_samples_that_never_came_leave_a_gap_and_all_others_stay():
     np.testing.assert_array_equal(accept(recording(), **SETTINGS), recording().values)
-
-
-def test_samples_that_never_came_leave_a_gap_and_shift_nothing():
-    whole = recording()
-    keep = np.delete(np.arange(300), slice(100, 115))
-    cut = Recording(whole.time_s[keep], whole.values[:, keep], whole.header)
-    values = accept(cut, **SETTINGS)
-    assert values.shape == (4, 300)
-    assert np.isnan(values[:, 100:115]).all()
-    np.testing.assert_array_equal(values[:, keep], whole.values[:, keep])
+    values = accept(lacking(range(100, 115)), **SETTINGS)
+    expected = recording().values
+    expected[:, 100:115] = np.nan
+    np.testing.assert_array_equal(values, expected)
+    volts = np.clip(recording().values / 204.8, 0, 2.5)
+    np.testing.assert_array_equal(accept(recording(values=volts, header={}), **SETTINGS), volts)
 
 
 @pytest.mark.parametrize("factor", [0.96, 0.985, 1.04])
@@ -135,116 +158,198 @@ def test_a_gap_of_a_clock_that_is_off_stays_as_long_in_time():
 @pytest.mark.parametrize("drift", [0.0, 0.9e-3, -0.9e-3])
 def test_readings_at_the_configured_rate_stay_to_the_bit(drift):
     whole = make_recording(0, "0mm/r01", samples=SAMPLES)
-    jitter = generator(1, "jitter").normal(0, 0.002, SAMPLES)
-    times_s = EVEN * (1 + drift) + jitter
+    times_s = EVEN * (1 + drift) + generator(1, "jitter").normal(0, 0.002, SAMPLES)
     values = accept(Recording(times_s, whole.values, whole.header), **SETTINGS)
     np.testing.assert_array_equal(values, whole.values)
 
 
-def test_a_copy_with_another_clock_has_the_same_marks():
-    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
-    made = [
-        check_recording(
-            "0mm/r01",
-            format_recording(Recording(whole.time_s * factor, whole.values, whole.header)),
-            LARGEST,
-            CONFIG,
-        )[0]["marks"]
-        for factor in (1.0, 0.96)
-    ]
-    assert made[0] == made[1] and made[0]
+# Reasons.
 
 
 def changed_time(index, time_s):
-    times = recording().time_s.copy()
+    times = recording().time_s
     times[index] = time_s
-    return {"time_s": times}
+    return recording(time_s=times)
 
 
-def changed_sensor(sensor, readings):
-    values = recording().values.copy()
-    values[sensor - 1] = readings
-    return {"values": values}
+MOSTLY = INDEX < 200
+AT_AN_END = r"sensor_3 is at .* in 67 % of the samples"
+VOLTS = {"vref_v": "5", "adc_bits": "10"}
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason"),
+    ("made", "reason"),
     [
+        (Recording(np.array([0.0]), np.ones((4, 1))), "at least 2 samples; this one has 1"),
         (changed_time(5, 0.2), "time runs backwards: 0.2 s follows 0.4 s"),
         (changed_time(5, 0.4), "time repeats: 0.4 s follows 0.4 s"),
         (changed_time(299, 1e20), r"1e\+21 samples are more than the 1000 columns"),
-        ({"time_s": np.arange(300) * 1e-300}, "Hz, but recording.rate_hz is 10"),
-        (changed_sensor(2, 512 + 1e-12 * np.arange(300)), "sensor_2 reads 512 in all samples"),
-        (changed_sensor(2, 1e-200 * np.arange(300)), "sensor_2 reads 0 in all samples"),
-        ({"header": {"adc_bits": "9" * 5000}}, "adc_bits: '9999999.*', which is not a number"),
-        ({"header": {"adc_bits": "33"}}, "adc_bits: '33'; allowed is a whole number, 1 to 32"),
-        ({"header": {"adc_bits": "10.5"}}, "allowed is a whole number"),
-        ({"header": {"vref_v": "0"}}, "vref_v: 0; it must be above 0"),
-        ({"header": {"rate_hz": "20"}}, "rate_hz: 20, but the samples come at 10 Hz"),
-        ({"header": {"nodule_at_mm": "here"}}, "nodule_at_mm: 'here', which is not a number"),
+        (recording(time_s=INDEX * 1e-300), "Hz, but recording.rate_hz is 10"),
+        (with_sensor(2, 512 + 1e-12 * INDEX), "sensor_2 reads 512 in all samples"),
+        (with_sensor(2, 1e-200 * INDEX), "sensor_2 reads 0 in all samples"),
+        (with_sensor(1, INDEX - 1), "sensor_1 reads -1, outside the ADC's"),
+        (with_sensor(1, INDEX + 725), "sensor_1 reads 1024, outside the ADC's"),
+        (recording(header={"adc_bits": "9" * 5000}), "adc_bits: '9999999.*', .* not a number"),
+        (recording(header={"adc_bits": "33"}), "adc_bits: '33'; .* a whole number, 1 to 32"),
+        (recording(header={"adc_bits": "10.5"}), "allowed is a whole number"),
+        (recording(header={"vref_v": "0"}), "vref_v: 0; it must be above 0"),
+        (recording(header={"rate_hz": "20"}), "rate_hz: 20, but the samples come at 10 Hz"),
+        (recording(header={"nodule_at_mm": "here"}), "nodule_at_mm: 'here', .* not a number"),
+        (with_sensor(3, np.where(MOSTLY, 1023, 500)), AT_AN_END),
+        (with_sensor(3, np.where(MOSTLY, 0, 500)), AT_AN_END),
+        # Averaged counts, and volts.
+        (with_sensor(3, np.where(MOSTLY, 1023, 500.25)), AT_AN_END),
+        (
+            recording(
+                values=with_sensor(3, np.where(MOSTLY, 1023, 500)).values * 5 / 1024, header=VOLTS
+            ),
+            AT_AN_END,
+        ),
     ],
 )
-def test_what_cannot_be_used_says_why(changes, reason):
+def test_what_cannot_be_used_says_why(made, reason):
     with pytest.raises(RecordingError, match=reason):
-        accept(recording(**changes), **SETTINGS)
+        accept(made, **SETTINGS)
+
+
+def spread_out(count):
+    """Return places of so many samples, in pieces of 15 at most."""
+    return [range(start, start + min(15, count - done)) for done, start in
+            zip(range(0, count, 15), range(20, 300, 50), strict=False)]  # fmt: skip
+
+
+# What makes a recording from a number, the highest number that is allowed, and the reason above it.
+LIMITS = {
+    **{
+        f"a gap from {start} on, begun at {begins_s} s": (
+            lambda lost, start=start, begins_s=begins_s: lacking(
+                range(start, start + lost), begins_s=begins_s
+            ),
+            20,
+            rf"missing for 2\.1 s, from {begins_s + start / 10:g} s on; at most 2 s",
+        )
+        for start in (1, 150, 278)
+        for begins_s in (0, 7)
+    },
+    "missing samples": (
+        lambda count: lacking(*spread_out(count)),
+        60,
+        r"61 of 300 samples \(20 %\) are missing; at most 20 % are",
+    ),
+    **{
+        f"samples at {end}": (
+            lambda count, end=end: with_sensor(3, np.where(count > INDEX, end, INDEX + 200)),
+            150,
+            f"sensor_3 is at {end}, the end",
+        )
+        for end in (0, 1023)
+    },
+    "equal samples": (
+        lambda count: with_sensor(2, np.where(count > INDEX, 487, INDEX + 500)),
+        240,
+        r"sensor_2 reads 487 in 80 % .* so it is stuck or loose",
+    ),
+}
+
+
+@pytest.mark.parametrize(("make", "most", "reason"), LIMITS.values(), ids=LIMITS)
+def test_exactly_as_much_as_allowed_is_accepted_and_no_more(make, most, reason):
+    assert accept(make(most), **SETTINGS).shape == (4, MADE)
+    with pytest.raises(RecordingError, match=reason):
+        accept(make(most + 1), **SETTINGS)
 
 
 def test_a_recording_is_never_cut_nor_shorter_than_the_window():
-    with pytest.raises(RecordingError, match=r"300 samples .* raise preprocessing\.length"):
-        accept(recording(), **SETTINGS | {"length": 299})
-    with pytest.raises(RecordingError, match="300 samples are fewer than the window of 301"):
-        accept(recording(), **SETTINGS | {"window": 301})
-    single = Recording(np.array([0.0]), np.ones((4, 1)))
-    with pytest.raises(RecordingError, match="at least 2 samples; this one has 1"):
-        accept(single, **SETTINGS)
-
-
-def test_volts_are_taken_as_they_are():
-    volts = np.clip(recording().values / 204.8, 0, 2.5)
-    values = accept(recording(values=volts, header={}), **SETTINGS)
-    np.testing.assert_array_equal(values, volts)
-
-
-MOSTLY = np.arange(300) < 200
-
-
-@pytest.mark.parametrize(
-    ("readings", "scale", "header"),
-    [
-        (np.where(MOSTLY, 1023, 500), 1.0, {"adc_bits": "10"}),
-        (np.where(MOSTLY, 1023, 500), 1.0, {}),
-        (np.where(MOSTLY, 4095, 500), 1.0, {}),
-        (np.where(MOSTLY, 0, 500), 1.0, {}),
-        (np.where(MOSTLY, 1023, 500.25), 1.0, {"adc_bits": "10"}),
-        (np.where(MOSTLY, 1023, 500.25), 1.0, {"adc_bits": "10", "vref_v": "5"}),
-        (np.where(MOSTLY, 1023, 500), 5 / 1023, {"vref_v": "5.0"}),
-        (np.where(MOSTLY, 1023, 500), 5 / 1024, {"vref_v": "5.0", "adc_bits": "10"}),
-        (np.where(MOSTLY, 0, 500), 5 / 1024, {}),
-    ],
-)
-def test_a_sensor_at_the_end_of_the_range_is_found_in_counts_and_volts(readings, scale, header):
-    values = recording().values
-    values[2] = readings
-    with pytest.raises(RecordingError, match=r"sensor_3 is at .* in 67 % of the samples"):
-        accept(recording(values=values * scale, header=header), **SETTINGS)
+    # Over a single window no two sensors can be compared.
+    alike = SECTION | {"max_sensor_correlation": 1.0}
+    assert accept(recording(), rules=alike, window=MADE, length=1000).shape == (4, MADE)
+    assert accept(recording(), rules=SECTION, window=84, length=MADE).shape == (4, MADE)
+    for changed, reason in (
+        ({"length": MADE - 1}, r"300 samples .* raise preprocessing\.length"),
+        ({"window": MADE + 1}, "300 samples are fewer than the window of 301"),
+    ):
+        with pytest.raises(RecordingError, match=reason):
+            accept(recording(), **SETTINGS | changed)
+    two = Recording(np.array([0.0, 0.1]), np.array([[1.0, 2.0], [4.0, 3.5]]))
+    rules = alike | {"max_rail_fraction": 1.0}
+    np.testing.assert_array_equal(accept(two, rules=rules, window=2, length=1000), two.values)
 
 
 def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
-    numbers = np.random.default_rng(1)
-    drift = np.linspace(0, 300, 300)
-    sensors = recording().values + drift
+    sensors = recording().values + np.linspace(0, 300, MADE)
     accept(recording(values=sensors), **SETTINGS)
-    sensors[3] = sensors[1] + numbers.integers(-1, 2, 300)
+    sensors[3] = sensors[1] + np.random.default_rng(1).integers(-1, 2, MADE)
     # In volts, the readings are small numbers.
     for values in (sensors, 1e-4 * sensors):
-        with pytest.raises(
-            RecordingError,
-            match=r"sensor_2 and sensor_4 give nearly the same readings \(correlation 0\.",
-        ):
+        with pytest.raises(RecordingError, match=r"sensor_2 and sensor_4 .*\(correlation 0\."):
             accept(recording(values=values, header={}), **SETTINGS)
-    accept(
-        recording(values=sensors), **SETTINGS | {"rules": SECTION | {"max_sensor_correlation": 1.0}}
-    )
+    rules = SECTION | {"max_sensor_correlation": 1.0}
+    accept(recording(values=sensors), **SETTINGS | {"rules": rules})
+
+
+@pytest.mark.parametrize("window", [84, 85])
+def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_means(window):
+    """The limit lies exactly at the correlation that is computed slowly."""
+    values = recording().values
+    values[3] = values[1] + np.random.default_rng(2).integers(-20, 21, MADE)
+    half, starts = (window - 1) // 2, range(MADE + 1 - window)
+    level = [[row[start : start + window].mean() for start in starts] for row in values]
+    moving = values[:, half : half + len(starts)] - np.array(level)
+    length = np.sqrt((moving**2).sum(axis=1))
+    correlation = (moving @ moving.T) / np.outer(length, length)
+    largest = correlation[np.triu_indices(4, 1)].max()
+    assert largest == correlation[1, 3] < 0.999
+    for limit in (largest + 1e-9, largest - 1e-9):
+        rules = {"rules": SECTION | {"max_sensor_correlation": limit}, "window": window}
+        if limit > largest:
+            accept(recording(values=values), **rules, length=1000)
+        else:
+            with pytest.raises(RecordingError, match=rf"sensor_2 and sensor_4 .* {largest:.3f}\)"):
+                accept(recording(values=values), **rules, length=1000)
+
+
+# Columns.
+
+
+def without(*lost, samples=SAMPLES):
+    """Return the numbers of the samples that are kept."""
+    return np.delete(np.arange(samples), [each for part in lost for each in part])
+
+
+@pytest.mark.parametrize(
+    ("time_s", "kept", "rules"),
+    [
+        (EVEN, without(), {}),
+        # The matrix is filled to its last column.
+        (EVEN, without(range(100, 110)), {"length": SAMPLES}),
+        *((EVEN, without([lost]), {}) for first in (1, 2, 3, 5) for lost in (first, 519 - first)),
+        *((EVEN / 10 * each, without(range(30, 38), [200], range(400, 419)), {})
+          for each in (9.7, 9.995, 10.003, 10.3)),
+        *((np.arange(SAMPLES) / each, without(), {}) for each in (9.51, 10.49)),
+        *((EVEN, np.arange(samples), {"stretch": 2}) for samples in (2, 3, 5, 9, 10)),
+        *((np.round(np.arange(5000) / each, 3), np.arange(5000), {"rate_hz": each, "length": 5000})
+          for each in (36, 100, 300)),
+    ],
+)  # fmt: skip
+def test_a_column_is_that_of_the_time(time_s, kept, rules):
+    np.testing.assert_array_equal(columns_by_time(time_s[kept], **RULES | rules), kept)
+
+
+@given(st.sets(st.integers(1, 298), max_size=60), st.floats(-0.04, 0.04), st.floats(-1e6, 1e6))
+def test_samples_that_never_came_shift_nothing_whatever_the_clock(lost, slow, start):
+    kept = without(lost, samples=300)
+    columns = columns_by_time(start + kept * 0.1 * (1.0 + slow), **RULES)
+    np.testing.assert_array_equal(columns, kept)
+
+
+@pytest.mark.parametrize(("lost", "late"), [(1, 0.0), (1, 0.03), (3, -0.03), (17, 0.02)])
+@pytest.mark.parametrize("at", [8, 100, 260, 510])
+def test_a_gap_has_as_many_columns_as_samples_are_missing(lost, late, at):
+    kept = without(range(at, min(at + lost, SAMPLES - 1)))
+    time_s = kept * 0.1
+    # The first sample after the gap may come a little early or late.
+    time_s[at] += late
+    np.testing.assert_array_equal(columns_by_time(time_s, **RULES), kept)
 
 
 def jittered(time_s, seed, spread_s=0.025):
@@ -259,28 +364,14 @@ def jittered(time_s, seed, spread_s=0.025):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_jitter_invents_no_sample_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
-    kept = np.delete(np.arange(SAMPLES), [*range(60, 75), *range(200, 210), 400, 401])
     whole = columns_by_time(jittered(EVEN, seed), **RULES)
     np.testing.assert_array_equal(whole, np.arange(SAMPLES))
+    kept = without(range(60, 75), range(200, 210), [400, 401])
     columns = columns_by_time(jittered(EVEN[kept], seed), **RULES)
     assert columns[-1] == SAMPLES - 1
     clear = np.min(np.abs(kept[:, None] - [60, 74, 200, 209, 400]), axis=1) > 5
     np.testing.assert_array_equal(columns[clear], kept[clear])
     assert np.max(np.abs(columns - kept)) <= 2
-
-
-@given(st.sets(st.integers(1, 298), max_size=60), st.floats(-0.04, 0.04), st.floats(-1e6, 1e6))
-def test_samples_that_never_came_shift_nothing_whatever_the_clock(lost, slow, start):
-    kept = np.delete(np.arange(300), sorted(lost))
-    columns = columns_by_time(start + kept * 0.1 * (1.0 + slow), **RULES)
-    np.testing.assert_array_equal(columns, kept)
-
-
-@pytest.mark.parametrize("rate_hz", [36, 100, 300])
-def test_time_that_is_rounded_to_the_millisecond_does_not_drift(rate_hz):
-    time_s = np.round(np.arange(5000) / rate_hz, 3)
-    columns = columns_by_time(time_s, **RULES | {"rate_hz": rate_hz, "length": 5000})
-    np.testing.assert_array_equal(columns, np.arange(5000))
 
 
 def test_a_pause_of_half_an_interval_opens_no_more_than_one_column():
@@ -295,203 +386,41 @@ def two_rates(second_hz, first=0.6):
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-@pytest.mark.parametrize("second_hz", [4, 5, 8, 9, 11, 12.5, 20, 100])
-def test_a_rate_that_changes_within_is_told(second_hz):
-    with pytest.raises(RecordingError, match=r"the sampling rate changes: .*cut the file there"):
-        columns_by_time(two_rates(second_hz), **RULES)
+CROWDED = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
+CHANGES = r"the sampling rate changes: .*cut the file there"
+WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
 
 
-@pytest.mark.parametrize("second_hz", [20, 100])
-def test_a_change_too_short_for_a_rate_of_its_own_is_told_by_count_and_duration(second_hz):
-    time_s = two_rates(second_hz, first=0.95)
-    with pytest.raises(RecordingError, match=r"too many samples for their time: .*correct time_s"):
+@pytest.mark.parametrize(
+    ("time_s", "reason"),
+    [
+        *((two_rates(each), CHANGES) for each in (4, 5, 8, 9, 11, 12.5, 20, 100)),
+        # 312 steps of 0.1 s, then of 0.2 s; the fifth stretch of 84 begins 24 of these later.
+        (two_rates(5), r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"),
+        # A change too short for a rate of its own is told by count and duration.
+        *((two_rates(each, 0.95), "too many samples for their time: ") for each in (20, 100)),
+        # Also if the time does not begin at 0; 201.5 intervals are rounded to either side.
+        (CROWDED, r": 204 samples up to 20\.15 s, but 10 Hz give 203;"),
+        (CROWDED + 700, r": 204 samples up to 720\.15 s, but 10 Hz give 202;"),
+        *((np.arange(SAMPLES) / each, WRONG_RATE) for each in (9.49, 10.51)),
+        *((EVEN * unit * rate, rf"is time_s in 1/{unit:.0f} of a second\?")
+          for unit, rate in ((1e3, 1), (1e6, 1), (1e9, 1), (1e3, 0.6), (1e3, 1.8))),
+        # No unit of time is guessed for another rate.
+        *((EVEN * each, f"{WRONG_RATE}$") for each in (0.4, 2.5, 400, 2500)),
+    ],
+)  # fmt: skip
+def test_times_that_cannot_be_used_say_why(time_s, reason):
+    with pytest.raises(RecordingError, match=reason):
         columns_by_time(time_s, **RULES)
 
 
-def test_more_samples_than_the_time_has_room_for_are_told():
-    time_s = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
-    # Also if the time does not begin at 0; 201.5 intervals are rounded to either side.
-    for start_s, end_s, room in ((0.0, "20.15", 203), (700.0, "720.15", 202)):
-        told = f": 204 samples up to {end_s} s, but 10 Hz give {room};"
-        with pytest.raises(RecordingError, match=re.escape(told)):
-            columns_by_time(time_s + start_s, **RULES)
-
-
-@pytest.mark.parametrize(("lost", "accepted"), [(20, True), (21, False)])
-@pytest.mark.parametrize("start", [1, 150, 278])
-@pytest.mark.parametrize("begins_s", [0, 7])
-def test_a_gap_may_last_exactly_as_long_as_allowed(lost, accepted, start, begins_s):
-    whole = recording()
-    keep = np.delete(np.arange(300), slice(start, start + lost))
-    cut = Recording(begins_s + whole.time_s[keep], whole.values[:, keep], whole.header)
-    if accepted:
-        assert np.isnan(accept(cut, **SETTINGS)[:, start : start + lost]).all()
-    else:
-        reason = (
-            rf"samples are missing for 2\.1 s, from {begins_s + start / 10:g} s on; at most 2 s"
-        )
-        with pytest.raises(RecordingError, match=reason):
-            accept(cut, **SETTINGS)
-
-
-def test_exactly_the_allowed_share_of_samples_may_be_missing():
-    whole = recording()
-    lost = np.concatenate([np.arange(start, start + 15) for start in (20, 70, 120, 170)])
-    for more, accepted in (([], True), ([250], False)):
-        keep = np.delete(np.arange(300), [*lost, *more])
-        cut = Recording(whole.time_s[keep], whole.values[:, keep], whole.header)
-        if accepted:
-            assert np.isnan(accept(cut, **SETTINGS)).all(axis=0).sum() == 60
-        else:
-            with pytest.raises(
-                RecordingError, match=r"61 of 300 samples \(20 %\) are missing; at most 20 % are"
-            ):
-                accept(cut, **SETTINGS)
-
-
-@pytest.mark.parametrize("end", [0, 1023])
-def test_exactly_the_allowed_share_of_samples_may_lie_at_the_end_of_the_range(end):
-    for count, accepted in ((150, True), (151, False)):
-        values = recording().values
-        values[2] = np.where(np.arange(300) < count, end, np.arange(300) + 200)
-        if accepted:
-            accept(recording(values=values), **SETTINGS)
-        else:
-            with pytest.raises(RecordingError, match=f"sensor_3 is at {end}, the end"):
-                accept(recording(values=values), **SETTINGS)
-
-
-def test_exactly_the_allowed_share_of_samples_may_read_the_same():
-    for count, accepted in ((240, True), (241, False)):
-        values = recording().values
-        values[1] = np.where(np.arange(300) < count, 487, np.arange(300) + 500)
-        if accepted:
-            accept(recording(values=values), **SETTINGS)
-        else:
-            with pytest.raises(
-                RecordingError, match=r"sensor_2 reads 487 in 80 % .* so it is stuck or loose"
-            ):
-                accept(recording(values=values), **SETTINGS)
-
-
-@pytest.mark.parametrize("window", [84, 85])
-def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_means(window):
-    """The limit lies exactly at the correlation that is computed slowly."""
-    values = recording().values
-    numbers = np.random.default_rng(2)
-    values[3] = values[1] + numbers.integers(-20, 21, 300)
-    half = (window - 1) // 2
-    starts = range(301 - window)
-    level = [[row[start : start + window].mean() for start in starts] for row in values]
-    moving = values[:, half : half + len(starts)] - np.array(level)
-    length = np.sqrt((moving**2).sum(axis=1))
-    correlation = (moving @ moving.T) / np.outer(length, length)
-    largest = correlation[np.triu_indices(4, 1)].max()
-    assert largest == correlation[1, 3] < 0.999
-    above = SECTION | {"max_sensor_correlation": largest + 1e-9}
-    accept(recording(values=values), rules=above, window=window, length=1000)
-    below = SECTION | {"max_sensor_correlation": largest - 1e-9}
-    with pytest.raises(RecordingError, match=rf"sensor_2 and sensor_4 .* {largest:.3f}\)"):
-        accept(recording(values=values), rules=below, window=window, length=1000)
-
-
-def test_a_recording_as_long_as_the_window_or_the_matrix_is_accepted():
-    whole = recording()
-    # Over a single window no two sensors can be compared.
-    alike = SECTION | {"max_sensor_correlation": 1.0}
-    assert accept(whole, rules=alike, window=300, length=1000).shape == (4, 300)
-    assert accept(whole, rules=SECTION, window=84, length=300).shape == (4, 300)
-
-
-def test_counts_may_reach_both_ends_of_the_converters_range_and_nothing_beyond():
-    values = recording().values
-    values[0, :2] = 0, 1023
-    accept(recording(values=values), **SETTINGS)
-    for beyond in (-1, 1024):
-        values[0, 0] = beyond
-        with pytest.raises(RecordingError, match=f"sensor_1 reads {beyond}, outside the ADC's"):
-            accept(recording(values=values), **SETTINGS)
-
-
-def test_two_samples_are_enough_for_the_window_of_two():
-    two = Recording(np.array([0.0, 0.1]), np.array([[1.0, 2.0], [4.0, 3.5]]))
-    rules = SECTION | {"max_sensor_correlation": 1.0, "max_rail_fraction": 1.0}
-    np.testing.assert_array_equal(accept(two, rules=rules, window=2, length=1000), two.values)
-
-
-def test_the_duration_is_from_the_first_sample_to_the_last():
-    made = make_recording(0, "0mm/r01")
-    late = Recording(made.time_s + 7.5, made.values, made.header)
-    told, _, _ = check_recording("0mm/r01", format_recording(late), LARGEST, CONFIG)
-    assert told["samples"] == made.time_s.size
-    assert told["duration_s"] == pytest.approx(made.time_s[-1] - made.time_s[0])
-
-
-@pytest.mark.parametrize(("rate_hz", "passes"), [(9.49, 0), (9.51, 1), (10.49, 1), (10.51, 0)])
-def test_the_rate_may_differ_by_the_tolerance(rate_hz, passes):
-    time_s = np.arange(SAMPLES) / rate_hz
-    if passes:
-        np.testing.assert_array_equal(columns_by_time(time_s, **RULES), np.arange(SAMPLES))
-    else:
-        with pytest.raises(RecordingError, match=r"rate is .* Hz, but recording\.rate_hz is 10"):
-            columns_by_time(time_s, **RULES)
-
-
-@pytest.mark.parametrize(("unit", "rate"), [(1e3, 1), (1e6, 1), (1e9, 1), (1e3, 0.6), (1e3, 1.8)])
-def test_the_unit_of_time_is_guessed_within_a_factor_of_two(unit, rate):
-    with pytest.raises(RecordingError, match=rf"is time_s in 1/{unit:.0f} of a second\?"):
-        columns_by_time(EVEN * unit * rate, **RULES)
-
-
-@pytest.mark.parametrize("factor", [0.4, 2.5, 400, 2500])
-def test_no_unit_of_time_is_guessed_for_another_rate(factor):
-    with pytest.raises(RecordingError, match=r"recording\.rate_hz is 10$"):
-        columns_by_time(EVEN * factor, **RULES)
-
-
-def test_a_recording_may_fill_the_matrix_to_its_last_column():
-    kept = np.delete(np.arange(SAMPLES), range(100, 110))
-    columns = columns_by_time(EVEN[kept], **RULES | {"length": SAMPLES})
-    np.testing.assert_array_equal(columns, kept)
-    with pytest.raises(RecordingError, match=f"{SAMPLES} samples are more than the"):
-        columns_by_time(EVEN[kept], **RULES | {"length": SAMPLES - 1})
-
-
-@pytest.mark.parametrize("first", [1, 2, 3, 5])
-def test_a_gap_near_an_end_is_kept(first):
-    for lost in (first, SAMPLES - 1 - first):
-        kept = np.delete(np.arange(SAMPLES), lost)
-        np.testing.assert_array_equal(columns_by_time(EVEN[kept], **RULES), kept)
-
-
-def test_the_change_of_the_rate_is_told_with_its_place_and_both_rates():
-    # 312 steps of 0.1 s, then steps of 0.2 s; the fifth stretch of 84 begins 24 of these later.
-    told = r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"
-    with pytest.raises(RecordingError, match=told):
-        columns_by_time(two_rates(5), **RULES)
-    with pytest.raises(RecordingError, match=r"10 Hz in the 84 samples from 0 s on, 5 Hz in most"):
-        columns_by_time(two_rates(5, first=0.4), **RULES | {"rate_hz": 5})
-
-
-@pytest.mark.parametrize(("lost", "late"), [(1, 0.0), (1, 0.03), (3, -0.03), (17, 0.02)])
-@pytest.mark.parametrize("at", [8, 100, 260, 510])
-def test_a_gap_has_as_many_columns_as_samples_are_missing(lost, late, at):
-    kept = np.delete(np.arange(SAMPLES), range(at, min(at + lost, SAMPLES - 1)))
-    time_s = kept * 0.1
-    # The first sample after the gap may come a little early or late.
-    time_s[at] += late
-    np.testing.assert_array_equal(columns_by_time(time_s, **RULES), kept)
-
-
-@pytest.mark.parametrize("samples", [2, 3, 5, 9, 10])
-def test_a_short_recording_has_a_column_for_each_sample(samples):
-    np.testing.assert_array_equal(
-        columns_by_time(EVEN[:samples], **RULES | {"stretch": 2}), np.arange(samples)
-    )
-
-
-@pytest.mark.parametrize("rate_hz", [9.7, 9.995, 10.003, 10.3])
-def test_a_clock_that_runs_fast_or_slow_finds_the_gaps_at_their_size(rate_hz):
-    kept = np.delete(np.arange(SAMPLES), [*range(30, 38), 200, *range(400, 419)])
-    columns = columns_by_time(kept / rate_hz, **RULES)
-    np.testing.assert_array_equal(columns, kept)
+@pytest.mark.parametrize(
+    ("time_s", "rules", "reason"),
+    [
+        (EVEN, {"length": SAMPLES - 1}, f"{SAMPLES} samples are more than the"),
+        (two_rates(5, 0.4), {"rate_hz": 5}, "10 Hz in the 84 samples from 0 s on, 5 Hz in most"),
+    ],
+)
+def test_by_other_rules_other_times_say_why(time_s, rules, reason):
+    with pytest.raises(RecordingError, match=re.escape(reason)):
+        columns_by_time(time_s, **RULES | rules)
