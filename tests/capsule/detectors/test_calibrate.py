@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sklearn.linear_model import LogisticRegression, Ridge
+from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from capsule.arrays import plain
 from capsule.detectors.calibrate import (
@@ -16,7 +18,6 @@ from capsule.detectors.calibrate import (
     fit_probability,
     fit_ridge,
     fit_sizes,
-    place_weights,
     rank_threshold,
     upper_quantile,
 )
@@ -44,25 +45,6 @@ def test_the_quantile_is_the_definition_written_out(drawn, share):
     assert upper_quantile(values.astype(float), places, share) == expected
 
 
-@given(st.lists(st.integers(-5, 5), min_size=1, max_size=30), st.floats(0.05, 0.95))
-def test_one_pass_a_place_gives_the_rank_of_split_conformal_prediction(values, share):
-    rank = int(np.ceil((len(values) + 1) * share - 1e-9))
-    expected = sorted(values)[rank - 1] if rank <= len(values) else float("inf")
-    found = upper_quantile(np.array(values, dtype=float), apart(len(values)), share)
-    assert found == expected
-
-
-@given(passes, st.integers(2, 4))
-def test_repeating_all_passes_of_a_place_changes_no_quantile(drawn, times):
-    places, values = np.array(drawn).T
-    chosen = places == places[0]
-    more_places = np.concatenate([places, *[places[chosen]] * (times - 1)])
-    more_values = np.concatenate([values, *[values[chosen]] * (times - 1)])
-    for share in (0.3, 0.6, 0.8):
-        once = upper_quantile(values.astype(float), places, share)
-        assert upper_quantile(more_values.astype(float), more_places, share) == once
-
-
 def test_the_threshold_has_the_promised_rank():
     scores = np.arange(1.0, 20.0)  # 19 recordings are just enough for 95 %
     assert rank_threshold(scores, apart(19), 0.95) == 19
@@ -86,30 +68,45 @@ def test_a_pass_over_a_new_place_exceeds_the_threshold_as_rarely_as_promised(pla
     assert 0.1 - 1 / places - 0.02 <= np.mean(alarms) <= 0.115
 
 
-def test_weights_share_a_place_among_its_passes():
-    assert place_weights(np.array([7, 3, 7, 7])).tolist() == [1 / 3, 1.0, 1 / 3, 1 / 3]
-
-
-def test_a_probability_is_stated_for_the_prevalence():
-    numbers = generator(1, "probability")
-    scores = np.concatenate([numbers.normal(0, 1, 4000), numbers.normal(2, 1, 1000)])
-    nodule = np.arange(5000) >= 4000
-    for prevalence in (0.1, 0.5):
-        fitted = fit_probability(scores, nodule, apart(5000), prevalence)
-        # Bayes' rule for two normal distributions: the odds at score 1 are those of the prevalence.
-        assert fitted.of(1.0) == pytest.approx(prevalence, abs=0.02)
-        odds = prevalence / (1 - prevalence) * np.exp(2 * 2.0 - 2)
-        assert fitted.of(2.0) == pytest.approx(odds / (1 + odds), abs=0.03)
+@pytest.mark.parametrize("prevalence", [0.1, 0.6])
+@pytest.mark.parametrize("passes_of", [1, 3])
+def test_the_probability_is_the_logistic_regression_of_scikit_learn(prevalence, passes_of):
+    numbers = generator(1, "logistic", str(passes_of))
+    nodule = np.arange(60) % 3 == 0
+    scores = np.round(2.0 + 3.0 * numbers.normal(size=60) + 4.0 * nodule, 1)
+    # The first places have more passes than the others.
+    places = np.arange(60) // passes_of if passes_of == 1 else np.minimum(np.arange(60) // 3, 9)
+    fitted = fit_probability(scores, nodule, places, prevalence)
+    weights = np.array([1 / np.sum(places == place) for place in places])
+    healthy = np.average(scores[~nodule], weights=weights[~nodule])
+    square = np.average((scores[~nodule] - healthy) ** 2, weights=weights[~nodule])
+    assert (fitted.centre, fitted.scale) == pytest.approx((healthy, np.sqrt(square)))
+    share = weights[nodule].sum() / weights.sum()
+    weights *= np.where(nodule, prevalence / share, (1 - prevalence) / (1 - share))
+    scaled = ((scores - fitted.centre) / fitted.scale)[:, np.newaxis]
+    # The prior on the slope is that of a ridge of 0.1.
+    other = LogisticRegression(C=10.0, tol=1e-10, max_iter=1000)
+    other.fit(scaled, nodule, sample_weight=weights)
+    assert fitted.of(scores) == pytest.approx(other.predict_proba(scaled)[:, 1], abs=1e-5)
     assert np.isnan(fitted.of(np.nan))
 
 
-def test_perfectly_parted_scores_give_a_finite_curve():
-    scores = np.array([0.0, 0.1, 5.0, 6.0])
-    fitted = fit_probability(scores, np.array([0, 0, 1, 1]) > 0, apart(4), 0.5)
-    assert np.isfinite([fitted.slope, fitted.intercept]).all()
-    assert fitted.of(0.0) < 0.1 < 0.9 < fitted.of(6.0)
-    assert fit_probability(scores, np.zeros(4, dtype=bool), apart(4), 0.5) is None
-    assert fit_probability(np.array([1.0, 1.0, 2.0]), apart(3) > 1, apart(3), 0.5) is None
+@pytest.mark.parametrize(
+    ("scores", "nodule", "is_one"),
+    [
+        ([0.0, 0.1, 5.0, 6.0], [0, 0, 1, 1], True),
+        ([0.0, 1.0, 3.0], [0, 0, 1], True),
+        ([1.0, 3.0], [0, 1], False),
+        ([1.0, 1.0, 2.0], [0, 0, 1], False),
+        ([0.0, 0.1, 5.0, 6.0], [0, 0, 0, 0], False),
+    ],
+    ids=["parted", "just enough", "one healthy", "healthy ones alike", "no nodule"],
+)
+def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule(scores, nodule, is_one):
+    fitted = fit_probability(np.array(scores), np.array(nodule) > 0, apart(len(scores)), 0.5)
+    assert (fitted is not None) == is_one
+    if fitted:
+        assert fitted.of(scores[0]) < 0.3 < 0.6 < fitted.of(scores[-1]) < 1
 
 
 def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
@@ -117,32 +114,21 @@ def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_5
     np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)
 
 
-def test_a_place_counts_as_much_with_many_passes_as_with_one():
-    scores, nodule = np.array([0.0, 1.0, 0.5, 2.0, 0.8]), np.array([0, 0, 0, 1, 1]) > 0
-    once = fit_probability(scores, nodule, apart(5), 0.1)
-    again = np.array([0, 1, 2, 3, 4, 1, 1])
-    many = fit_probability(scores[again], nodule[again], again, 0.1)
-    assert list(vars(many).values()) == pytest.approx(list(vars(once).values()))
-
-
-@pytest.mark.parametrize(("count", "penalty"), [(4, 0.3), (12, 5.0), (80, 0.0), (80, 0.3)])
+@pytest.mark.parametrize(("count", "penalty"), [(12, 5.0), (80, 0.0), (80, 0.3)])
 @pytest.mark.parametrize("passes_of", [1, 2, 3])
-def test_predictions_without_a_place_are_those_of_a_fit_without_it(count, penalty, passes_of):
+def test_ridge_and_its_predictions_without_a_place_are_those_of_scikit_learn(
+    count, penalty, passes_of
+):
     numbers = generator(1, "left out", str(count), str(passes_of))
-    values = 1.0 + np.arange(count) % 5
+    values, places = 1.0 + np.arange(count) % 5, np.arange(count) // passes_of
     features = values[:, np.newaxis] + numbers.normal(size=(count, 4)) * np.logspace(-1, 2, 4)
-    places = np.arange(count) // passes_of
-    if np.unique(places).size * passes_of > 6:
-        _, found = fit_ridge(features, values, places, penalty)
-        for number in range(count):
-            others = places != places[number]
-            mean = features[others].mean(axis=0)
-            centred = features[others] - mean
-            normal = centred.T @ centred + penalty * np.eye(4)
-            wanted = values[others] - values[others].mean()
-            coefficients = np.linalg.solve(normal, centred.T @ wanted)
-            expected = values[others].mean() + (features[number] - mean) @ coefficients
-            assert found[number] == pytest.approx(expected, abs=1e-7)
+    regression, found = fit_ridge(features, values, places, penalty)
+    other, leave = Ridge(alpha=penalty), LeaveOneGroupOut()
+    np.testing.assert_allclose(
+        regression.of(features), other.fit(features, values).predict(features)
+    )
+    expected = cross_val_predict(other, features, values, groups=places, cv=leave)
+    np.testing.assert_allclose(found, expected, atol=1e-7)
 
 
 def test_of_what_nothing_else_tells_the_prediction_is_unknown():
@@ -167,16 +153,6 @@ def test_sizes_between_those_taught_are_estimated():
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
     assert sizes_of(features[:0], features[:0, 0], apart(0)) is None
-
-
-def test_the_scale_of_a_feature_changes_no_size():
-    numbers = generator(1, "scale")
-    sizes_mm = 1.0 + np.arange(30) % 3
-    features = sizes_mm[:, np.newaxis] + numbers.normal(size=(30, 4))
-    one = sizes_of(features, sizes_mm, apart(30))
-    other = sizes_of(features * np.logspace(-3, 3, 4), sizes_mm, apart(30))
-    assert other.half_width_mm == pytest.approx(one.half_width_mm)
-    assert other.estimate(features * np.logspace(-3, 3, 4)) == pytest.approx(one.estimate(features))
 
 
 @given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))
@@ -212,41 +188,6 @@ def test_nine_intervals_of_ten_hold_the_size_at_a_new_place(passes_of):
         held.append(low <= sizes_mm[new][0] <= high)
     # The standard error is 0.027.
     assert np.mean(held) >= 0.84
-
-
-@pytest.mark.parametrize("prevalence", [0.1, 0.6])
-def test_the_curve_has_the_greatest_likelihood_under_its_prior(prevalence):
-    """The likelihood is written out; each recording weighs as its place and the prevalence say."""
-    numbers = generator(1, "likelihood")
-    nodule = np.arange(40) % 3 == 0
-    scores = 2.0 + 3.0 * numbers.normal(size=40) + 4.0 * nodule
-    places = np.append(np.arange(38), [0, 1])
-    fitted = fit_probability(scores, nodule, places, prevalence)
-    weights = [1 / list(places).count(place) for place in places]
-    healthy = [n for n in range(40) if not nodule[n]]
-    total = sum(weights[n] for n in healthy)
-    mean = sum(weights[n] * scores[n] for n in healthy) / total
-    square = sum(weights[n] * (scores[n] - mean) ** 2 for n in healthy) / total
-    assert (fitted.centre, fitted.scale) == pytest.approx((mean, np.sqrt(square)))
-    share = sum(weights[n] for n in range(40) if nodule[n]) / sum(weights)
-
-    def likelihood(intercept, slope):
-        chance = 1 / (1 + np.exp(-(intercept + slope * (scores - mean) / np.sqrt(square))))
-        of_kind = np.where(nodule, prevalence / share, (1 - prevalence) / (1 - share))
-        right = np.where(nodule, chance, 1 - chance)
-        return np.sum(weights * of_kind * np.log(right)) - 0.1 * slope**2 / 2
-
-    best = likelihood(fitted.intercept, fitted.slope)
-    for step in ((1e-3, 0), (-1e-3, 0), (0, 1e-3), (0, -1e-3)):
-        assert likelihood(fitted.intercept + step[0], fitted.slope + step[1]) < best
-    expected = 1 / (1 + np.exp(-(fitted.intercept + fitted.slope * (5 - mean) / np.sqrt(square))))
-    assert fitted.of(5.0) == pytest.approx(expected)
-
-
-def test_two_healthy_recordings_and_one_nodule_are_enough_for_a_curve():
-    scores, nodule = np.array([0.0, 1.0, 3.0]), np.array([False, False, True])
-    assert fit_probability(scores, nodule, apart(3), 0.1) is not None
-    assert fit_probability(scores[1:], nodule[1:], apart(2), 0.1) is None
 
 
 def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected():

@@ -29,7 +29,7 @@ BENCH = {
     "pressing_lowers_reading": True,
     "pitch_mm": 6.3,
 }
-FALSE_RATE, RUNS = 0.01, 100
+FALSE_RATE = 0.01
 
 
 def numbers_of(*names):
@@ -67,17 +67,40 @@ def slow(numbers):
 NOISE = [white, toggling, walk, slow]
 
 
-@pytest.mark.takes(1)
-@pytest.mark.parametrize("noise", NOISE)
-def test_noise_has_no_wave(noise):
-    reasons = [reason_of(noise(numbers_of(noise.__name__, run))) for run in range(RUNS)]
-    assert all(reason.startswith("no wave on sensor_") for reason in reasons)
+def with_gap(values):
+    values[:, 100:115] = np.nan
+    return values
+
+
+HUM = "all sensors respond at the same time: interference, not a travelling wave"
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        (wave(numbers_of("wave")), ""),
+        (wave(numbers_of("back"), behind=-6.3 / 80), ""),
+        (wave(numbers_of("weak"), height=4.0), ""),
+        (wave(numbers_of("hum"), behind=0.0), HUM),
+        (with_gap(wave(numbers_of("gap"))), ""),
+        (wave(numbers_of("short"))[:, :162], ""),
+        (wave(numbers_of("short"))[:, :100], "the recording is shorter than four waves of 3.2 s"),
+        # A single sensor cannot be compared.
+        (white(numbers_of("single"))[:1], ""),
+        (white(numbers_of("single"))[:2], "no wave on sensor_1 and sensor_2"),
+    ],
+    ids=["wave", "back", "weak", "hum", "gap", "five waves", "three", "one sensor", "two sensors"],
+)
+def test_a_recording_has_a_wave_that_travels_or_a_reason(values, reason):
+    assert reason_of(values) == reason
+    # A rate of one asks for nothing.
+    assert reason_of(values, false_rate=1) == ""
 
 
 @pytest.mark.takes(4)
 @pytest.mark.parametrize("noise", NOISE)
 def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(noise):
-    passed, runs = 0, 400
+    passed, runs = 0, 300
     for run in range(runs):
         numbers = numbers_of("one of four", noise.__name__, run)
         values = wave(numbers)
@@ -85,48 +108,10 @@ def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(n
         reason = reason_of(values)
         passed += not reason
         assert reason in ("", f"no wave on sensor_{run % 4 + 1}")
+        if run % 6 == 0:
+            assert reason_of(noise(numbers)).startswith("no wave on sensor_")
     # A rate of 1 % gives more than this only once in a thousand times.
     assert passed <= stats.binom.ppf(0.999, runs, FALSE_RATE)
-
-
-def test_what_reaches_all_sensors_at_once_is_no_wave():
-    assert reason_of(wave(numbers_of("hum"), behind=0.0)).startswith(
-        "all sensors respond at the same time"
-    )
-
-
-@pytest.mark.takes(1)
-def test_a_wave_passes_from_either_end_and_where_it_hardly_stands_out():
-    for run in range(RUNS):
-        numbers = numbers_of("wave", run)
-        assert not reason_of(wave(numbers))
-        assert not reason_of(wave(numbers, behind=-6.3 / 80))
-        assert not reason_of(wave(numbers, height=4.0))
-
-
-def test_gaps_are_bridged():
-    values = wave(numbers_of("gap"))
-    values[:, 100:115] = np.nan
-    assert not reason_of(values)
-
-
-def test_five_waves_can_be_told_and_three_cannot():
-    whole = wave(numbers_of("short"))
-    assert not reason_of(whole[:, :162])
-    assert reason_of(whole[:, :100]) == "the recording is shorter than four waves of 3.2 s"
-
-
-def test_a_false_rate_of_one_asks_for_nothing():
-    assert not reason_of(white(numbers_of("any")), false_rate=1)
-
-
-@pytest.mark.parametrize("count", [5, 13, 30])
-def test_the_chance_of_random_directions_is_as_rayleigh_says(count):
-    numbers = numbers_of("rayleigh", count)
-    turns = np.exp(2j * np.pi * numbers.random((20_000, count)))
-    chances = np.array([rayleigh(row) for row in turns])
-    for level in (0.2, 0.05, 0.01):
-        assert np.mean(chances <= level) == pytest.approx(level, rel=0.25)
 
 
 def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_test():
@@ -195,11 +180,6 @@ def test_each_sensor_gets_its_part_of_the_false_rate():
     assert f"sensor_{worst + 1}" in reason_of(values, 3.99 * chances[worst])
 
 
-def test_a_single_sensor_cannot_be_compared_and_passes():
-    assert reason_of(white(numbers_of("single"))[:1]) == ""
-    assert reason_of(white(numbers_of("single"))[:2]) != ""
-
-
 def cosine(period, samples=400, offsets=(0.0, -0.5, -1.0, -1.5), wander=0.0):
     """Return waves that reach one sensor after the other, with a phase that may wander."""
     turns = 2 * np.pi * np.arange(samples) / period + wander
@@ -220,13 +200,6 @@ def test_the_mean_of_a_window_is_that_of_its_samples(window):
         values[..., start : start + window].mean(axis=-1) for start in range(12 - window + 1)
     ]
     np.testing.assert_allclose(window_mean(values, window), np.stack(expected, axis=-1))
-
-
-@pytest.mark.parametrize("window", [4, 7])
-@pytest.mark.parametrize("samples", [9, 12, 40])
-def test_the_level_of_a_straight_line_is_that_line(window, samples):
-    line = np.array([[3.0], [-2.0]]) * np.arange(samples) + np.array([[1.0], [50.0]])
-    np.testing.assert_allclose(level_line(window_mean(line, window), window), line)
 
 
 @pytest.mark.parametrize("window", [4, 5])
@@ -261,38 +234,28 @@ def test_a_wave_keeps_sixteen_samples(period, stride):
     np.testing.assert_allclose(made, np.transpose(expected))
 
 
-@pytest.mark.parametrize("period", [17.0, 23.7, 32.0, 45.1, 62.0])
-@pytest.mark.parametrize("samples", [256, 257, 500])
-def test_the_period_is_found_from_half_to_twice_the_expected_one(period, samples):
-    values = 40 * cosine(period, samples) + np.array([[500.0], [0.0], [-3.0], [1e4]])
-    assert wave_period(values, 32.0) == pytest.approx(period, rel=0.01)
-
-
 def test_a_stronger_line_outside_the_range_is_not_the_wave():
     wave = cosine(30.0, 512)
     for other in (12.0, 80.0):
         assert wave_period(wave + 3 * cosine(other, 512), 32.0) == pytest.approx(30.0, rel=0.02)
 
 
-def test_every_sensor_has_the_same_vote_on_the_period_and_a_constant_one_has_none():
-    values = np.vstack([cosine(30.0, 512)[:3], 1000 * cosine(50.0, 512)[:1], np.zeros((1, 512))])
-    assert wave_period(values, 32.0) == pytest.approx(30.0, rel=0.02)
-
-
 def test_the_beats_keep_step_with_a_wave_whose_phase_wanders():
     # Over the run, the phase against a wave of the mean period takes all directions.
     wander = 4 * np.sin(2 * np.pi * np.arange(1000) / 500)
-    offsets = (0.0, -0.5, -1.0, -1.5)
-    chances, travel = phase_tests(find_wave(cosine(20.0, 1000, offsets, wander), 20.0))
-    agreed = rayleigh(np.ones(1000 // 20))
-    np.testing.assert_allclose(np.log(chances), np.log(agreed), rtol=0.2)
+    chances, travel = phase_tests(find_wave(cosine(20.0, 1000, wander=wander), 20.0))
+    np.testing.assert_allclose(np.log(chances), np.log(rayleigh(np.ones(50))), rtol=0.2)
     assert travel == pytest.approx(-1.5, abs=0.05)
 
 
-@pytest.mark.parametrize("samples", [100, 128, 129, 300])
-def test_the_period_equals_the_formula_written_out(samples):
+@pytest.mark.parametrize(
+    ("samples", "period"), [(100, 30.0), (128, 14.0), (129, 45.0), (300, 20.1), (257, 48.0)]
+)
+def test_the_period_equals_the_formula_written_out(samples, period):
     numbers = generator(1, "period", str(samples))
-    values = cosine(30.0, samples, (0.0, -1.0)) + numbers.normal(0, 0.7, (2, samples))
+    values = cosine(period, samples, (0.0, -1.0)) + numbers.normal(0, 0.7, (2, samples))
+    # Neither the gain nor the rest of a sensor counts, nor one that is constant.
+    values = np.vstack([values * [[40.0], [0.1]] + [[500.0], [-3.0]], np.full((1, samples), 7.0)])
     expected = 25.0
     # A Hann window without zeros, and four lines for each line of the next power of two.
     place = np.arange(samples)
@@ -301,7 +264,7 @@ def test_the_period_equals_the_formula_written_out(samples):
     power = {}
     for line in range(1, padded // 2):
         turns = np.exp(-2j * np.pi * line * place / padded)
-        rows = [(row - row.mean()) / row.std() * taper for row in values]
+        rows = [(row - row.mean()) / row.std() * taper for row in values[:2]]
         power[line] = sum(abs((row * turns).sum()) ** 2 for row in rows)
     within = [line for line in power if 0.5 * expected <= padded / line <= 2 * expected]
     highest = max(within, key=lambda line: power[line])
@@ -333,15 +296,11 @@ def test_a_wave_that_runs_ahead_and_falls_behind_is_followed():
     assert np.ptp(irregular[:20]) == np.ptp(irregular[-20:]) == 0.0
 
 
-@pytest.mark.parametrize("period", [20.0, 64.0])
-def test_four_waves_are_enough_and_a_sample_less_is_not(period):
-    samples = 4 * round(period)
-    values = cosine(period, samples)
-    assert find_wave(values, period) is not None
-    assert find_wave(values[:, :-1], period) is None
-
-
 def test_four_waves_of_the_recordings_own_period_are_needed():
+    for period in (20.0, 64.0):
+        values = cosine(period, 4 * round(period))
+        assert find_wave(values, period) is not None
+        assert find_wave(values[:, :-1], period) is None
     # Long enough for four waves as configured, but the recording's own waves take longer.
     assert find_wave(cosine(30.0, 100), 20.0) is None
     assert find_wave(cosine(30.0, 130), 20.0) is not None

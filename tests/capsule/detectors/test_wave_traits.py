@@ -50,19 +50,6 @@ def test_a_sensor_out_of_turn_spreads_the_steps():
     assert swapped.step_s == pytest.approx(0.25, abs=0.01)
 
 
-def test_noise_lowers_the_share_of_the_wave_and_bends_the_readings():
-    quiet, loud = traits_of(readings(noise=0.02)), traits_of(readings(noise=0.5))
-    assert loud.wave_share < quiet.wave_share - 0.1
-    assert loud.noise > 5 * quiet.noise
-
-
-def test_noise_is_the_mean_second_difference_in_depths():
-    values = readings(noise=0.3, shape=0.0)
-    bends = np.abs(values[:, 2:] - 2 * values[:, 1:-1] + values[:, :-2])
-    # A cosine of amplitude 1 has a depth of 1.
-    assert traits_of(values).noise == pytest.approx(np.median(bends.mean(axis=1)), rel=0.02)
-
-
 def test_a_wave_that_comes_irregularly_is_unsteady():
     time_s = np.arange(600) / RATE_HZ
     wandering = 0.5 * np.sin(2 * np.pi * time_s / 25)
@@ -76,13 +63,6 @@ def test_gain_and_offset_of_each_sensor_do_not_matter():
     values = readings()
     changed = values * [[3.0], [0.1], [7.0], [1.0]] + [[-9.0], [2.0], [0.0], [100.0]]
     np.testing.assert_allclose(astuple(traits_of(changed)), astuple(traits_of(values)), rtol=1e-6)
-
-
-def test_missing_samples_change_little():
-    values = readings(noise=0.1)
-    gap = values.copy()
-    gap[:, 200:206] = np.nan
-    np.testing.assert_allclose(astuple(traits_of(gap)), astuple(traits_of(values)), rtol=0.3)
 
 
 def test_a_single_sensor_has_no_steps():

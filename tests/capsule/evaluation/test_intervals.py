@@ -1,18 +1,22 @@
-"""Intervals of single recordings are the textbook's; those of clusters count fewer recordings."""
+"""Statistics of single recordings are those of the libraries; clusters count fewer recordings."""
 
 import math
 from itertools import count
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
-from scipy.stats import beta, binom, t
+from scipy.stats import beta, binom, norm, t
+from sklearn.metrics import roc_auc_score, roc_curve
+from statsmodels.stats.contingency_tables import mcnemar
+from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
 from capsule.evaluation.intervals import (
     Units,
     auc,
+    auc_interval,
     effective_count,
     gain_interval,
     height_at,
@@ -25,156 +29,57 @@ from capsule.evaluation.intervals import (
     rate_of,
     ratio_interval,
     recordings_needed,
+    student_factor,
 )
+from capsule.evaluation.measures import sign_test
 from capsule.seeding import generator
 
-
-def half_width(expected, recordings, confidence):
-    _, low, high = rate(expected * recordings, recordings, confidence)
-    return (high - low) / 2
+LEVEL = st.sampled_from([0.5, 0.68, 0.9, 0.95, 0.999])
+COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 
 
-@pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 0.9, 1.0])
-@pytest.mark.parametrize("wanted", [0.05, 0.1, 0.3])
+def places_of(number, passes):
+    """Return the units of so many places, each of as many passes."""
+    return Units.of_places(np.repeat(np.arange(number), passes))
+
+
+# Of single recordings, against the libraries.
+
+
+@given(COUNTS, LEVEL)
+def test_a_rate_has_wilsons_interval(counts, level):
+    value, low, high = rate(*counts, level)
+    assert value == counts[0] / counts[1] and low <= value <= high
+    expected = proportion_confint(*counts, alpha=1 - level, method="wilson")
+    assert (low, high) == pytest.approx(expected, abs=1e-12)
+
+
+@given(st.floats(0, 20), LEVEL)
+def test_a_rate_of_means_holds_its_value_and_a_rate_of_nothing_is_unknown(hits, level):
+    value, low, high = rate(hits, 20, level)
+    assert low <= value <= high
+    assert all(map(math.isnan, rate(0, 0, level)))
+
+
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
-def test_it_is_the_least_count_whose_interval_is_narrow_enough(expected, wanted, confidence):
-    least = next(n for n in count(1) if half_width(expected, n, confidence) <= wanted)
-    assert recordings_needed(expected, wanted, confidence) == least
+@pytest.mark.parametrize("values", [2, 3, 12])
+def test_a_mean_has_students_interval(values, confidence):
+    drawn = generator(1, "student", str(values)).normal(size=values)
+    expected = t.interval(confidence, values - 1, drawn.mean(), drawn.std(ddof=1) / values**0.5)
+    assert mean_interval(drawn, confidence) == pytest.approx((drawn.mean(), *expected))
+    one, *ends = mean_interval(drawn[:1], confidence)
+    assert one == drawn[0] and np.isnan(ends).all()
+    assert np.isnan(mean_interval(drawn[:0], confidence)).all()
 
 
-@given(
-    expected=st.floats(0, 1),
-    wanted=st.floats(0.01, 0.5),
-    confidence=st.floats(0.5, 0.999),
-)
-@pytest.mark.takes(2)
-def test_one_recording_fewer_would_not_do(expected, wanted, confidence):
-    needed = recordings_needed(expected, wanted, confidence)
-    assert half_width(expected, needed, confidence) <= wanted + 1e-9
-    assert needed == 1 or half_width(expected, needed - 1, confidence) > wanted - 1e-9
-
-
-def test_clusters_of_one_recording_change_nothing():
-    right = np.array([True] * 17 + [False] * 3)
-    values = np.arange(20.0) % 7
-    alone = Units.of_places(np.arange(20))
-    assert rate_of(right, alone, 0.95) == rate_of(right, None, 0.95) == rate(17, 20, 0.95)
-    for interval in (mean_interval, median_interval):
-        assert interval(values, 0.95, alone) == interval(values, 0.95)
-    assert gain_interval(right, ~right, 0.95, alone) == gain_interval(right, ~right, 0.95)
-
-
-def test_the_effective_count_is_that_of_rao_and_scott():
-    # Five places of four passes: 4, 4, 4, 1 and 0 of 4 found, so p = 13/20.
-    right = np.repeat([1.0, 1.0, 1.0, 0.0, 0.0], 4)
-    right[12] = 1.0
-    p, sums = 13 / 20, np.array([4, 4, 4, 1, 0]) - 4 * 13 / 20
-    variance = 5 / 4 * np.sum(sums**2) / 20**2
-    effect = variance / (p * (1 - p) / 20)
-    assert effect > 3
-    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
-    expected = 20 / effect * shrunk
-    clusters = Units.of_places(np.repeat(np.arange(5), 4))
-    assert effective_count(right, clusters, 0.95) == pytest.approx(expected)
-    assert rate_of(right, clusters, 0.95) == rate(13, 20, 0.95, effective=expected)
-    plain = rate(13, 20, 0.95)
-    clustered = rate_of(right, clusters, 0.95)
-    assert clustered[0] == plain[0]
-    assert clustered[1] < plain[1] - 0.1 and clustered[2] > plain[2] + 0.1
-
-
-def test_a_perfect_rate_rests_on_as_many_recordings_as_there_are_clusters():
-    right, clusters = np.ones(40, dtype=bool), Units.of_places(np.repeat(np.arange(5), 8))
-    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
-    assert effective_count(right, clusters, 0.95) == pytest.approx(5 * shrunk)
-    value, low, high = rate_of(right, clusters, 0.95)
-    assert (value, high) == (1.0, 1.0) and low < rate(5, 5, 0.95)[1]
-
-
-def test_passes_that_contradict_each_other_are_never_worth_more_than_single_ones():
-    # One of two passes is right at every place, and the sums do not scatter at all; then both are
-    # at one place, and the sums scatter less than those of single passes. Kills: no cap at n.
-    right, clusters = np.tile([True, False], 10), Units.of_places(np.repeat(np.arange(10), 2))
-    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 9)) ** 2
-    for last in (False, True):
-        right[-1] = last
-        assert effective_count(right, clusters, 0.95) == pytest.approx(20 * shrunk)
-
-
-def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
-    # Kills: either rank off by one.
-    values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
-    clusters = Units.of_places(np.repeat(np.arange(10), 4))
-    median, low, high = median_interval(values, 0.95, clusters)
-    effective = effective_count(values < median, clusters, 0.95)
-    _, least, most = rate(20, 40, 0.95, effective=effective)
-    ordered = sorted(values)
-    # The last value of a rank up to the lower end, and the one after the first beyond the upper.
-    assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
-    assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
-
-
-def test_fewer_than_three_clusters_have_no_interval():
-    right, clusters = np.array([True, True, False, True]), Units.of_places(np.array([0, 0, 1, 1]))
-    value, low, high = rate_of(right, clusters, 0.95)
-    assert value == 0.75 and math.isnan(low) and math.isnan(high)
-    assert math.isnan(lower_bound(right, clusters))
-    # Single recordings keep theirs, however few.
-    assert rate_of(right[:2], Units.of_places(np.arange(2)), 0.95) == rate(2, 2, 0.95)
-
-
-def test_the_lower_bound_is_one_sided():
-    right = np.ones(20, dtype=bool)
-    assert lower_bound(right) == rate(20, 20, 0.9)[1] == pytest.approx(0.8808, abs=1e-4)
-    assert lower_bound(right[:10]) < 0.85 < right[:10].mean()
-
-
-def test_a_ratio_of_effective_counts_is_that_of_counts():
-    assert ratio_interval(15.0, 20.0, 9.0, 20.0, 0.95) == ratio_interval(15, 20, 9, 20, 0.95)
-    low, high = ratio_interval(7.5, 10.0, 4.5, 10.0, 0.95)
-    assert low < ratio_interval(15, 20, 9, 20, 0.95)[0] and high > 2.9
-    assert all(map(math.isnan, ratio_interval(3.0, math.nan, 9.0, 20.0, 0.95)))
-
-
-@settings(deadline=None)
 @given(st.integers(1, 300), st.floats(0.5, 0.999))
-def test_the_medians_interval_leaves_out_the_binomials_tails(count, confidence):
-    median, low, high = median_interval(np.arange(count, dtype=float), confidence)
-    skipped = binom.ppf((1 - confidence) / 2, count, 0.5)
-    assert median == (count - 1) / 2
-    np.testing.assert_equal(
-        (low, high), (skipped - 1, count - skipped) if skipped else (np.nan,) * 2
-    )
-
-
-def test_the_interval_of_the_median_lies_between_two_of_the_values():
-    # Of 20 values, 6 to 15 hold the median with 95.9 % (a table in any textbook of signs).
-    assert median_interval(np.arange(1.0, 21.0), 0.95) == (10.5, 6.0, 15.0)
-    few = median_interval(np.array([1.0, 2.0, 4.0]), 0.95)
-    assert few[0] == 2.0 and np.isnan(few[1:]).all()
-
-
-def test_repeated_values_tell_no_more_than_the_values_themselves():
-    values = generator(1, "repeated").normal(size=12)
-    repeated, clusters = np.repeat(values, 5), Units.of_places(np.repeat(np.arange(12), 5))
-    mean, low, high = mean_interval(repeated, 0.95, clusters)
-    expected = mean_interval(values, 0.95)
-    assert mean == pytest.approx(expected[0])
-    assert (low, high) == pytest.approx(expected[1:], rel=0.1)
-    _, low, high = median_interval(repeated, 0.95, clusters)
-    plain = median_interval(repeated, 0.95)
-    assert low <= plain[1] and high >= plain[2] and high - low > plain[2] - plain[1]
-    gains = np.repeat([1.0, 0.0, 0.0, 1.0, 0.0], 6)
-    _, low, high = gain_interval(
-        0 * gains, gains, 0.95, Units.of_places(np.repeat(np.arange(5), 6))
-    )
-    assert low < 0 < gain_interval(0 * gains, gains, 0.95)[1]
-
-
-def test_a_recording_that_was_not_judged_both_times_has_no_gain():
-    before, after = np.array([0.5, np.nan, 0.25]), np.array([1.0, 1.0, np.nan])
-    assert gain_interval(before, after, 0.95)[0] == 0.5
-    assert np.isnan(gain_interval(before[1:], after[1:], 0.95)).all()
+def test_the_medians_interval_leaves_out_the_binomials_tails(values, confidence):
+    median, low, high = median_interval(np.arange(values, dtype=float), confidence)
+    skipped = binom.ppf((1 - confidence) / 2, values, 0.5)
+    assert median == (values - 1) / 2
+    ends = (skipped - 1, values - skipped) if skipped else (np.nan,) * 2
+    np.testing.assert_equal((low, high), ends)
+    assert np.isnan(median_interval(np.array([]), confidence)).all()
 
 
 def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
@@ -184,162 +89,210 @@ def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
     reach = normal_quantile(0.95) * math.sqrt((lost + won - (won - lost) ** 2) / 9)
     expected = (2 / 7, won - lost - reach, won - lost + reach)
     assert gain_interval(before, after, 0.95) == pytest.approx(expected)
+    # A recording that was not judged both times has no gain.
+    before[0] = after[2] = np.nan
+    assert gain_interval(before, after, 0.95)[0] == pytest.approx(1 / 5)
+    assert np.isnan(gain_interval(before[:1], after[:1], 0.95)).all()
+    every, none = np.ones(3), np.zeros(3)
+    assert gain_interval(none, every, 0.99)[::2] == (1.0, 1.0)
+    assert gain_interval(every, none, 0.99)[:2] == (-1.0, -1.0)
+    assert gain_interval(none, every, 0.99)[1] < 0.7
+
+
+def score_at(hits, number, other_hits, other_number, ratio):
+    """Return the score of a ratio of rates, with the most likely rates found by trying."""
+
+    def unlikelihood(other):
+        terms = [(hits, ratio * other), (number - hits, 1 - ratio * other)]
+        terms += [(other_hits, other), (other_number - other_hits, 1 - other)]
+        return -sum(times * math.log(share) for times, share in terms if times)
+
+    bounds, options = (1e-12, min(1.0, 1 / ratio) - 1e-12), {"xatol": 1e-13}
+    other = minimize_scalar(unlikelihood, bounds=bounds, method="bounded", options=options).x
+    first = ratio * other
+    spread = first * (1 - first) / number + ratio**2 * other * (1 - other) / other_number
+    return (hits / number - ratio * other_hits / other_number) / math.sqrt(spread)
+
+
+@pytest.mark.parametrize(
+    "counts",
+    [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7), (6, 9, 30, 30)],
+)
+def test_the_interval_of_a_ratio_is_koopmans(counts):
+    low, high = ratio_interval(*counts, 0.95)
+    if low > 0:
+        assert score_at(*counts, low) == pytest.approx(1.959964, abs=2e-3)
+    if high < math.inf:
+        assert score_at(*counts, high) == pytest.approx(-1.959964, abs=2e-3)
+    assert (low == 0, high == math.inf) == (counts[0] == 0, counts[2] == 0)
+    if min(counts[0], counts[1] - counts[0], counts[2], counts[3] - counts[2]) > 0:
+        options = {"compare": "ratio", "method": "score", "alpha": 0.05, "correction": False}
+        expected = confint_proportions_2indep(*counts, **options)
+        assert (low, high) == pytest.approx(expected, rel=1e-3)
+
+
+@given(st.integers(1, 12), st.integers(1, 12), st.floats(1 / 3, 3), LEVEL)
+def test_the_interval_of_a_ratio_turned_over_is_turned_over(hits, other, share, confidence):
+    # Effective counts need not be whole numbers.
+    counts = other * share, 12 * max(share, 1)
+    low, high = ratio_interval(hits, 12, *counts, confidence)
+    assert (1 / high, 1 / low) == pytest.approx(ratio_interval(*counts, hits, 12, confidence))
+    assert low <= hits / 12 / (counts[0] / counts[1]) * (1 + 1e-9) and high >= low
+
+
+def test_a_ratio_is_unknown_if_both_rates_are_0_or_a_count_is_unknown():
+    for counts in ((0, 20, 0, 20), (3, math.nan, 9, 20), (3, 20, 9, math.nan)):
+        assert all(map(math.isnan, ratio_interval(*counts, 0.95)))
+    low, high = ratio_interval(20, 20, 20, 20, 0.95)
+    assert low < 1 < high == pytest.approx(1 / low)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_curve_its_area_and_the_sign_test(seed):
+    numbers = np.random.default_rng(seed)
+    nodule = numbers.random(60) < 0.6
+    scores = np.round(numbers.normal(nodule * 1.5, 1.0), 1)
+    kinds = scores[~nodule], scores[nodule]
+    assert auc(*kinds) == pytest.approx(roc_auc_score(nodule, scores))
+    allowed = np.arange(kinds[0].size + 1) / kinds[0].size
+    false_positive, true_positive, _ = roc_curve(nodule, scores, drop_intermediate=False)
+    expected = [true_positive[false_positive <= each + 1e-9].max() for each in allowed]
+    np.testing.assert_allclose(height_at(*kinds, allowed), expected)
+    # Between two shares of false alarms, the curve keeps its height.
+    np.testing.assert_allclose(height_at(*kinds, allowed[:-1] + 0.4 / kinds[0].size), expected[:-1])
+    first, second = numbers.random(50) < 0.6, numbers.random(50) < 0.8
+    table = [[np.sum(a & b) for b in (second, ~second)] for a in (first, ~first)]
+    alone = places_of(50, 1)
+    expected = mcnemar(table, exact=True).pvalue
+    assert sign_test(first, second, alone) == pytest.approx(expected)
+    assert sign_test(first, first, alone) == 1.0
+    assert math.isnan(sign_test(first[:0], first[:0], places_of(0, 1)))
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+@pytest.mark.parametrize(
+    ("healthy", "nodules", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0), (1, 2, 9.0)]
+)
+def test_the_interval_of_an_area_is_newcombes_method_5(confidence, healthy, nodules, shift):
+    numbers = generator(1, "ends", str(healthy))
+    scores = numbers.normal(size=healthy), numbers.normal(shift, 1, nodules)
+    area, low, high = auc_interval(*scores, confidence)
+    assert_newcombe(area, (low, high), healthy, nodules, confidence)
+    assert low < area <= high
+    assert (high == 1.0) == (area == 1.0)
+    mirrored = auc_interval(-scores[0], -scores[1], confidence)
+    assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
+    assert all(map(math.isnan, auc_interval(scores[0][:0], scores[1], confidence)))
+
+
+def assert_newcombe(area, ends, m, n, confidence=0.95):
+    """Assert that the ends are z standard errors away, by the formula as Newcombe prints it."""
+    more = max((m + n) / 2 - 1, 0)
+    for end in ends:
+        spread = 1 + more * (1 - end) / (2 - end) + more * end / (1 + end)
+        variance = end * (1 - end) * spread / (m * n)
+        reach = normal_quantile(confidence) ** 2 * variance
+        assert (end - area) ** 2 == pytest.approx(reach, abs=1e-9)
+
+
+def half_width(expected, recordings, confidence):
+    _, low, high = rate(expected * recordings, recordings, confidence)
+    return (high - low) / 2
+
+
+@pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 1.0])
+@pytest.mark.parametrize(("wanted", "confidence"), [(0.05, 0.8), (0.1, 0.95), (0.3, 0.95)])
+def test_the_needed_recordings_are_the_fewest_whose_interval_is_narrow_enough(
+    expected, wanted, confidence
+):
+    least = next(n for n in count(1) if half_width(expected, n, confidence) <= wanted)
+    assert recordings_needed(expected, wanted, confidence) == least
 
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
     # Of 20 healthy recordings the threshold is the highest score: Beta(20, 1).
     low, high = new_specificity(20, 0.95)
     assert (low, high) == pytest.approx((0.05 ** (1 / 20), 0.95 ** (1 / 20)))
-    assert (round(low, 2), round(high, 3)) == (0.86, 0.997)
-    assert new_specificity(100, 0.95) == pytest.approx(beta.ppf([0.05, 0.95], 96, 5))
-    assert new_specificity(19, 0.95) == pytest.approx(beta.ppf([0.05, 0.95], 19, 1))
+    for healthy, rank in ((19, 19), (39, 38), (100, 96), (1, 1)):
+        expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
+        assert new_specificity(healthy, 0.95) == pytest.approx(expected)
     assert all(map(math.isnan, new_specificity(0, 0.95)))
-
-
-def test_that_range_holds_the_specificity_of_any_scores_as_often_as_it_says():
-    numbers = generator(1, "new place")
-    low, high = new_specificity(20, 0.95)
     # The distribution function at the highest of 20 scores is the specificity.
-    specificity = numbers.random((4000, 20)).max(axis=1)
+    specificity = generator(1, "new place").random((4000, 20)).max(axis=1)
     assert np.mean((low <= specificity) & (specificity <= high)) == pytest.approx(0.9, abs=0.02)
 
 
-@pytest.mark.parametrize(("places", "passes", "share"), [(5, 4, 0.5), (12, 6, 0.8), (20, 3, 0.9)])
-def test_the_interval_of_a_rate_over_places_holds_the_truth(places, passes, share):
-    numbers, inside, plainly = generator(1, "places", str(places)), 0, 0
-    clusters = Units.of_places(np.repeat(np.arange(places), passes))
-    for _ in range(400):
-        of_place = numbers.beta(share, 1 - share, places)  # intra-cluster correlation 0.5
-        right = numbers.random(places * passes) < np.repeat(of_place, passes)
-        _, low, high = rate_of(right, clusters, 0.95)
-        inside += low <= share <= high
-        _, low, high = rate_of(right, None, 0.95)
-        plainly += low <= share <= high
-    assert inside / 400 >= 0.9
-    assert plainly / 400 < 0.87
+# Over clusters.
 
 
-def test_one_place_of_many_passes_weighs_as_any_other():
-    # Of ten places one has 15 passes, so that passes say another rate than places.
-    places = np.array([*range(9), *[9] * 15])
-    numbers, inside, plainly = generator(1, "one place of many passes"), 0, 0
-    for _ in range(1000):
-        of_place = numbers.beta(0.8, 0.2, 10)  # intra-cluster correlation 0.5
-        right = numbers.random(24) < of_place[places]
-        value, low, high = rate_of(right, Units.of_places(places), 0.95)
-        assert value == pytest.approx((right[:9].sum() + right[9:].mean()) / 10)
-        inside += low <= 0.8 <= high
-        _, low, high = rate_of(right, Units(np.ones(24), places), 0.95)
-        plainly += low <= 0.8 <= high
-    assert inside / 1000 >= 0.93
-    assert plainly / 1000 < 0.93
-
-
-def test_weights_of_places_count_in_every_measure():
-    # Three passes over one place, and one over each of three: repeated ones must not count.
-    places = np.array([0, 0, 0, 1, 2, 3])
-    units, values = Units.of_places(places), np.array([5.0, 5.0, 5.0, 1.0, 2.0, 4.0])
-    once = values[2:]
-    assert mean_interval(values, 0.95, units)[0] == pytest.approx(once.mean())
-    assert median_interval(values, 0.95, units)[0] == np.median(once)
-    assert gain_interval(0 * values, values / 5, 0.95, units)[0] == pytest.approx(once.mean() / 5)
-    weights = units.weights, np.ones(4)
-    nodule = np.array([0.0, 3.0, 4.5, 6.0])
-    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule))
-    grid = np.linspace(0, 1, 21)
-    expected = height_at(once, nodule, grid)
-    np.testing.assert_allclose(height_at(values, nodule, grid, weights), expected)
-    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once))
-    expected = height_at(nodule, once, grid)
-    np.testing.assert_allclose(height_at(nodule, values, grid, weights[::-1]), expected)
-
-
-def score_at(hits, count, other_hits, other_count, ratio):
-    """Return the score of a ratio, with the most likely rates found by trying."""
-
-    def likelihood(other_rate):
-        rate_ = ratio * other_rate
-        terms = [(hits, rate_), (count - hits, 1 - rate_)]
-        terms += [(other_hits, other_rate), (other_count - other_hits, 1 - other_rate)]
-        return sum(n * np.log(max(p, 1e-300)) for n, p in terms if n)
-
-    most = min(1.0, 1.0 / ratio)
-    bounds = (1e-12, most - 1e-12)
-    found = minimize_scalar(
-        lambda rate_: -likelihood(rate_), bounds=bounds, method="bounded", options={"xatol": 1e-13}
+def test_clusters_of_one_recording_change_nothing():
+    right, values, alone = np.arange(20) < 17, np.arange(20.0) % 7, places_of(20, 1)
+    assert rate_of(right, alone, 0.95) == rate_of(right, None, 0.95) == rate(17, 20, 0.95)
+    for interval in (mean_interval, median_interval):
+        assert interval(values, 0.95, alone) == interval(values, 0.95)
+    assert gain_interval(right, ~right, 0.95, alone) == gain_interval(right, ~right, 0.95)
+    others = Units.of_places(np.arange(20, 40))
+    others = Units(np.ones(20), others.clusters)
+    assert auc_interval(values, values + 1, 0.95, alone, others) == auc_interval(
+        values, values + 1, 0.95
     )
-    other_rate = found.x
-    rate_ = ratio * other_rate
-    variance = rate_ * (1 - rate_) / count
-    variance += ratio**2 * other_rate * (1 - other_rate) / other_count
-    return (hits / count - ratio * other_hits / other_count) / math.sqrt(variance)
+    # Two single recordings have an interval, and two clusters of several have none.
+    assert rate_of(right[:2], places_of(2, 1), 0.95) == rate(2, 2, 0.95)
+    assert rate_of(right[:4], places_of(2, 2), 0.95)[0] == 1.0
+    assert np.isnan(rate_of(right[:4], places_of(2, 2), 0.95)[1:]).all()
+    assert math.isnan(lower_bound(right[:4], places_of(2, 2)))
 
 
 @pytest.mark.parametrize(
-    "counts", [(15, 20, 9, 20), (3, 40, 7, 12), (19, 20, 1, 30), (20, 20, 5, 20), (6, 9, 30, 30)]
+    "found", [[4, 4, 4, 1, 0], [3, 2, 2, 2, 2], [4, 4, 4, 4, 4], [2, 2, 2, 2, 2], [0, 1, 0, 0, 0]]
 )
-def test_the_ends_of_a_ratio_are_where_the_score_test_begins_to_reject(counts):
-    low, high = ratio_interval(*counts, 0.95)
-    assert score_at(*counts, low) == pytest.approx(normal_quantile(0.95), rel=1e-3)
-    assert score_at(*counts, high) == pytest.approx(-normal_quantile(0.95), rel=1e-3)
+def test_the_effective_count_is_that_of_rao_and_scott_and_never_above_n(found):
+    """Of five places of four passes, so many are found. Kills: no cap at n."""
+    right = np.concatenate([np.arange(4) < hits for hits in found])
+    p, sums = right.mean(), np.array(found) - 4 * right.mean()
+    alone, of_mean = p * (1 - p) / 20, 5 / 4 * np.sum(sums**2) / 20**2
+    # Of a rate of 0 or 1, the places count. Sums that scatter less than those of single recordings
+    # make no recording worth more than one.
+    effective = 5 if alone == 0 else 20 / max(of_mean / alone, 1)
+    expected = effective * (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
+    assert student_factor(5, 0.95) == pytest.approx(expected / effective)
+    places = places_of(5, 4)
+    assert effective_count(right, places, 0.95) == pytest.approx(expected)
+    ends = rate(right.sum(), 20, 0.95, effective=expected)
+    assert rate_of(right, places, 0.95) == pytest.approx(ends)
+    assert lower_bound(right, places) == rate_of(right, places, 0.9)[1]
+    # The same recordings as values of another variance.
+    size = effective_count(right * 2.0, places, 0.95, variance=4 * p * (1 - p))
+    assert size == pytest.approx(expected)
 
 
-def test_a_ratio_of_rates_of_0_or_1_has_an_interval_on_both_sides():
-    low, high = ratio_interval(20, 20, 20, 20, 0.95)
-    assert low < 1 < high == pytest.approx(1 / low)
-    low, high = ratio_interval(0, 20, 10, 20, 0.95)
-    assert low == 0.0 and 0 < high < 1
-    low, high = ratio_interval(10, 20, 0, 20, 0.95)
-    assert 1 < low < math.inf and high == math.inf
-    assert all(map(math.isnan, ratio_interval(0, 20, 0, 20, 0.95)))
+def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
+    # Kills: either rank off by one.
+    values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
+    clusters = places_of(10, 4)
+    median, low, high = median_interval(values, 0.95, clusters)
+    effective = effective_count(values < median, clusters, 0.95)
+    _, least, most = rate(20, 40, 0.95, effective=effective)
+    ordered = sorted(values)
+    # The last value of a rank up to the lower end, and the one after the first beyond the upper.
+    assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
+    assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
 
 
-@given(
-    st.integers(1, 12), st.integers(1, 12), st.floats(1 / 3, 3), st.sampled_from([0.8, 0.95, 0.99])
-)
-@settings(deadline=None, max_examples=40)
-def test_the_interval_of_a_ratio_turned_over_is_turned_over(hits, other, share, confidence):
-    low, high = ratio_interval(hits, 12, other * share, 12 * max(share, 1), confidence)
-    turned = ratio_interval(other * share, 12 * max(share, 1), hits, 12, confidence)
-    assert (1 / high, 1 / low) == pytest.approx(turned, rel=1e-6)
-
-
-@pytest.mark.parametrize(("hits", "count"), [(0, 7), (3, 7), (7, 7), (19, 20), (200, 500)])
-@pytest.mark.parametrize("confidence", [0.8, 0.95])
-def test_a_rate_has_the_interval_of_wilson_written_out(hits, count, confidence):
-    z, share = normal_quantile(confidence), hits / count
-    value, low, high = rate(hits, count, confidence)
-    assert value == share
-    # The ends are the rates from which the measured one is z standard errors away.
-    for end in (low, high):
-        assert (end - share) ** 2 * count == pytest.approx(z**2 * end * (1 - end), abs=1e-9)
-    assert low <= share <= high and high > low
-    assert all(map(math.isnan, rate(0, 0, confidence)))
-
-
-@pytest.mark.parametrize("count", [2, 3, 12])
-def test_a_mean_has_the_interval_of_student(count):
-    values = generator(1, "student", str(count)).normal(size=count)
-    mean, low, high = mean_interval(values, 0.9)
-    reach = t.ppf(0.95, count - 1) * values.std(ddof=1) / math.sqrt(count)
-    assert (mean, low, high) == pytest.approx(
-        (values.mean(), values.mean() - reach, values.mean() + reach)
+def test_repeated_values_tell_no_more_than_the_values_themselves():
+    values = generator(1, "repeated").normal(size=12)
+    repeated, clusters = np.repeat(values, 5), places_of(12, 5)
+    assert mean_interval(repeated, 0.95, clusters) == pytest.approx(
+        mean_interval(values, 0.95), rel=0.1
     )
-    one, *ends = mean_interval(values[:1], 0.9)
-    assert one == values[0] and np.isnan(ends).all()
-    assert np.isnan(mean_interval(values[:0], 0.9)).all()
-
-
-def test_the_gains_interval_stays_between_losing_all_and_winning_all():
-    won, lost = np.ones(3), np.zeros(3)
-    assert gain_interval(lost, won, 0.99)[::2] == (1.0, 1.0)
-    assert gain_interval(won, lost, 0.99)[:2] == (-1.0, -1.0)
-    assert gain_interval(lost, won, 0.99)[1] < 0.7
+    _, low, high = median_interval(repeated, 0.95, clusters)
+    plain = median_interval(repeated, 0.95)
+    assert low <= plain[1] and high >= plain[2] and high - low > plain[2] - plain[1]
 
 
 def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
     gains = np.array([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0])
-    clusters = Units.of_places(np.repeat(np.arange(5), 2))
+    clusters = places_of(5, 2)
     size = effective_count(gains, clusters, 0.95, gains.var())
     widened, weights = [*gains, 1, -1], [*[size / 10] * 10, 1, 1]
     centre = np.average(widened, weights=weights)
@@ -347,3 +300,124 @@ def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
     reach = normal_quantile(0.95) * math.sqrt(variance / (size + 2))
     expected = (gains.mean(), centre - reach, centre + reach)
     assert gain_interval(0 * gains, gains, 0.95, clusters) == pytest.approx(expected)
+
+
+def test_each_place_weighs_the_same_in_every_measure():
+    # Three passes over one place, and one over each of three: repeated ones must not count.
+    units, values = Units.of_places(np.array([0, 0, 0, 1, 2, 3])), np.array([5.0, 5, 5, 1, 2, 4])
+    once, nodule, grid = values[2:], np.array([0.0, 3.0, 4.5, 6.0]), np.linspace(0, 1, 21)
+    assert units.weights.tolist() == [1 / 3] * 3 + [1] * 3
+    assert mean_interval(values, 0.95, units)[0] == pytest.approx(once.mean())
+    assert median_interval(values, 0.95, units)[0] == np.median(once)
+    assert gain_interval(0 * values, values / 5, 0.95, units)[0] == pytest.approx(once.mean() / 5)
+    assert rate_of(values > 3, units, 0.95)[0] == pytest.approx(0.5)
+    weights = units.weights, np.ones(4)
+    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule))
+    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once))
+    expected = height_at(once, nodule, grid)
+    np.testing.assert_allclose(height_at(values, nodule, grid, weights), expected)
+    expected = height_at(nodule, once, grid)
+    np.testing.assert_allclose(height_at(nodule, values, grid, weights[::-1]), expected)
+    # Ten passes over one place are won once.
+    first, second = (np.array(each) for each in ([1, 1] + [0] * 10, [0, 0] + [1] * 10))
+    assert sign_test(first > 0, second > 0, Units.of_places(1 - first)) == 1.0
+
+
+@pytest.mark.parametrize("first", [6, 3, 0], ids=["apart", "some of both kinds", "most"])
+def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_effect(first):
+    numbers = generator(1, "effect")
+    of_healthy, of_nodule = np.repeat(np.arange(6), 3), np.repeat(np.arange(first, first + 5), 2)
+    level = numbers.normal(size=11)
+    healthy = level[of_healthy] + 0.3 * numbers.normal(size=18)
+    nodule = 1 + level[of_nodule] + 0.3 * numbers.normal(size=10)
+    below = np.array([np.mean(nodule > score) for score in healthy])
+    above = np.array([np.mean(healthy < score) for score in nodule])
+    # DeLong (1988) without clusters, and Obuchowski (1997) with them.
+    alone = below.var(ddof=1) / 18 + above.var(ddof=1) / 10
+    clustered = 0.0
+    for cluster in range(11):
+        of_mean = math.sqrt(6 / 5) * (below[of_healthy == cluster] - below.mean()).sum() / 18
+        of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - below.mean()).sum() / 10
+        clustered += of_mean**2
+    factor = student_factor(5, 0.95) / max(clustered / alone, 1.0)
+    units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
+    area, *ends = auc_interval(healthy, nodule, 0.95, *units)
+    assert area == pytest.approx(below.mean())
+    assert_newcombe(area, ends, 18 * factor, 10 * factor)
+    # An area of 1 rests on the numbers of clusters, and two clusters of a kind tell nothing.
+    area, *ends = auc_interval(healthy, nodule + 99, 0.95, *units)
+    assert area == 1.0
+    assert_newcombe(1.0, ends, 6 * student_factor(5, 0.95), 5 * student_factor(5, 0.95))
+    few = Units(np.ones(18), of_healthy // 3)
+    assert np.isnan(auc_interval(healthy, nodule, 0.95, few, units[1])[1:]).all()
+
+
+CLUSTERED = st.lists(
+    st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6)), min_size=1, max_size=40
+)
+
+
+@given(CLUSTERED, CLUSTERED, st.booleans(), LEVEL)
+def test_every_interval_holds_its_value(values, others, clustered, level):
+    (shares, clusters), (scores, more) = (np.array(each).T for each in (values, others))
+    units, both = (Units.of_places(each.astype(int)) for each in (clusters, more))
+    if not clustered:
+        units = both = None
+    of_area = [units, both] if clustered else []
+    area = auc_interval(shares, scores, level, *of_area)
+    for value, low, high in (
+        rate_of(shares, units, level),
+        gain_interval(0 * shares, shares, level, units),
+        gain_interval(shares, 0 * shares, level, units),
+        mean_interval(shares, level, units),
+        median_interval(shares, level, units),
+        area,
+    ):
+        assert math.isnan(low) == math.isnan(high)
+        assert math.isnan(low) or low <= value <= high
+    assert clustered or 0 <= area[1] < area[2] <= 1
+    bound = lower_bound(shares, units)
+    weights = None if units is None else units.weights
+    assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=weights)
+
+
+# How often they hold the truth.
+
+
+@pytest.mark.parametrize(
+    ("passes", "truth", "least", "plainly"),
+    [
+        ([4] * 5, 0.5, 0.9, 0.87),
+        ([6] * 12, 0.8, 0.9, 0.87),
+        ([3] * 20, 0.9, 0.9, 0.87),
+        # Of ten places one has 15 passes, so that passes say another rate than places.
+        ([1] * 9 + [15], 0.8, 0.93, 0.93),
+    ],
+)
+def test_the_interval_of_a_rate_over_places_holds_the_truth(passes, truth, least, plainly):
+    places = np.repeat(np.arange(len(passes)), passes)
+    numbers, units, runs = generator(1, "places", str(passes)), Units.of_places(places), 800
+    inside = np.zeros(2)
+    alone = Units(np.ones(places.size), places) if passes[-1] == 15 else None
+    for _ in range(runs):
+        of_place = numbers.beta(truth, 1 - truth, len(passes))  # intra-cluster correlation 0.5
+        right = numbers.random(places.size) < of_place[places]
+        for turn, each in enumerate((units, alone)):
+            _, low, high = rate_of(right, each, 0.95)
+            inside[turn] += low <= truth <= high
+    assert inside[0] / runs >= least and inside[1] / runs < plainly
+
+
+def test_intervals_of_ratios_and_areas_hold_the_truth():
+    numbers, inside = generator(1, "predictive coverage"), 0
+    for _ in range(1000):
+        low, high = ratio_interval(
+            numbers.binomial(100, 0.9), 100, numbers.binomial(20, 0.1), 20, 0.95
+        )
+        inside += low <= 9 <= high
+    assert 0.92 <= inside / 1000 <= 0.98
+    for area in (0.6, 0.9, 0.98):
+        drawn = numbers.normal(size=(300, 20)), numbers.normal(size=(300, 20))
+        moved = norm.ppf(area) * math.sqrt(2)
+        ends = [auc_interval(a, b + moved, 0.95)[1:] for a, b in zip(*drawn, strict=True)]
+        assert np.mean([low <= area <= high for low, high in ends]) >= 0.92

@@ -1,4 +1,4 @@
-"""The measures that rate the detectors, from verdicts that can be counted by hand."""
+"""The tables that rate the detectors, from verdicts that can be counted by hand."""
 
 import math
 
@@ -7,49 +7,16 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import binomtest
+from sklearn.calibration import calibration_curve
+from sklearn.metrics import brier_score_loss
 
 from capsule.evaluation import measures, rates
-from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.intervals import Units, rate_of, ratio_interval
-from capsule.seeding import generator
+from capsule.evaluation.columns import COLUMNS, RATES
+from capsule.evaluation.intervals import Units, lower_bound, rate, rate_of, ratio_interval
+from capsule.evaluation.rates import ANY
+from support.verdicts import index_of, verdicts
 
 UNKNOWN = float("nan")
-NUMBERS = ("score", "threshold", "probability", "estimate_mm", "location_mm")
-ENDS = ("estimate_low_mm", "estimate_high_mm")
-SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
-
-
-def rows(detector, predicted, sizes=SIZES, scheme="leave_one_out", **columns):
-    """Make predictions of one detector; the score is the predicted size."""
-    verdicts = pd.DataFrame({"size_mm": sizes, "predicted_mm": np.array(predicted, dtype=float)})
-    names = [f"{size:g}mm/r{number}" for number, size in enumerate(sizes)]
-    verdicts = verdicts.assign(recording=names, detector=detector, scheme=scheme)
-    verdicts = verdicts.assign(**dict.fromkeys([*NUMBERS, *ENDS], np.nan))
-    return verdicts.assign(**{"score": verdicts["predicted_mm"], **columns})
-
-
-def index_of(verdicts, **columns):
-    names = list(dict.fromkeys(verdicts["recording"]))
-    blank = {"site": "", "session": "", "setup": "", "near_copies": "", "nodule_at_mm": ""}
-    made = {name: dict(blank) for name in names}
-    for column, values in columns.items():
-        for name, value in zip(names, values, strict=True):
-            made[name][column] = str(value)
-    return made
-
-
-def of_each(verdicts, index=None):
-    """Return the verdicts of each detector, all of one scheme."""
-    each = rates.of_each(verdicts, RULES["tolerance_mm"], index)
-    return {key["detector"]: judged for key, judged in each}
-
-
-def one(verdicts, **columns):
-    (judged,) = of_each(verdicts, index_of(verdicts, **columns)).values()
-    return judged
-
-
 RULES = {
     "confidence": 0.95,
     "tolerance_mm": 1.0,
@@ -59,6 +26,22 @@ RULES = {
     "passes": [1, 2],
     "sizes_mm": [0.0, 1.0, 2.0],
 }
+SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
+
+
+def of(predicted, sizes=SIZES, **columns):
+    return verdicts(zip(sizes, predicted, strict=True), **columns)
+
+
+def one(made, **columns):
+    """Return the judged recordings of the only detector."""
+    ((_, judged),) = rates.of_each(made, RULES["tolerance_mm"], index_of(made, **columns))
+    return judged
+
+
+def each_of(*made):
+    together = pd.concat(made)
+    return {key["detector"]: rows for key, rows in rates.of_each(together, 1.0)}
 
 
 def summary(judged, rules=RULES):
@@ -67,261 +50,357 @@ def summary(judged, rules=RULES):
     return {row["size_mm"]: row for row in made}
 
 
-def sizing(judged, rules=RULES):
-    return {row["size_mm"]: row for row in rates.sizing(judged, rules)}
+def by_size(made):
+    return {row["size_mm"]: row for row in made}
 
 
-def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
-    both = pd.concat([rows("one", [0, 1, 0, 1, 2]), rows("other", [0, 0, 1, 1, 2])])
-    of_scheme = of_each(both)
-    whole = rates.of_any(
-        measures.measure_tables(both, RULES["sizes_mm"], RULES, names=["summary"])["summary"]
+def sizing(judged, **rules):
+    return by_size(rates.sizing(judged, RULES | rules))
+
+
+def ends_of(row, name):
+    return [row[f"{name}{end}"] for end in ("", "_low", "_high")]
+
+
+# The paper's numbers.
+
+# Verdicts that give every number the paper prints: none/1/2/3/4/5 mm per true size.
+PAPER_COUNTS = [
+    [6, 11, 3, 0, 0, 0],
+    [5, 9, 6, 0, 0, 0],
+    [3, 6, 6, 5, 0, 0],
+    [0, 3, 3, 11, 3, 0],
+    [0, 1, 2, 2, 14, 1],
+    [0, 0, 2, 4, 11, 3],
+]
+PAPER = [
+    (true, predicted)
+    for true, row in enumerate(PAPER_COUNTS)
+    for predicted, of_size in enumerate(row)
+    for _ in range(of_size)
+]
+
+
+def rate_tables(pairs, sizes_mm, **rules):
+    made = measures.measure_tables(verdicts(pairs), sizes_mm, RULES | rules, names=RATES)
+    return {name: table.to_dict("records") for name, table in made.items()}
+
+
+def test_the_definitions_give_the_numbers_of_the_paper_and_the_specificity_it_leaves_unsaid():
+    made = rate_tables(PAPER, range(6))
+    none, *rows = made["detection"]
+    precision = [round(100 * row["precision"], 1) for row in rows]
+    assert precision == [57.7, 85.0, 100.0, 100.0, 100.0]
+    assert [row["recall"] for row in rows] == [0.75, 0.85, 1, 1, 1]
+    assert (rows[0]["tp"], rows[0]["fp"], rows[0]["fn"]) == (15, 11, 5)
+    assert ends_of(rows[0], "precision") == list(rate(15, 26, 0.95))
+    assert (none["size_mm"], none["tp"], none["fn"], none["recall"]) == (0.0, 6, 14, 0.3)
+    assert none["recall_at_least"] == rate(6, 20, 0.9)[1]
+    # Eight nodules are missed, so 6 of 14 verdicts of no nodule are right.
+    assert (none["fp"], none["precision"]) == (8, 6 / 14)
+    whole, *rows = made["sizing"]
+    # Of all sizes together: 43 of 100 exact.
+    assert (whole["recordings"], whole["exact"], whole["one_sided"]) == (100, 43, False)
+    assert [row["exact_rate"] for row in rows[1:]] == [0.30, 0.55, 0.70, 0.15]
+    assert [row["within_rate"] for row in rows[1:]] == [0.85, 0.85, 0.85, 0.70]
+    assert [row["one_sided"] for row in rows] == [True, False, False, False, True]
+    counts = {(row["size_mm"], row["predicted_mm"]): row["count"] for row in made["confusion"]}
+    assert counts == {(t, p): n for t, row in enumerate(PAPER_COUNTS) for p, n in enumerate(row)}
+    assert ends_of(made["confusion"][0], "share") == list(rate(6, 20, 0.95))
+
+
+# All tables.
+
+
+def test_every_table_is_made_of_each_detector_and_scheme_and_empty_without_a_verdict():
+    made = pd.concat(
+        of(predicted, detector=name, scheme=scheme, probability=0.5, location_mm=7.0)
+        for name, predicted in (("template", [0, 1, 0, 1, 2]), ("diagonal", [0, 0, 1, 1, 2]))
+        for scheme in ("leave_one_out", "held_out")
     )
-    whole = whole.set_index("detector").to_dict("index")
-    assert whole["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
-    assert whole["always_nodule"]["sensitivity"] == 1.0
-    assert whole["always_nodule"]["balanced_accuracy"] == 0.5
-    assert np.isnan(whole["always_nodule"]["ppv"]) and np.isnan(whole["always_nodule"]["auc"])
-    low, high = (whole["one"][f"balanced_accuracy_{end}"] for end in ("low", "high"))
-    assert low < whole["one"]["balanced_accuracy"] < high
-    # "one" misses a nodule of 1 mm, which then has no size; "other" has all three sizes right.
-    one, other = (sizing(of_scheme[name])[measures.ANY] for name in ("one", "other"))
-    assert one["exact_rate"] == one["within_rate"] == pytest.approx(2 / 3)
-    assert other["exact_rate"] == 1.0
-    # The missed nodule counts as 0 mm.
-    errors = [each["mean_absolute_error_mm"] for each in (one, other)]
-    assert errors == [pytest.approx(1 / 3), 0.0]
-    compared = {
-        (row["measure"], row["size_mm"]): row["difference"]
-        for row in measures.comparisons("leave_one_out", of_scheme, RULES)
-    }
-    assert compared["detection", 0.0] == 0.5
-    assert compared["detection", 1.0] == 0.5
-    assert compared["detection", measures.ANY] == pytest.approx(1 / 3)
-    assert compared["size_within_tolerance", 2.0] == 0.0
-
-
-def test_every_table_is_made_of_each_detector_and_scheme():
-    verdicts = pd.concat(
-        [
-            rows(name, predicted, scheme=scheme, probability=0.5, location_mm=7.0)
-            for name, predicted in (("template", [0, 1, 0, 1, 2]), ("diagonal", [0, 0, 1, 1, 2]))
-            for scheme in ("leave_one_out", "held_out")
-        ]
-    )
-    index = index_of(verdicts, site=["a", "a", "b", "b", ""], nodule_at_mm=[6.0] * 5)
-    found = measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index)
+    index = index_of(made, site=["a", "a", "b", "b", ""], nodule_at_mm=[6.0] * 5)
+    found = measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index)
     assert list(found) == list(COLUMNS)
-    for name, made in found.items():
-        assert set(COLUMNS[name]) <= set(made.columns), name
+    for name, table in found.items():
+        assert set(COLUMNS[name]) <= set(table.columns), name
+        assert name not in RATES or list(table.columns) == RATES[name]
         # The gain of several passes is shown once.
         schemes = {"leave_one_out"} | ({"held_out"} if name != "retest" else set())
-        assert set(made["scheme"]) == schemes, name
+        assert set(table["scheme"]) == schemes, name
     assert set(found["retest"]["passes"]) == {1, 2}
+    for made in (of([], []), of([UNKNOWN] * 5)):
+        found = measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index_of(made))
+        assert all(table.empty for table in found.values())
+        assert {name: list(table) for name, table in found.items()} == COLUMNS
 
 
-def test_without_a_verdict_every_table_is_empty():
-    for verdicts in (rows("one", [], []), rows("one", [UNKNOWN] * 5)):
-        found = measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index_of(verdicts))
-        assert list(found) == list(COLUMNS) and all(made.empty for made in found.values())
+@pytest.mark.parametrize("turned", [False, True])
+def test_detectors_come_in_their_order_and_what_was_held_out_first(turned):
+    order = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
+    given_order = order[::-1] if turned else order
+    made = pd.concat(of([0], [0], detector=d, scheme=s) for d in "ba" for s in given_order)
+    keys = [tuple(key.values()) for key, _ in rates.of_each(made, 1.0)]
+    assert keys == [(name, scheme) for name in "ba" for scheme in order]
 
 
-def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
-    verdicts = rows("one", [0, UNKNOWN, 1, UNKNOWN, 2])
-    both = of_each(pd.concat([verdicts, rows("other", [0, 0, 1, 1, 2])]))
+def test_verdicts_stand_by_detector_then_by_name_then_as_they_were_made():
+    def keys(names):
+        return [
+            (detector, name, scheme)
+            for detector in ("template", "diagonal")
+            for name in names
+            for scheme in ("resubstitution", "leave_one_out")
+        ]
+
+    columns = ["detector", "recording", "scheme"]
+    made = measures.by_name(pd.DataFrame(keys(["2mm/r10", "0mm/b", "2mm/r9"]), columns=columns))
+    assert [tuple(row) for row in made.values] == keys(["0mm/b", "2mm/r9", "2mm/r10"])
+
+
+def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
+    silent = of([0, UNKNOWN, 1, UNKNOWN, 2], estimate_mm=[0, 0, 1, 1, 2])
+    both = each_of(silent, of([0, 0, 1, 1, 2], detector="other"))
     row = next(measures.summary("leave_one_out", both, RULES))
     assert (row["recordings"], row["accuracy"]) == (5, 3 / 5)
     assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
-    # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
+    # It is neither a positive nor a negative one: none of the given verdicts was wrong.
     assert (row["ppv"], row["npv"]) == (1.0, 1.0)
     compared = {
         (row["measure"], row["size_mm"]): (row["recordings"], row["only_second"])
         for row in measures.comparisons("leave_one_out", both, RULES)
     }
-    assert compared["detection", measures.ANY] == (3, 1)
-    assert compared["detection", 0.0] == (2, 1)
-    judged = one(verdicts)
-    judged["estimate_mm"] = [0, 0, 1, 1, 2]
-    sized = sizing(judged)[measures.ANY]
+    assert (compared["detection", ANY], compared["detection", 0.0]) == ((3, 1), (2, 1))
+    sized = sizing(both["one"])[ANY]
     assert (sized["exact_rate"], sized["within_rate"]) == (2 / 3, 2 / 3)
     assert sized["mean_absolute_error_mm"] == pytest.approx(1 / 3)
     assert (sized["recordings"], sized["detected"]) == (3, 2)
+    made = rate_tables([(0, 0), (0, UNKNOWN), (0, 1), (1, 1), (1, UNKNOWN), (1, 0)], [0.0, 1.0])
+    for row in made["detection"]:
+        assert (row["tp"], row["fp"], row["fn"]) == (1, 1, 2)
+        assert (row["recall"], row["precision"]) == (1 / 3, 1 / 2)
+    counts = [(math.isnan(row["predicted_mm"]), row["count"]) for row in made["confusion"]]
+    assert counts == [(False, 1), (False, 1), (True, 1)] * 2
+    predicted, true = np.array([0.0, 1.0, UNKNOWN] * 2), np.repeat([0.0, 2.0], 3)
+    right = rates.is_right(predicted, true).tolist()
+    assert right == [True, False, False, False, True, False]
 
 
-def test_predictive_values_follow_bayes():
-    def predictive(hits, nodules, quiet, healthy, prevalence):
-        predicted = [0] * quiet + [1] * (healthy - quiet) + [1] * hits + [0] * (nodules - hits)
-        judged = one(rows("one", predicted, [0.0] * healthy + [1.0] * nodules))
-        return summary(judged, RULES | {"prevalence": prevalence})[measures.ANY]
-
-    values = predictive(90, 100, 80, 100, 0.1)
-    assert values["ppv"] == pytest.approx(0.09 / (0.09 + 0.18))
-    assert values["npv"] == pytest.approx(0.72 / (0.72 + 0.01))
-    for name in ("ppv", "npv"):
-        assert values[f"{name}_low"] < values[name] < values[f"{name}_high"]
-    low, _ = ratio_interval(90, 100, 20, 100, 0.95)
-    assert values["ppv_low"] == pytest.approx(low / 9 / (1 + low / 9))
-    assert np.isnan(predictive(0, 0, 4, 5, 0.1)["ppv"])
-    perfect = predictive(20, 20, 20, 20, 0.1)
-    assert perfect["ppv"] == 1.0
-    assert 0.2 < perfect["ppv_low"] < 0.9
-
-
-def test_the_interval_of_a_predictive_value_is_over_places():
-    rare = RULES | {"prevalence": 0.1}
-    sizes, predicted = [0.0] * 20 + [1.0] * 20, [0] * 16 + [1] * 4 + [0] * 4 + [1] * 16
-    verdicts = rows("one", predicted, sizes)
-    plain = summary(one(verdicts), rare)[measures.ANY]
-    sites = [number // 4 for number in range(40)]
-    places = summary(one(verdicts, site=sites), rare)[measures.ANY]
-    assert (places["clusters"], plain["clusters"]) == (10, 40)
-    for name in ("sensitivity", "ppv", "npv"):
-        assert places[name] == pytest.approx(plain[name])
-        assert places[f"{name}_low"] < plain[f"{name}_low"]
-        assert places[f"{name}_high"] > plain[f"{name}_high"]
-    two = summary(one(verdicts, site=[n // 10 for n in range(40)]), rare)[measures.ANY]
-    assert two["ppv"] == pytest.approx(plain["ppv"]) and np.isnan(two["ppv_low"])
-
-
-def calibration(probability, nodule, prevalence, bins):
-    """Return the rows of the bins."""
-    judged = one(rows("one", nodule, np.asarray(nodule, dtype=float), probability=probability))
-    rules = RULES | {"prevalence": prevalence, "calibration_bins": bins}
-    return list(measures.calibration(judged, rules))[1:]
-
-
-def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
-    numbers = generator(1, "calibration")
-    truth = numbers.random(20000)
-    nodule = numbers.random(20000) < truth
-    share = nodule.mean()
-    for row in calibration(truth, nodule, share, 5):
-        assert row["observed"] == pytest.approx(row["stated"], abs=0.03)
-        assert row["observed_low"] <= row["observed"] <= row["observed_high"]
-    equal = np.full(nodule.size, 1 / nodule.size)
-    score = measures.brier_score
-    assert score(truth, nodule, equal) < score(1 - truth, nodule, equal)
-
-
-def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
-    probability = np.array([0.1] * 20 + [0.9] * 5)
-    low, empty, high = calibration(probability, probability > 0.5, 0.1, 3)
-    assert (low["observed"], high["observed"]) == (0.0, 1.0)
-    assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
-    assert empty["recordings"] == 0 and np.isnan(empty["observed"])
-
-
-def test_a_bin_with_one_nodule_and_no_healthy_recording():
-    probability = np.array([0.3, *[0.05] * 20, *[0.99] * 99])
-    nodule = np.array([True, *[False] * 20, *[True] * 99])
-    row = calibration(probability, nodule, 0.1, 5)[1]
-    assert (row["recordings"], row["observed"], row["observed_high"]) == (1, 1.0, 1.0)
-    assert row["observed_low"] < 0.01
-
-
-def test_the_comparison_of_two_detectors_is_mcnemars():
-    first = np.array([True] * 2 + [False] * 10 + [True] * 28)
-    second = np.array([False] * 2 + [True] * 10 + [True] * 28)
-    # Twice the binomial tail of 2 of 12: (1 + 12 + 66) / 4096.
-    assert measures.sign_test(first, second, Units.of_places(np.arange(40))) == pytest.approx(
-        2 * 79 / 4096
-    )
-    assert measures.sign_test(first, first, Units.of_places(np.arange(40))) == 1.0
-    assert math.isnan(measures.sign_test(first[:0], first[:0], Units.of_places(np.arange(0))))
-    # Ten passes over one place are won once.
-    places = np.array([0] * 2 + [1] * 10 + list(range(2, 30)))
-    assert measures.sign_test(first, second, Units.of_places(places)) == 1.0
-
-
-@given(st.integers(0, 200), st.integers(1, 200))
-def test_its_probability_is_that_of_the_binomial_test(first, second):
-    right = np.repeat([[True, False], [False, True]], [first, second], axis=0).T
-    expected = binomtest(first, first + second).pvalue
-    found = measures.sign_test(*right, Units.of_places(np.arange(first + second)))
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-def test_a_recording_without_a_score_enters_no_curve():
-    judged = one(rows("one", [0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
-    assert summary(judged)[measures.ANY]["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
-    curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is measures.ANY]
-    assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
-    assert [row["false_positive_rate"] for row in curve] == [
-        twentieth / 20 for twentieth in range(21)
-    ]
-
-
-@pytest.mark.parametrize("size_mm", [0.0, 2.0])
-def test_of_one_kind_alone_there_is_no_curve_and_no_area(size_mm):
-    judged = one(rows("one", [0, 2], [size_mm] * 2))
-    assert np.isnan(summary(judged)[measures.ANY]["auc"])
-    assert not list(measures.curves(judged, RULES))
-
-
-def test_a_nodule_may_lie_where_the_capsule_starts():
-    verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=3.0)
-    index = index_of(verdicts)
-    index["1mm/r2"]["nodule_at_mm"] = 0.0
-    (judged,) = of_each(verdicts, index).values()
-    first = sizing(judged)[measures.ANY]
-    assert (first["located"], first["location_bias_mm"]) == (1, 3.0)
-
-
-def test_passes_of_one_site_with_different_labels_are_not_merged():
-    # Site "p" was passed twice without a nodule, and twice after one was set in.
-    sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
-    verdicts = rows("diagonal", predicted, sizes)
-    sites = ["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2
-    judged = one(verdicts, site=sites)
-    found = {
-        (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
-        for row in measures.retests("leave_one_out", {"diagonal": judged}, RULES)
-    }
-    # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
-    assert found == {
-        (1, 0.0): (4, 0.25), (1, 2.0): (1, 1.0), (2, 0.0): (4, 0.25), (2, 2.0): (1, 1.0),
-    }  # fmt: skip
-    assert not list(measures.retests("leave_one_out", of_each(verdicts), RULES))
+@pytest.mark.parametrize(
+    ("scheme", "setups", "unit"),
+    [
+        ("held_out", "aabbcc", "setup"),
+        ("leave_one_setup_out", "aabbcc", "setup"),
+        ("leave_one_session_out", "aabbcc", "setup"),
+        ("leave_one_out", "aabbcc", "place"),
+        ("resubstitution", "aabbcc", "place"),
+        ("held_out", "aabbbb", "place"),
+        ("held_out", ["a", "a", "b", "b", "c", ""], "place"),
+    ],
+)
+def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_them_out(
+    scheme, setups, unit
+):
+    judged = one(of([0] * 6, [0] * 6, scheme=scheme), setup=setups)
+    assert rates.cluster_unit(judged) == unit
+    # Of two kinds of recordings, both need set-ups of their own.
+    assert rates.cluster_unit(judged, judged[:2]) == "place"
 
 
 def test_the_intervals_of_every_table_are_over_places():
-    numbers = generator(1, "all tables")
     sizes = np.repeat([0.0, 1.0, 2.0], 12)
+    numbers = np.random.default_rng(1)
     once = np.where(numbers.random(36) < 0.7, sizes, 0.0)
-    both = [
-        rows(
-            name, predicted, sizes, score=predicted + numbers.normal(size=36),
-            probability=np.where(predicted > 0, 0.9, 0.1), location_mm=sizes,
+    made = pd.concat(
+        of(
+            predicted,
+            sizes,
+            detector=name,
+            score=predicted + numbers.normal(size=36),
+            probability=np.where(predicted > 0, 0.9, 0.1),
+            location_mm=sizes,
             estimate_mm=np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
         )
-        for name, predicted in (("template", once), ("diagonal", np.where(sizes > 0, once, once)))
-    ]  # fmt: skip
-    verdicts = pd.concat(both)
-    where = [0.5] * 36
-    single = measures.measure_tables(
-        verdicts, [0.0, 1.0, 2.0], RULES, index_of(verdicts, nodule_at_mm=where)
+        for name, predicted in (("template", once), ("diagonal", once))
     )
-    sites = [number // 3 for number in range(36)]
-    index = index_of(verdicts, nodule_at_mm=where, site=sites)
-    for name, made in measures.measure_tables(verdicts, [0.0, 1.0, 2.0], RULES, index).items():
-        if name not in ("roc", "retest", "confusion"):
-            for column in made.filter(like="clusters"):
-                assert (made[column] < single[name][column]).all(), (name, column)
+    where, sites = [0.5] * 36, [number // 3 for number in range(36)]
+    single, over_places = (
+        measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index)
+        for index in (
+            index_of(made, nodule_at_mm=where),
+            index_of(made, nodule_at_mm=where, site=sites),
+        )
+    )
+    for name in COLUMNS.keys() - {"roc", "retest", "confusion"}:
+        for column in over_places[name].filter(like="clusters"):
+            assert (over_places[name][column] < single[name][column]).all(), (name, column)
 
 
-def test_a_rate_of_the_summary_is_the_rate_over_its_clusters():
-    verdicts = rows("one", [0, 1, 0, 1, 2])
-    of_scheme = of_each(verdicts, index_of(verdicts, site=["a", "a", "b", "c", "d"]))
-    row = next(iter(measures.summary("leave_one_out", of_scheme, RULES)))
-    right, places = np.array([True, False, False, True, True]), np.array([0, 0, 1, 2, 3])
-    expected = rate_of(right, Units.of_places(places), 0.95)
-    assert [row[f"accuracy{end}"] for end in ("", "_low", "_high")] == list(expected)
+def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
+    pairs = [(0.0, 0.0)] * 6 + [(0.0, 1.0)] * 2
+    judged = one(verdicts(pairs), site=["a", "a", "b", "b", "c", "c", "d", "d"])
+    right, places = np.arange(8) < 6, Units.of_places(np.repeat(np.arange(4), 2))
+    row, *_ = rates.detection(judged, RULES)
+    assert ends_of(row, "recall") == list(rate_of(right, places, 0.95))
+    assert (row["recall_at_least"], row["clusters"]) == (lower_bound(right, places), 4)
+    row, _ = measures.summary("leave_one_out", {"one": judged}, RULES)
+    assert ends_of(row, "accuracy") == list(rate_of(right, places, 0.95))
+    copies = one(verdicts(pairs), near_copies=["0mm/r1", *[""] * 7])
+    assert next(rates.detection(copies, RULES))["clusters"] == 7
+
+
+# Summary.
+
+
+def test_the_summary_compares_with_always_nodule():
+    both = pd.concat([of([0, 1, 0, 1, 2]), of([0, 0, 1, 1, 2], detector="other")])
+    made = measures.measure_tables(both, RULES["sizes_mm"], RULES, names=["summary"])["summary"]
+    whole = rates.of_any(made).set_index("detector").to_dict("index")
+    assert whole["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
+    always = whole["always_nodule"]
+    assert (always["sensitivity"], always["balanced_accuracy"]) == (1.0, 0.5)
+    assert np.isnan([always["ppv"], always["auc"]]).all()
+
+
+def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
+    judged = one(of([0] * 7 + [1] * 3 + [1] * 8 + [0] * 4, [0.0] * 10 + [1.0] * 12))
+    value, low, high = ends_of(summary(judged)[ANY], "balanced_accuracy")
+    shares = (7 / 10, rate(7, 10, 0.95)), (8 / 12, rate(8, 12, 0.95))
+    assert value == pytest.approx((7 / 10 + 8 / 12) / 2)
+    for found, end in ((low, 1), (high, 2)):
+        reach = math.hypot(*(share - each[end] for share, each in shares)) / 2
+        assert abs(found - value) == pytest.approx(reach)
+    perfect = summary(one(of([0, 0, 1, 1, 2])))[ANY]
+    assert perfect["balanced_accuracy"] == perfect["balanced_accuracy_high"] == 1.0
+
+
+@pytest.mark.parametrize("hits, quiet", [(90, 80), (100, 100), (0, 80), (60, 0)])
+@pytest.mark.parametrize("passes", [1, 4])
+def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet, passes):
+    predicted = [0] * quiet + [1] * (100 - quiet) + [1] * hits + [0] * (100 - hits)
+    made = of(predicted, [0.0] * 100 + [1.0] * 100)
+    judged = one(made, site=[n // passes for n in range(200)])
+    row = summary(judged, RULES | {"prevalence": 0.1})[ANY]
+    ratios = (hits, 100, 100 - quiet, 100), (quiet, 100, 100 - hits, 100)
+    for name, counts, odds in zip(("ppv", "npv"), ratios, (1 / 9, 9), strict=True):
+        value, low, high = ends_of(row, name)
+        if counts[0] + counts[2] == 0:
+            assert math.isnan(value)
+            continue
+        right = counts[0] * odds
+        assert value == pytest.approx(right / (right + counts[2]))
+        assert low <= value <= high
+        expected = [
+            1.0 if ratio == math.inf else ratio * odds / (1 + ratio * odds)
+            for ratio in ratio_interval(*counts, 0.95)
+        ]
+        if passes == 1:
+            assert (low, high) == pytest.approx(expected)
+        else:
+            # Passes that agree tell as much as their places.
+            assert low < expected[0] or low == 0
+            assert high > expected[1] or high == 1
+
+
+def test_two_places_of_a_kind_give_no_interval_of_a_predictive_value():
+    made = of([0] * 16 + [1] * 4 + [0] * 4 + [1] * 16, [0.0] * 20 + [1.0] * 20)
+    row = summary(one(made, site=[n // 10 for n in range(40)]))[ANY]
+    assert row["ppv"] == pytest.approx(0.8) and np.isnan(row["ppv_low"])
+
+
+def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
+    # The healthy recording with 3 has no verdict, so the nodules lie above what is left.
+    judged = one(of([0, UNKNOWN, 1, 1, 2], score=[0.0, 3.0, 1.0, UNKNOWN, 2.0]))
+    area = {size_mm: row["auc"] for size_mm, row in summary(judged).items()}
+    assert area == {ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
+    judged = one(of([0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
+    assert summary(judged)[ANY]["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
+    curve = [row for row in measures.curves(judged, RULES) if row["size_mm"] is ANY]
+    assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
+    assert [row["false_positive_rate"] for row in curve] == [n / 20 for n in range(21)]
+    for size_mm in (0.0, 2.0):
+        alone = one(of([0, 2], [size_mm] * 2))
+        assert np.isnan(summary(alone)[ANY]["auc"])
+        assert not list(measures.curves(alone, RULES))
+
+
+# Sizes and locations.
+
+
+@pytest.mark.parametrize(
+    ("true", "predicted", "tolerance_mm", "within"),
+    [(1.0, 0.0, 1.0, 0), (1.0, 2.0, 1.0, 1), (2.5, 2.3, 0.2, 1), (2.0, 4.0, 1.0, 0)],
+    ids=["missed", "near", "decimals", "far"],
+)
+def test_a_size_is_within_the_tolerance_if_a_nodule_is_found(true, predicted, tolerance_mm, within):
+    made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
+    assert (made["within"], made["exact"]) == (within, 0)
+    # A missed nodule counts as 0 mm.
+    assert made["mean_absolute_error_mm"] == pytest.approx(abs(true - predicted))
+
+
+def test_errors_of_size_are_signed_do_not_reach_below_0_and_count_what_was_found():
+    estimates = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN]
+    made = sizing(one(of([0, 0, 1, 1, 0], estimate_mm=estimates)))
+    assert made[1.0]["bias_mm"] == pytest.approx(0.5)
+    assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
+    whole = made[ANY]
+    assert (whole["recordings"], whole["detected"], whole["detected_clusters"]) == (3, 2, 2)
+    assert whole["bias_mm"] == made[1.0]["bias_mm"] and np.isnan(made[2.0]["bias_mm"])
+    far = sizing(one(of([0, 0, 1, 1, 5])))[ANY]
+    assert ends_of(far, "mean_absolute_error_mm")[:2] == [pytest.approx(1.0), 0.0]
+
+
+def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
+    made = of([1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
+    found = sizing(one(made, nodule_at_mm=["", "", "7", "7", "7"]))
+    assert [found[size]["located"] for size in (ANY, 1.0, 2.0)] == [2, 2, 0]
+    assert found[1.0]["location_error_mm"] == pytest.approx(1.5)
+    assert found[1.0]["location_bias_mm"] == pytest.approx(-0.5)
+    # A nodule may lie where the capsule starts.
+    found = sizing(one(made, nodule_at_mm=["", "", "0.0", "", ""]))[ANY]
+    assert (found["located"], found["location_bias_mm"]) == (1, 5.0)
+
+
+# Calibration.
+
+
+def calibration(probability, nodule, **rules):
+    """Return the row of all recordings, and those of the bins."""
+    made = of(nodule, np.asarray(nodule, dtype=float), probability=probability)
+    return list(measures.calibration(one(made), RULES | rules))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_calibration_and_brier_score_are_those_of_scikit_learn(seed):
+    numbers = np.random.default_rng(seed)
+    nodule, chance = numbers.random(60) < 0.6, numbers.random(60)
+    whole, *made = calibration(chance, nodule, prevalence=nodule.mean(), calibration_bins=5)
+    rows = [row for row in made if row["recordings"]]
+    observed, stated = calibration_curve(nodule, chance, n_bins=5)
+    assert [row["observed"] for row in rows] == pytest.approx(observed)
+    assert [row["stated"] for row in rows] == pytest.approx(stated)
+    assert whole["brier"] == pytest.approx(brier_score_loss(nodule, chance))
+    weights = measures.prevalence_weights(nodule, 0.1, np.ones(60))
+    expected = brier_score_loss(nodule, chance, sample_weight=weights)
+    assert calibration(chance, nodule, prevalence=0.1)[0]["brier"] == pytest.approx(expected)
+
+
+def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_alone():
+    # The recording without a verdict has no probability that counts.
+    made = of([0, UNKNOWN, 1, 1, 2], probability=[0.1, 0.5, 0.9, 0.6, 0.8])
+    row, *bins = measures.calibration(one(made), RULES | {"prevalence": 0.2})
+    assert (row["recordings"], row["observed"]) == (4, pytest.approx(0.2))
+    expected = 0.8 * 0.1**2 + 0.2 * (0.1**2 + 0.4**2 + 0.2**2) / 3
+    assert row["brier"] == pytest.approx(expected)
+    assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)
+    assert row["stated"] == pytest.approx(0.8 * 0.1 + 0.2 * (0.9 + 0.6 + 0.8) / 3)
+    assert np.isnan(row["stated_low"]) and all("brier" not in each for each in bins)
 
 
 @pytest.mark.parametrize("bins", [1, 4, 5])
 def test_a_bin_holds_its_lower_edge_and_the_last_one_holds_certainty(bins):
     edges = np.arange(bins + 1) / bins
-    made = calibration(edges, edges > 0.4, 0.3, bins)
+    _, *made = calibration(edges, edges > 0.4, prevalence=0.3, calibration_bins=bins)
     assert [row["stated_low"] for row in made] == pytest.approx(edges[:-1])
     assert [row["stated_high"] for row in made] == pytest.approx(edges[1:])
     # One edge lies in each bin, and two in the last.
@@ -331,104 +410,62 @@ def test_a_bin_holds_its_lower_edge_and_the_last_one_holds_certainty(bins):
         assert row["stated"] == pytest.approx(edge)
 
 
-def test_the_stated_probability_of_a_bin_is_weighted_to_the_prevalence():
-    probability, nodule = np.array([0.1, 0.3, 0.3, 0.4]), np.array([False, False, False, True])
-    # Of three healthy recordings and one nodule, each counts 0.8 / 3 and 0.2.
-    (row,) = calibration(probability, nodule, 0.2, 1)
-    assert row["stated"] == pytest.approx(0.8 / 3 * (0.1 + 0.3 + 0.3) + 0.2 * 0.4)
-    assert row["observed"] == pytest.approx(0.2)
+def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
+    probability = np.array([0.1] * 20 + [0.9] * 5)
+    _, low, empty, high = calibration(
+        probability, probability > 0.5, prevalence=0.1, calibration_bins=3
+    )
+    assert (low["observed"], high["observed"]) == (0.0, 1.0)
+    assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
+    assert empty["recordings"] == 0 and np.isnan(empty["observed"])
 
 
-def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
-    predicted = [0] * 7 + [1] * 3 + [1] * 8 + [0] * 4
-    verdicts = rows("one", predicted, [0.0] * 10 + [1.0] * 12)
-    row = next(iter(measures.summary("leave_one_out", of_each(verdicts), RULES)))
-    value = (7 / 10 + 8 / 12) / 2
-    _, *healthy = rate_of(np.arange(10) < 7, None, 0.95)
-    _, *nodules = rate_of(np.arange(12) < 8, None, 0.95)
-    reach = [
-        math.sqrt((7 / 10 - healthy[end]) ** 2 + (8 / 12 - nodules[end]) ** 2) / 2 for end in (0, 1)
-    ]
-    assert row["balanced_accuracy"] == pytest.approx(value)
-    assert row["balanced_accuracy_low"] == pytest.approx(value - reach[0])
-    assert row["balanced_accuracy_high"] == pytest.approx(value + reach[1])
+COUNTS = st.integers(1, 40).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 
 
-def test_an_error_and_a_rate_do_not_reach_below_0_or_above_1():
-    verdicts = rows("one", [0, 0, 1, 1, 5])
-    row = next(iter(measures.summary("leave_one_out", of_each(verdicts), RULES)))
-    assert row["balanced_accuracy"] == row["balanced_accuracy_high"] == 1.0
-    row = sizing(one(verdicts))[measures.ANY]
-    assert row["mean_absolute_error_mm"] == pytest.approx(1.0)
-    assert row["mean_absolute_error_mm_low"] == 0.0
-    assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
+@given(COUNTS, COUNTS, st.floats(0.001, 0.999), st.sampled_from([0.5, 0.95, 0.999]))
+def test_every_measure_of_counts_lies_in_its_interval(detected, quiet, prevalence, level):
+    counts = [detected[0], detected[1] - detected[0], quiet[1] - quiet[0], quiet[0]]
+    predicted, sizes = np.repeat([1.0, 0, 1, 0], counts), np.repeat([1.0, 1, 0, 0], counts)
+    judged = one(of(predicted, sizes, probability=np.repeat([0.9, 0.1, 0.7, 0.2], counts)))
+    rules = RULES | {"prevalence": prevalence, "confidence": level}
+    row = summary(judged, rules)[ANY] | sizing(judged, confidence=level)[ANY]
+    rows = [(name, row) for name in ("accuracy", "sensitivity", "specificity", "ppv", "npv")]
+    rows += [("balanced_accuracy", row), ("within_rate", row)]
+    rows += [("observed", each) for each in measures.calibration(judged, rules)]
+    for name, each in rows:
+        value, low, high = ends_of(each, name)
+        assert math.isnan(low) == math.isnan(value)
+        assert math.isnan(value) or 0 <= low <= value <= high <= 1
 
 
-def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
-    scores = [0.0, 3.0, 1.0, UNKNOWN, 2.0]
-    verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], score=scores)
-    area = {size_mm: row["auc"] for size_mm, row in summary(one(verdicts)).items()}
-    # The healthy recording with 3 has no verdict, so both nodules lie above what is left.
-    assert area == {measures.ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
+# Comparison and retest.
 
 
-def test_an_error_of_size_is_signed_and_counts_what_was_found():
-    estimates = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN]
-    made = sizing(one(rows("one", [0, 0, 1, 1, 0], estimate_mm=estimates)))
-    assert made[1.0]["bias_mm"] == pytest.approx(0.5)
-    assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
-    whole = made[measures.ANY]
-    assert (whole["recordings"], whole["detected"], whole["detected_clusters"]) == (3, 2, 2)
-    assert whole["bias_mm"] == made[1.0]["bias_mm"] and np.isnan(made[2.0]["bias_mm"])
-
-
-def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
-    verdicts = rows("one", [1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
-    judged = one(verdicts, nodule_at_mm=["", "", "7", "7", "7"])
-    made = sizing(judged)
-    assert [made[size]["located"] for size in (measures.ANY, 1.0, 2.0)] == [2, 2, 0]
-    assert made[1.0]["location_error_mm"] == pytest.approx(1.5)
-    assert made[1.0]["location_bias_mm"] == pytest.approx(-0.5)
-
-
-def test_what_only_one_of_two_detectors_judges_rightly_is_counted():
+def test_two_detectors_are_compared_by_what_only_one_judges_rightly():
     # Of the nodules, the first finds three and the second two, of which one is new.
     sizes = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]
-    both = [rows("one", [0, 1, 1, 1, 1, 0, 0], sizes), rows("other", [1, 0, 1, 0, 0, 1, 0], sizes)]
+    both = of([0, 1, 1, 1, 1, 0, 0], sizes), of([1, 0, 1, 0, 0, 1, 0], sizes, detector="other")
     made = {
-        (row["measure"], row["size_mm"]): (row["only_first"], row["only_second"])
-        for row in measures.comparisons("leave_one_out", of_each(pd.concat(both)), RULES)
+        (row["measure"], row["size_mm"]): (row["only_first"], row["only_second"], row["difference"])
+        for row in measures.comparisons("leave_one_out", each_of(*both), RULES)
     }
-    assert made["detection", measures.ANY] == (2, 1)
-    assert made["detection", 0.0] == (1, 1)
-    assert made["size_within_tolerance", 1.0] == (2, 1)
+    assert made["detection", ANY] == (2, 1, pytest.approx(-1 / 5))
+    assert made["detection", 0.0] == (1, 1, 0.0)
+    assert made["size_within_tolerance", 1.0][:2] == (2, 1)
+    assert ("size_within_tolerance", 0.0) not in made
 
 
-def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_alone():
-    # The recording without a verdict has no probability that counts.
-    stated = [0.1, 0.5, 0.9, 0.6, 0.8]
-    verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], probability=stated)
-    row, *bins = measures.calibration(one(verdicts), RULES | {"prevalence": 0.2})
-    expected = 0.8 * 0.1**2 + 0.2 * (0.1**2 + 0.4**2 + 0.2**2) / 3
-    assert row["recordings"] == 4
-    assert row["brier"] == pytest.approx(expected)
-    assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)
-    assert row["stated"] == pytest.approx(0.8 * 0.1 + 0.2 * (0.9 + 0.6 + 0.8) / 3)
-    assert row["observed"] == pytest.approx(0.2) and np.isnan(row["stated_low"])
-    assert all("brier" not in each for each in bins)
-
-
-def test_verdicts_stand_by_detector_then_by_name_then_as_they_were_made():
-    keys = [
-        (detector, name, scheme)
-        for detector in ("template", "diagonal")
-        for name in ("2mm/r10", "0mm/b", "2mm/r9")
-        for scheme in ("resubstitution", "leave_one_out")
-    ]
-    made = measures.by_name(pd.DataFrame(keys, columns=["detector", "recording", "scheme"]))
-    assert [tuple(row) for row in made.values] == [
-        (detector, name, scheme)
-        for detector in ("template", "diagonal")
-        for name in ("0mm/b", "2mm/r9", "2mm/r10")
-        for scheme in ("resubstitution", "leave_one_out")
-    ]
+def test_passes_of_one_site_with_different_labels_are_not_merged():
+    # Site "p" was passed twice without a nodule, and twice after one was set in.
+    sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
+    made = of(predicted, sizes, detector="diagonal")
+    judged = one(made, site=["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2)
+    found = {
+        (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
+        for row in measures.retests("leave_one_out", {"diagonal": judged}, RULES)
+    }
+    # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
+    of_site = {0.0: (4, 0.25), 2.0: (1, 1.0)}
+    assert found == {(n, size): each for n in (1, 2) for size, each in of_site.items()}
+    assert not list(measures.retests("leave_one_out", each_of(made), RULES))

@@ -1,0 +1,73 @@
+"""The nearest template: distances by the literal formula, margins, lags, and what is unknown."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from capsule.method.nearest_template import (
+    compare_templates,
+    first_peak_sample,
+    index_of_largest,
+    nearest_size,
+    template_distances,
+)
+from capsule.method.particle import Particle, render
+from capsule.method.sliding import RepeatedParticle, rmse_at_lag
+from capsule.seeding import generator
+from support import literal
+
+
+def test_distances_equal_the_literal_formula():
+    numbers = generator(1, "distances")
+    matrix, *templates = numbers.random((4, 3, 24))
+    distances = template_distances(matrix, templates)
+    expected = [literal.smallest_rmse(matrix, template) for template in templates]
+    np.testing.assert_allclose(distances, expected, atol=1e-9)
+
+
+def test_a_margin_is_the_gain_over_no_template():
+    numbers = generator(1, "margin")
+    matrix, *templates = numbers.random((4, 3, 40))
+    sought = [RepeatedParticle(template) for template in templates]
+    distances, gains, lags = compare_templates(matrix, sought)
+    np.testing.assert_array_equal(template_distances(matrix, templates), distances)
+    for template, gain, lag in zip(templates, gains, lags, strict=True):
+        rmse = rmse_at_lag(matrix, template, int(lag))
+        assert rmse**2 * 3 * 120 == pytest.approx((matrix**2).sum() - gain)
+    assert np.isnan(compare_templates(np.full((3, 40), np.nan), sought)).all()
+
+
+def test_what_is_unknown_stays_unknown():
+    known, unknown = np.ones((2, 10)), np.full((2, 10), np.nan)
+    distances = template_distances(known, [0 * known, unknown])
+    assert distances[0] == pytest.approx(np.sqrt(1 / 3))
+    assert np.isnan(distances[1])
+    assert nearest_size(distances, [0, 1]) == 0
+    assert np.isnan(template_distances(unknown, [known])).all()
+    assert np.isnan(nearest_size(np.array([np.nan, np.nan]), [0, 1]))
+
+
+def test_of_equal_distances_the_smaller_size_wins():
+    assert nearest_size(np.array([0.2, 0.1, 0.1]), [0, 3, 4]) == 3
+
+
+@given(arrays(np.float64, st.integers(0, 6), elements=st.floats(-3, 3) | st.just(np.nan)))
+def test_the_largest_value_is_found_among_those_that_are_known(values):
+    known = ~np.isnan(values)
+    expected = int(np.nanargmax(values)) if known.any() else None
+    assert index_of_largest(values) == expected
+
+
+@pytest.mark.parametrize("shift", [0, 1, 33, -20])
+def test_the_lag_tells_when_the_first_sensor_meets_the_nodule(shift):
+    particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
+    template = render(particle, 150, 1000)
+    rolled = np.roll(template, shift, axis=1)
+    distances, _, lags = compare_templates(
+        rolled, [RepeatedParticle(0 * rolled + 0.2), RepeatedParticle(template)]
+    )
+    assert nearest_size(distances, [0, 2.5]) == 2.5
+    # Without a shift, the first peak of a template lies in column u, counted from 1.
+    assert first_peak_sample(lags[1], 150, 1000) == 149 + shift
