@@ -89,41 +89,39 @@ def test_held_out_sessions_teach_nothing_and_are_judged_by_all_others():
     assert found[RESUBSTITUTION] == [(("0mm/a", "0mm/b", "1mm/c"), late)]
 
 
-def test_sessions_are_left_out_if_there_are_three_that_leave_enough_to_teach():
-    def rows_of(**sessions):
-        return {
-            f"{size}mm/{session}{run}": row(session=session)
-            for session, sizes in sessions.items()
-            for run, size in enumerate(sizes.split())
-        }
+def named(key, healthy, nodules):
+    """Return recordings, each with the name of its group."""
+    rows = {f"0mm/r{number}": row(**{key: name}) for number, name in enumerate(healthy)}
+    return rows | {f"2mm/r{number}": row(**{key: name}) for number, name in enumerate(nodules)}
 
-    rows = rows_of(first="0 0 2", second="0 0 1", third="0 1")
-    found = by_scheme(rows)["leave_one_session_out"]
-    assert [len(judged) for judged, _ in found] == [3, 3, 2]
-    assert all(set(judged) == left_out for judged, left_out in found)
-    # Two sessions say nothing about a third one.
-    assert "leave_one_session_out" not in by_scheme(rows_of(first="0 0 0 2", second="0 0 0 1"))
-    # Without the first, two healthy recordings teach.
-    few = rows_of(first="0 0 0 2", second="0 1", third="0 1")
-    assert "leave_one_session_out" not in by_scheme(few)
+
+@pytest.mark.parametrize(
+    ("key", "healthy", "nodules", "folds"),
+    [
+        ("session", "aabbc", "abc", 3),
+        # Two sessions say nothing about a third one, and without "a" two healthy recordings teach.
+        ("session", "aaabbb", "ab", 0),
+        ("session", "aaabc", "abc", 0),
+        ("session", "aabbc", "aaa", 0),
+        ("setup", "aabbcc", "ddef", 6),
+        ("setup", "aabbcc", "ddee", 0),
+        ("setup", "aabb", "ddef", 0),
+        # A recording without a set-up is left out with its place.
+        ("setup", ["a", "b", "c", ""], "def", 7),
+    ],
+)
+def test_groups_are_left_out_if_there_are_three_that_leave_enough_to_teach(
+    key, healthy, nodules, folds
+):
+    rows = named(key, healthy, nodules)
+    found = by_scheme(rows).get(f"leave_one_{key}_out", [])
+    assert len(found) == folds
+    for judged, left_out in found:
+        assert set(judged) == left_out
+        assert len({rows[name][key] for name in judged}) == 1
     # A recording that no detector judges teaches nobody.
-    unjudged = rows | {"0mm/first0": row(session="first", no_verdict="no wave")}
-    assert "leave_one_session_out" not in by_scheme(unjudged)
-
-
-def test_set_ups_are_left_out_if_there_are_three_of_healthy_recordings_and_three_of_nodules():
-    def rows_of(healthy, nodules):
-        named = {f"0mm/r{n}": row(setup=setup) for n, setup in enumerate(healthy)}
-        return named | {f"2mm/r{n}": row(setup=setup) for n, setup in enumerate(nodules)}
-
-    found = by_scheme(rows_of("aabbcc", "ddef"))["leave_one_setup_out"]
-    assert [judged for judged, _ in found][:1] == [("0mm/r0", "0mm/r1")]
-    assert len(found) == 6
-    assert "leave_one_setup_out" not in by_scheme(rows_of("aabbcc", "ddee"))
-    assert "leave_one_setup_out" not in by_scheme(rows_of("aabb", "ddef"))
-    # A recording without a set-up is left out with its place.
-    mixed = by_scheme(rows_of(["a", "b", "c", ""], "def"))["leave_one_setup_out"]
-    assert (("0mm/r3",), {"0mm/r3"}) in mixed
+    rows["0mm/r0"]["no_verdict"] = rows["0mm/r1"]["no_verdict"] = "no wave"
+    assert key == "setup" or f"leave_one_{key}_out" not in by_scheme(rows)
 
 
 @st.composite
@@ -169,35 +167,56 @@ def test_the_work_of_all_folds_stops_growing_with_the_square(recordings, most):
     assert number_of_folds(recordings + 1, most) <= folds
 
 
-def test_in_a_large_archive_neighbouring_places_of_one_size_are_left_out_together():
-    rows = {f"{number % 6}mm/r{number}": row() for number in range(3000)}
-    found = by_scheme(rows)[LEAVE_ONE_OUT]
-    # At most the square of 1000 by 3000, which is 333; nine at a time would be 336 folds.
-    assert [len(judged) for judged, _ in found] == [10] * 300
-    assert all(len({size_mm(name) for name in judged}) == 1 for judged, _ in found)
+@pytest.mark.parametrize(("places", "most"), [(6, 6), (6, 7), (7, 6), (13, 6), (3000, 1000)])
+def test_places_of_one_size_are_left_out_together_if_there_are_more_than_the_folds(places, most):
+    rows = {f"{number % 3}mm/r{number}": row() for number in range(places)}
     # A place stays whole, and is left out with places of the same sizes.
     rows |= {f"0mm/p{number}": row("pair") for number in range(2)} | {"2mm/p2": row("pair")}
-    of_pair = [judged for judged, _ in by_scheme(rows)[LEAVE_ONE_OUT] if "2mm/p2" in judged]
-    assert of_pair == [("0mm/p0", "0mm/p1", "2mm/p2")]
+    judged = [names for names, _ in by_scheme(rows, most_folds=most)[LEAVE_ONE_OUT]]
+    assert ("0mm/p0", "0mm/p1", "2mm/p2") in judged
+    alone = [names for names in judged if "2mm/p2" not in names]
+    assert all(len({size_mm(name) for name in names}) == 1 for names in alone)
+    allowed, together = number_of_folds(len(rows), most), max(map(len, alone))
+    assert len(judged) <= allowed
+    # As few places together as possible: with one fewer, there would be too many folds.
+    of_size = [
+        sum(size_mm(names[0]) == size for names in alone for _ in names) for size in range(3)
+    ]
+    assert together == 1 or 1 + sum(np.ceil(n / (together - 1)) for n in of_size) > allowed
 
 
 def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place():
     rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
     rows["unlabelled/r"] = row(near_copies="0mm/a")
     names = ["unlabelled/p", "unlabelled/q", "unlabelled/r"]
-    assert unlabelled_folds(names, rows, ["0mm/h"]) == [
+    folds = [
         (frozenset({"0mm/h", "2mm/b"}), ["unlabelled/p"]),
         (frozenset({"0mm/h"}), ["unlabelled/q"]),
         (frozenset({"0mm/h", "0mm/a"}), ["unlabelled/r"]),
     ]
+    assert unlabelled_folds(names, rows, ["0mm/h"]) == folds
+
+    class Asked:
+        """Detectors that repeat what they are asked."""
+
+        def rows(self, judged, left_out):
+            """Return it."""
+            return [(left_out, judged)]
+
+    assert judge_unlabelled(Asked(), names, rows, ["0mm/h"]) == folds
 
 
-def test_held_out_rates_come_first_but_choose_nothing():
-    assert main_scheme([LEAVE_ONE_OUT, HELD_OUT]) == HELD_OUT
-    assert main_scheme([LEAVE_ONE_OUT, RESUBSTITUTION]) == LEAVE_ONE_OUT
-    assert main_scheme([RESUBSTITUTION]) == RESUBSTITUTION
-    assert choosing_scheme([HELD_OUT, RESUBSTITUTION, LEAVE_ONE_OUT]) == LEAVE_ONE_OUT
-    assert choosing_scheme([HELD_OUT, RESUBSTITUTION]) == RESUBSTITUTION
+@pytest.mark.parametrize(
+    ("schemes", "main", "choosing"),
+    [
+        ([RESUBSTITUTION, LEAVE_ONE_OUT, HELD_OUT], HELD_OUT, LEAVE_ONE_OUT),
+        ([LEAVE_ONE_OUT, RESUBSTITUTION], LEAVE_ONE_OUT, LEAVE_ONE_OUT),
+        ([HELD_OUT, RESUBSTITUTION], HELD_OUT, RESUBSTITUTION),
+        ([RESUBSTITUTION], RESUBSTITUTION, RESUBSTITUTION),
+    ],
+)
+def test_held_out_rates_come_first_but_choose_nothing(schemes, main, choosing):
+    assert (main_scheme(schemes), choosing_scheme(schemes)) == (main, choosing)
 
 
 SIZES_MM = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "2mm/a": 2.0, "2mm/b": 2.0}
@@ -244,27 +263,27 @@ def test_every_detector_has_a_row_in_the_order_of_the_configuration(detectors):
     assert [row["predicted_mm"] for row in rows[2:]] == [2.0] * 2
     # 200 samples at 10 Hz.
     assert rows[2]["location_s"] == 20.0
-
-
-def test_only_detectors_by_templates_have_distances_to_them(detectors):
-    by_diagonal, by_rule = detectors.rows(["2mm/a"], [])
+    # Only detectors by templates have distances to them, and learn nothing that a curve may show.
+    by_diagonal, by_rule = rows[2:]
     assert (by_diagonal["rmse_0mm"], by_diagonal["rmse_2mm"]) == (None, None)
     assert by_rule["rmse_2mm"] < by_rule["rmse_0mm"]
+    assert list(detectors.learners()) == ["diagonal"]
 
 
-def test_what_is_left_out_has_taught_nothing(detectors):
-    with_all = list(detectors.rows(["2mm/a"], []))
-    without = list(detectors.rows(["2mm/a"], ["2mm/a", "0mm/c"]))
-    assert without[1]["rmse_2mm"] > with_all[1]["rmse_2mm"]
-    assert without[0]["threshold"] < with_all[0]["threshold"]
-
-
-def test_what_is_handed_on_is_what_the_recordings_that_teach_have_taught(archive):
-    detectors = Detectors(replace(archive, no_verdict={"0mm/c": "no wave on sensor_1"}))
-    stored = detectors.stored()
-    by_diagonal, _ = detectors.rows(["0mm/a"], [])
+def test_what_is_left_out_or_has_no_verdict_teaches_nothing(archive, detectors):
+    silent = Detectors(replace(archive, no_verdict={"0mm/c": "no wave on sensor_1"}))
+    for each in silent.rows(["0mm/c"], []):
+        assert each["no_verdict"] == "no wave on sensor_1"
+        assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()
+        assert (each["rmse_0mm"], each["rmse_2mm"]) == (None, None)
+    without = list(detectors.rows(["2mm/a"], ["0mm/c"]))
+    assert str(list(silent.rows(["2mm/a"], []))) == str(without)
+    (with_all, _), (by_threshold, _) = detectors.rows(["2mm/a"], []), without
+    assert by_threshold["threshold"] < with_all["threshold"]
+    # What is handed on is what the recordings that teach have taught.
+    stored = silent.stored()
     assert stored["recordings"] == len(SIZES_MM) - 1
-    assert stored["diagonal"]["threshold"] == by_diagonal["threshold"]
+    assert stored["diagonal"]["threshold"] == by_threshold["threshold"]
 
 
 def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fold(detectors):
@@ -309,40 +328,6 @@ def test_folds_that_differ_in_the_scheme_alone_are_judged_once_and_long_ones_in_
     assert len(rows) == 2 * len(cross_validate(detectors, folds))
 
 
-def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):
-    def backwards(judge, parts):
-        return [judge(part) for part in reversed(list(parts))][::-1]
-
-    folds = folds_of({name: row() for name in SIZES_MM}, RULES)
-    rows, turned = (cross_validate(detectors, folds, way) for way in (map, backwards))
-    assert str(turned) == str(rows)
-
-
-def test_an_unlabelled_recording_is_judged_by_all_that_teach(archive):
-    like = replace(archive.recordings["2mm/b"], passage=passage(9.0))
-    recordings = {**archive.recordings, "unlabelled/p": like}
-    detectors = Detectors(replace(archive, recordings=recordings))
-    rows = {name: row() for name in (*SIZES_MM, "unlabelled/p")}
-    found = judge_unlabelled(detectors, ["unlabelled/p"], rows, ["0mm/c"])
-    assert str(found) == str(list(detectors.rows(["unlabelled/p"], ["0mm/c"])))
-
-
-def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(detectors):
-    assert list(detectors.learners()) == ["diagonal"]
-
-
-def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
-    reasons = {"0mm/c": "no wave on sensor_1"}
-    without = Detectors(replace(archive, no_verdict=reasons))
-    for each in without.rows(["0mm/c"], []):
-        assert each["no_verdict"] == "no wave on sensor_1"
-        assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()
-        assert (each["rmse_0mm"], each["rmse_2mm"]) == (None, None)
-    judged = zip(without.rows(["0mm/a"], []), detectors.rows(["0mm/a"], ["0mm/c"]), strict=True)
-    for taught_without, left_out in judged:
-        assert taught_without["threshold"] == left_out["threshold"]
-
-
 def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive, detectors):
     (first, *_) = detectors.rows(["0mm/a"], [])
     assert first["familiar"] == ""
@@ -369,27 +354,3 @@ def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(arc
     silent = Detectors(replace(many, no_verdict={"0mm/n0": "no wave on sensor_1"}))
     unjudged = list(silent.rows(["0mm/n0"], []))
     assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}
-
-
-@pytest.mark.parametrize(("places", "most"), [(6, 6), (6, 7), (7, 6), (13, 6)])
-def test_places_are_left_out_alone_until_there_are_more_than_the_folds(places, most):
-    rows = {f"0mm/r{number:02d}": row() for number in range(places)}
-    judged = [names for names, _ in by_scheme(rows, most_folds=most)[LEAVE_ONE_OUT]]
-    allowed = number_of_folds(places, most)
-    together = max(len(names) for names in judged)
-    assert len(judged) <= allowed
-    # As few places together as possible: with one fewer, there would be too many folds.
-    assert together == 1 or np.ceil(places / (together - 1)) > allowed
-    assert [name for names in judged for name in names] == list(rows)
-
-
-def test_the_number_of_folds_falls_from_the_most_to_fifty():
-    assert [number_of_folds(n, 200) for n in (1, 200, 400, 800, 801, 10**6)] == [
-        200,
-        200,
-        100,
-        50,
-        50,
-        50,
-    ]
-    assert number_of_folds(10**6, 20) == 20
