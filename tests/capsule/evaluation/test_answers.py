@@ -7,7 +7,6 @@ from capsule.evaluation.answers import (
     Estimate,
     answers_of,
     false_alarms,
-    found_and_quiet,
     predictive_values,
     recordings_to_show,
     set_specificity,
@@ -31,8 +30,12 @@ def test_predictive_values_are_those_of_a_thousand_places():
 
 
 def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_its_table():
-    rates = rates_of(evaluated(verdicts(20, 3, 10, 8)))
+    rates = rates_of(evaluated(verdicts(20, 3, 10, 8), detectors=("diagonal", "template")))
+    assert set(rates.verdicts("template", "leave_one_out")["detector"]) == {"template"}
+    assert rates.verdicts("template", "held_out").empty
     answers = answers_of(rates, "template", "leave_one_out")
+    # Of 3 mm, nothing was judged.
+    assert list(answers.found) == [2.0]
     alarms = false_alarms(answers.specificity)
     assert (alarms.hits, alarms.of) == (3, 20)
     assert alarms.value == pytest.approx(3 / 20)
@@ -48,19 +51,16 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
     answers = answers_of(rates, "diagonal", "leave_one_out")
     told = set_specificity(rates, "leave_one_out")
     assert (told.places, told.least_places, told.mean) == (20, 19, 0.95)
+    few = rates_of(evaluated(verdicts(4, 0, 3, 3), detectors=("diagonal",)))
+    few = set_specificity(few, "leave_one_out")
+    # Fewer healthy places set what their highest score has on average.
+    assert few.cannot() and not told.cannot() and few.mean == pytest.approx(4 / 5)
     ppv, npv = answers.meaning
     assert (ppv.value, npv.value) == pytest.approx(predictive_values(0.8, 0.95, 0.1))
     recall = answers.found[2.0]
     for end in ("low", "high"):
         with_both = predictive_values(getattr(recall, end), getattr(told, end), 0.1)
         assert (getattr(ppv, end), getattr(npv, end)) == pytest.approx(with_both)
-
-
-def test_the_verdicts_are_those_of_one_detector_by_one_scheme():
-    rates = rates_of(evaluated(verdicts(2, 0, 1, 1), detectors=("diagonal", "template")))
-    assert len(rates.evaluation.predictions) == 6
-    assert set(rates.verdicts("diagonal", "leave_one_out")["detector"]) == {"diagonal"}
-    assert rates.verdicts("diagonal", "held_out").empty
 
 
 @pytest.mark.parametrize(
@@ -84,19 +84,6 @@ def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, f
 def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
     value, span = Estimate(share, 0.0, 0.004, 1, 2).in_hundred()
     assert (value, span) == (shown, "0 to 0.4")
-
-
-def test_too_few_healthy_places_set_what_their_highest_score_has_on_average():
-    rates = rates_of(evaluated(verdicts(4, 0, 3, 3), detectors=("diagonal",)))
-    told = set_specificity(rates, "leave_one_out")
-    assert told.cannot() and told.mean == pytest.approx(4 / 5)
-
-
-def test_sizes_of_which_nothing_was_judged_are_left_out_and_the_specificity_may_be_unknown():
-    table = pd.DataFrame({"size_mm": [2.0, 3.0], "tp": [2, 0], "fn": [0, 0]})
-    ends = {"recall": 1.0, "recall_low": 0.3, "recall_high": 1.0, "recall_at_least": 0.4}
-    found, specificity = found_and_quiet(table.assign(**ends))
-    assert list(found) == [2.0] and specificity.of == 0
 
 
 def test_so_many_recordings_all_right_show_a_rate():

@@ -3,10 +3,8 @@
 import pandas as pd
 import pytest
 
-from capsule import words
 from capsule.evaluation import archive_rates as rates
 from capsule.evaluation.paper import Evaluation
-from support.project import ROOT
 
 
 def predictions(*names):
@@ -21,12 +19,7 @@ def rates_by(shown, table=None, configured=()):
 
 def test_what_was_held_out_is_shown_first_and_then_leaving_one_place_out():
     judged = ("resubstitution", "leave_one_session_out", "leave_one_out", "held_out")
-    assert rates_by(judged).schemes == [
-        "held_out",
-        "leave_one_out",
-        "resubstitution",
-        "leave_one_session_out",
-    ]
+    assert rates_by(judged).schemes == [*judged[:1:-1], *judged[:2]]
     assert rates_by(["resubstitution"]).schemes == ["resubstitution"]
     assert rates_by([], configured=["leave_one_out"]).schemes == ["leave_one_out"]
 
@@ -90,14 +83,3 @@ def test_each_table_says_for_what_the_rates_of_its_schemes_hold():
     # Healthy set-ups alone do not make a class of nodules.
     few = pd.concat([held_out[0], index(list("ab"), 2.0), *teaching])
     assert rates.table_note(rates_by(["held_out"], few)).endswith("of these set-ups.")
-
-
-def test_no_word_on_the_page_names_the_scheme_that_is_gone():
-    for folder in ("workflow/report", "workflow/scripts/capsule/page"):
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".j2", ".js", ".py", ".rst"):
-                text = path.read_text(encoding="utf-8").casefold()
-                assert "site-out" not in text and "site_out" not in text, path.name
-                assert "permutation" not in text and "bootstrap" not in text, path.name
-    assert words.scheme("leave_one_site_out") == "leave_one_site_out"
-    assert words.scheme("leave_one_setup_out") == "leave-one-set-up-out"

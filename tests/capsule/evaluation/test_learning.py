@@ -1,6 +1,6 @@
 """Learning curves of a simple detector, whose rates can be counted by hand."""
 
-from itertools import combinations
+from itertools import chain, combinations
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +10,8 @@ import pytest
 from capsule.detectors.base import TrainingArchive, Verdict
 from capsule.evaluation import learning
 from capsule.evaluation.cross_validation import Fold
+from capsule.evaluation.learning import deal, draw_splits, mean_taught
+from capsule.seeding import generator
 from support.training import NO_TEMPLATES
 
 SCORES = {
@@ -38,6 +40,8 @@ class Loudest:
         if np.isnan(self.threshold):
             return Verdict(self.threshold, 0.0, self.threshold)
         score = SCORES[recording.name]
+        if score is None:
+            return Verdict(float("nan"), 0.0, self.threshold)
         return Verdict(2.0 * (score > self.threshold), score, self.threshold)
 
 
@@ -47,30 +51,26 @@ def archive_of(sizes_mm, places=None):
     return TrainingArchive(sizes_mm, recordings, NO_TEMPLATES, {}, settings, places=places or {})
 
 
-def left_out_alone(sizes_mm):
-    """Return the predictions of leave-one-out, as the evaluation does."""
-    archive, detector = archive_of(sizes_mm), Loudest(sizes_mm)
+def rows_of(sizes_mm, places=None, apart=(), scheme="leave_one_out"):
+    """Return the rows of the detector; leave-one-out is judged as the evaluation does."""
+    archive, detector = archive_of(sizes_mm, places), Loudest(sizes_mm)
     verdicts = [
         detector.taught(archive, [name]).verdict(archive.recordings[name]).predicted_mm
         for name in sizes_mm
     ]
     predictions = pd.DataFrame({"recording": list(sizes_mm), "predicted_mm": verdicts})
-    return predictions.assign(detector="loudest", scheme="leave_one_out")
-
-
-def folds_of(sizes_mm, places=None):
-    """Leave out one place at a time."""
-    places = places or dict(zip(sizes_mm, sizes_mm, strict=True))
+    predictions = predictions.assign(detector="loudest", scheme=scheme)
     members = {}
     for name in sizes_mm:
-        members.setdefault(places[name], []).append(name)
-    return [Fold("leave_one_out", tuple(each), frozenset(each)) for each in members.values()]
+        if name not in apart:
+            members.setdefault((places or {}).get(name, name), []).append(name)
+    folds = [Fold("leave_one_out", tuple(each), frozenset(each)) for each in members.values()]
+    folds += [Fold("held_out", (name,), frozenset({name})) for name in apart]
+    return learning.learning_rows({"loudest": detector}, archive, predictions, folds)
 
 
-def rows_of(sizes_mm, places=None):
-    detectors, predictions = {"loudest": Loudest(sizes_mm)}, left_out_alone(sizes_mm)
-    archive, folds = archive_of(sizes_mm, places), folds_of(sizes_mm, places)
-    return learning.learning_rows(detectors, archive, predictions, folds)
+def last_of(rows):
+    return [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
 
 
 def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly():
@@ -86,94 +86,80 @@ def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly(
         assert right[name] == pytest.approx(np.mean(verdicts))
 
 
-def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest():
-    assert learning.size_ranges([0, 1, 2, 1]) == [(0, 0), (1, 1), (2, 2)]
-    assert learning.size_ranges([3, 2.5, 0, 6]) == [(0, 0), (2.5, 2.5), (3, 3), (6, 6), (3, 6)]
-    assert learning.size_ranges([]) == []
+def test_no_verdict_is_not_a_right_one_unless_the_split_teaches_too_little_for_any(monkeypatch):
+    monkeypatch.setitem(SCORES, "2mm/a", None)  # The detector is silent on it.
+    # Without a healthy recording there is no threshold, and no verdict at all.
+    splits = [["0mm/c", "2mm/a"], ["0mm/a", "0mm/b", "0mm/c", "0mm/d", "1mm/b"]]
+    right = learning.mean_right(Loudest(SIZES_MM), archive_of(SIZES_MM), splits)
+    assert (right["0mm/c"], right["2mm/a"]) == (1.0, 0.0)
+    assert np.isnan(right["1mm/b"]) and np.isnan(right["0mm/a"])
 
 
-def test_the_last_point_of_the_curve_is_leave_one_out():
-    rows = [row for row in rows_of(SIZES_MM) if row["share"] == learning.ALL_BUT_ONE]
-    # Only 0mm/d is louder than the other healthy ones; only 2mm/a is louder than 0mm/d.
-    assert [row["rate"] for row in rows] == [0.75, 0.0, 0.5]
-    assert [row["judged"] for row in rows] == [4, 2, 2]
-    assert [row["taught"] for row in rows] == [7.0] * 3
-    assert [row["taught_healthy"] for row in rows] == [3.5] * 3
-    assert all(np.isnan(row["gain"]) for row in rows)
+@pytest.mark.parametrize(
+    ("sizes_mm", "every", "main"),
+    [
+        ([0, 1, 2, 1], [(0, 0), (1, 1), (2, 2)], [(0, 0), (1, 1), (2, 2)]),
+        ([6, 0, 3], [(0, 0), (3, 3), (6, 6)], [(0, 0), (3, 3), (6, 6)]),
+        ([1, 2, 5], [(1, 1), (2, 2), (5, 5), (2, 5)], [(1, 1), (2, 5)]),
+        ([0], [(0, 0)], [(0, 0)]),
+        ([], [], []),
+    ],
+)
+def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest(
+    sizes_mm, every, main
+):
+    assert learning.size_ranges(sizes_mm) == every
+    assert learning.main_ranges(sizes_mm) == main
 
 
-def test_every_row_has_the_columns_of_the_table_and_the_gain_ends_at_leave_one_out():
+def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
     rows = rows_of(SIZES_MM)
     assert all(row.keys() == set(learning.COLUMNS) for row in rows)
     assert [(row["share"], row["size_from_mm"]) for row in rows] == [
         (share, size) for share in (0.25, 0.5, 0.75, 1.0) for size in (0.0, 1.0, 2.0)
     ]
-    last = {row["size_from_mm"]: row["rate"] for row in rows if row["share"] == 1}
-    for row in rows:
-        if row["share"] < 1:
-            assert row["rate"] + row["gain"] == pytest.approx(last[row["size_from_mm"]])
-            assert row["gain_low"] < row["gain"] < row["gain_high"]
     assert [row["taught"] for row in rows if row["size_from_mm"] == 0] == [2.0, 4.0, 6.0, 7.0]
+    # Only 0mm/d is louder than the other healthy ones; only 2mm/a is louder than 0mm/d.
+    last = last_of(rows)
+    assert [(row["rate"], row["judged"]) for row in last] == [(0.75, 4), (0.0, 2), (0.5, 2)]
+    assert [row["taught_healthy"] for row in last] == [3.5] * 3
+    assert all(np.isnan(row["gain"]) for row in last)
+    for row in rows[:-3]:
+        whole = next(each for each in last if each["size_from_mm"] == row["size_from_mm"])
+        assert row["rate"] + row["gain"] == pytest.approx(whole["rate"])
+        assert row["gain_low"] < row["gain"] < row["gain_high"]
+    without = rows_of(SIZES_MM, scheme="resubstitution")
+    assert {row["share"] for row in without} == {0.25, 0.5, 0.75}
+    assert all(np.isnan(row["gain"]) for row in without)
 
 
-def test_no_verdict_is_not_a_right_one_unless_the_split_teaches_too_little_for_any():
-    class Silent(Loudest):
-        """Like the other, but silent on one recording."""
-
-        def taught(self, archive, left_out):
-            """Learn from the others."""
-            model = Silent({})
-            model.threshold = super().taught(archive, left_out).threshold
-            return model
-
-        def verdict(self, recording):
-            """Judge one recording."""
-            if recording.name == "2mm/a":
-                return Verdict(float("nan"), 0.0, self.threshold)
-            return super().verdict(recording)
-
-    splits = [["0mm/c", "2mm/a"]]
-    # Without a healthy recording there is no threshold, and no verdict at all.
-    splits += [["0mm/a", "0mm/b", "0mm/c", "0mm/d", "1mm/b"]]
-    right = learning.mean_right(Silent(SIZES_MM), archive_of(SIZES_MM), splits)
-    assert (right["0mm/c"], right["2mm/a"]) == (1.0, 0.0)
-    assert np.isnan(right["1mm/b"]) and np.isnan(right["0mm/a"])
-
-
-def test_the_intervals_are_over_places_and_no_place_is_on_both_sides():
+def test_the_intervals_are_over_places():
     places = {name: name[:3] + str("ab".count(name[-1])) for name in SIZES_MM}
     rows = rows_of(SIZES_MM, places)
     assert all(row["clusters"] <= 2 for row in rows if row["size_from_mm"] == row["size_to_mm"])
     assert all(np.isnan(row["rate_low"]) for row in rows if row["judged"] > row["clusters"])
-    last = [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
     # Two healthy places of two recordings: two of four teach.
-    assert [row["taught_healthy"] for row in last] == [3.0] * 3
+    assert [row["taught_healthy"] for row in last_of(rows)] == [3.0] * 3
 
 
 def test_held_out_recordings_neither_teach_nor_are_judged():
     # Were "0mm/d" to teach, nothing but 2mm/a would be louder.
-    folds = folds_of({name: size for name, size in SIZES_MM.items() if name != "0mm/d"})
-    folds.append(Fold("held_out", ("0mm/d",), frozenset({"0mm/d"})))
-    detectors, archive = {"loudest": Loudest(SIZES_MM)}, archive_of(SIZES_MM)
-    rows = learning.learning_rows(detectors, archive, left_out_alone(SIZES_MM), folds)
-    last = [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
-    assert [row["judged"] for row in last] == [3, 2, 2]
-    assert [row["taught"] for row in last] == [6.0] * 3
+    rows = rows_of(SIZES_MM, apart=["0mm/d"])
+    assert [(row["judged"], row["taught"]) for row in last_of(rows)] == [(3, 6), (2, 6), (2, 6)]
     three_quarters = {row["size_from_mm"]: row["rate"] for row in rows if row["share"] == 0.75}
     assert three_quarters[1.0] > 0
 
 
-@pytest.mark.parametrize("recordings", [480, 1200])
-def test_in_a_large_archive_not_every_recording_is_judged_at_every_share(recordings, monkeypatch):
-    sizes_mm = {f"{number % 3}mm/{number}": float(number % 3) for number in range(recordings)}
+def test_in_a_large_archive_not_every_recording_is_judged_at_every_share(monkeypatch):
+    sizes_mm = {f"{number % 3}mm/{number}": float(number % 3) for number in range(1200)}
     scores = {name: place * 7 % 31 / 31 for place, name in enumerate(sizes_mm)}
     monkeypatch.setattr(f"{__name__}.SCORES", scores)
-    rows = [row for row in rows_of(sizes_mm) if row["size_from_mm"] == row["size_to_mm"]]
-    judged = {share: 0 for share in (0.25, 0.5, 0.75, 1.0)}
-    for row in rows:
-        judged[row["share"]] += row["judged"]
-        assert 0 <= row["rate_low"] <= row["rate"] <= row["rate_high"] <= 1
-    assert judged[0.75] < recordings == judged[1.0]
+    judged = dict.fromkeys((0.25, 0.5, 0.75, 1.0), 0)
+    for row in rows_of(sizes_mm):
+        if row["size_from_mm"] == row["size_to_mm"]:
+            judged[row["share"]] += row["judged"]
+            assert 0 <= row["rate_low"] <= row["rate"] <= row["rate_high"] <= 1
+    assert judged[0.75] < 1200 == judged[1.0]
 
 
 @pytest.mark.parametrize(
@@ -188,17 +174,59 @@ def test_an_archive_with_hardly_a_recording_has_rows_without_error(names):
     assert all(np.isnan(row["rate"]) == (row["judged"] == 0) for row in rows)
 
 
-def test_without_leave_one_out_the_curve_has_no_last_point_and_no_gain():
-    detectors = {"loudest": Loudest(SIZES_MM)}
-    predictions = left_out_alone(SIZES_MM).assign(scheme="resubstitution")
-    archive, folds = archive_of(SIZES_MM), folds_of(SIZES_MM)
-    rows = learning.learning_rows(detectors, archive, predictions, folds)
-    assert {row["share"] for row in rows} == {0.25, 0.5, 0.75}
-    assert all(np.isnan(row["gain"]) for row in rows)
+# The splits.
+
+ALONE = dict(zip(SIZES_MM, SIZES_MM, strict=True))
 
 
-def test_what_tells_most_is_no_nodule_the_smallest_size_and_all_larger_ones():
-    assert learning.main_ranges([0, 1, 2, 3]) == [(0, 0), (1, 1), (2, 3)]
-    assert learning.main_ranges([1, 2]) == [(1, 1), (2, 2)]
-    assert learning.main_ranges([0]) == [(0, 0)]
-    assert learning.main_ranges([]) == []
+@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 2000])
+def test_every_share_has_as_many_splits_and_large_archives_are_split_less_often(recordings):
+    sizes_mm = {f"{place % 3}mm/{place}": float(place % 3) for place in range(recordings)}
+    by_share = draw_splits(sizes_mm, 1, dict(zip(sizes_mm, sizes_mm, strict=True)))
+    assert list(by_share) == [0.25, 0.5, 0.75]
+    for judged in chain(*by_share.values()):
+        assert len(set(judged)) == len(judged) and set(judged) <= sizes_mm.keys()
+    (splits,) = {len(each) for each in by_share.values()}
+    assert splits <= 40
+    assert splits * recordings < 960 + 4 * recordings or splits == 40
+
+
+def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
+    for share, splits in draw_splits(SIZES_MM, 1, ALONE).items():
+        times = [sum(name in judged for judged in splits) for name in SIZES_MM]
+        assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
+
+
+def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
+    splits = draw_splits(SIZES_MM, 1, ALONE)
+    # The names are in reverse order; the recordings keep their order.
+    called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
+    renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
+    assert draw_splits(renamed, 1, dict(zip(renamed, renamed, strict=True))) == {
+        share: [[called[name] for name in judged] for judged in of_share]
+        for share, of_share in splits.items()
+    }
+    assert splits != draw_splits(SIZES_MM, 2, ALONE)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_place_is_on_both_sides_and_every_size_is_dealt_evenly(seed):
+    sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
+    places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}
+    places["1mm/0"] = places["2mm/0"]  # A place may be passed with and without a nodule.
+    for judged in chain(*draw_splits(sizes_mm, seed, places).values()):
+        taught = sizes_mm.keys() - set(judged)
+        assert taught and not {places[name] for name in taught} & {places[name] for name in judged}
+    parts = deal(sizes_mm, generator(seed, "deal"), places)
+    assert sorted(chain(*parts)) == sorted(sizes_mm)
+    assert {sum(sizes_mm[name] == 0 for name in part) for part in parts} == {3}
+    parts = deal(SIZES_MM, generator(seed, "deal"), ALONE)
+    assert {sum(SIZES_MM[name] == 0 for name in part) for part in parts} == {1}
+
+
+def test_the_counts_that_teach_are_weighted_means():
+    sizes_mm = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "1mm/a": 1.0}
+    together = ("0mm/a", "0mm/b", "1mm/a")
+    # What is held out does not count, though every fold leaves it out.
+    folds = [({*each, "0mm/apart"}, len(each)) for each in (together, ("0mm/c",))]
+    assert mean_taught(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}

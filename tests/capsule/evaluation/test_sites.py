@@ -52,59 +52,65 @@ UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | UNKNOWN_KIND
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
 
 
-def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
-    sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    verdicts = verdicts_of(sites, 0.8)
-    # Of 10 healthy places the threshold is the mean of rank 9, that of h8.
-    assert verdicts["n"]["threshold"] == 8.1
-    assert (verdicts["n"]["score"], verdicts["n"]["detected"]) == (9.0, True)
-    # The mean of a healthy site does not teach its own threshold: of the 9 others the rank is 8.
-    assert verdicts["h0"]["threshold"] == 8.1
-    assert verdicts["h8"]["threshold"] == 7.1
+TWO, THREE = passes(None, 1.0, 1.0), passes(None, 1.0, 1.0, 1.0)
+ONE_HIGH = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
+BOTH = {f"h{place}": passes(0.0, place, place) for place in range(3)}
+BOTH |= {"h2#2": passes(2.0, 1.5, 1.5), "h2#?": passes(None, 1.5, 1.5)}
+RULE = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
+NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
 
 
-def test_a_site_with_too_few_passes_is_not_judged_but_teaches():
-    sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    verdicts = by_site(sites).reset_index().assign(detector="diagonal", **UNKNOWN_KIND)
-    verdicts["recording"] = [f"r{number}" for number in range(len(verdicts))]
-    judged = table_of(verdicts, dict(verdicts[["recording", "site"]].values), 0.95)
-    assert judged["site"].tolist() == [*HEALTHY, "n"]
-    assert judged["threshold"].iloc[-1] == 100.0
+@pytest.mark.parametrize(
+    ("sites", "detector", "specificity", "key", "threshold", "detected"),
+    [
+        # Of 10 healthy places the threshold is the mean of rank 9, that of h8. The mean of a
+        # healthy site does not teach its own threshold: of the 9 others the rank is 8.
+        (HEALTHY | NODULE, "diagonal", 0.8, "n", 8.1, True),
+        (HEALTHY | NODULE, "diagonal", 0.8, "h0", 8.1, False),
+        (HEALTHY | NODULE, "diagonal", 0.8, "h8", 7.1, True),
+        # Each mean is over as many passes as were made: (2 + 0) / 2.
+        (ONE_HIGH | {"n": TWO}, "diagonal", 0.5, "n", 1.0, False),
+        (ONE_HIGH | {"n": THREE}, "diagonal", 0.5, "n", 2 / 3, True),
+        # The healthy passes over a site teach none of its passes.
+        (BOTH, "diagonal", 0.95, "h2", 1.0, True),
+        (BOTH, "diagonal", 0.95, "h2#2", 1.0, True),
+        (BOTH, "diagonal", 0.95, "h2#?", 1.0, True),
+        (BOTH, "diagonal", 0.95, "h0", 2.0, False),
+        # The paper's threshold stays 0.
+        (RULE, "template", 0.9, "a", 0.0, False),
+        (RULE, "template", 0.9, "b", 0.0, True),
+        # Without a healthy site, or without a score, nothing is said.
+        ({"n": passes(3.0, 9.0, 8.0)}, "diagonal", 0.9, "n", UNKNOWN, None),
+        (HEALTHY | {"n": passes(3.0, UNKNOWN)}, "diagonal", 0.5, "n", None, None),
+    ],
+)
+def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many(
+    sites, detector, specificity, key, threshold, detected
+):
+    verdict = verdicts_of(sites, specificity, detector)[key]
+    assert verdict["detected"] is detected
+    assert verdict["passes"] == sites[key]["score"].count()
+    if verdict["passes"]:
+        assert verdict["score"] == pytest.approx(sites[key]["score"].mean())
+        assert verdict["threshold"] == pytest.approx(threshold, nan_ok=True)
 
 
-def test_the_threshold_is_of_as_many_passes_as_were_made():
-    healthy = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
-    sites = healthy | {"two": passes(None, 1.0, 1.0), "three": passes(None, 1.0, 1.0, 1.0)}
-    verdicts = verdicts_of(sites, 0.5)
-    assert verdicts["two"]["threshold"] == 1.0  # (2 + 0) / 2
-    assert np.isclose(verdicts["three"]["threshold"], 2 / 3)
-
-
-def test_the_papers_threshold_stays_0():
-    sites = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
-    verdicts = verdicts_of(sites, 0.9, "template")
-    assert [verdicts[name]["detected"] for name in "ab"] == [False, True]
-
-
-def test_size_and_place_are_those_of_the_passes_that_found_it():
-    found = passes(3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0], locations=[5.0, UNKNOWN, 7.0])
-    verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
-    assert (verdict["estimate_mm"], verdict["location_mm"]) == (3.5, 6.0)
-    # A detector that names a size of the archive gives no interval.
-    assert np.isnan([verdict["estimate_low_mm"], verdict["estimate_high_mm"]]).all()
-
-
-def test_the_interval_of_a_place_has_the_mean_ends_of_the_passes_that_found_it():
+def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
     found = passes(
-        3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0],
-        low=[2.0, UNKNOWN, 3.5], high=[3.5, UNKNOWN, 5.0],
-    )  # fmt: skip
+        3.0,
+        *(9.0, 0.0, 9.0),
+        estimates=[3.0, UNKNOWN, 4.0],
+        locations=[5.0, UNKNOWN, 9.0],
+        low=[2.0, UNKNOWN, 3.5],
+        high=[3.5, UNKNOWN, 5.0],
+    )
     verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
-    assert (verdict["estimate_low_mm"], verdict["estimate_high_mm"]) == (2.75, 4.25)
+    assert [verdict[name] for name in OF_A_PASS[1:]] == [3.5, 7.0, 2.75, 4.25]
+    # A site whose mean is below the threshold has neither.
     quiet = found.assign(score=found["score"] - 9)
     overruled = verdicts_of(HEALTHY | {"n": quiet}, 0.5)["n"]
-    ends = [overruled[name] for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm")]
-    assert overruled["detected"] is False and np.isnan(ends).all()
+    assert overruled["detected"] is False
+    assert np.isnan([overruled[name] for name in OF_A_PASS[1:]]).all()
 
 
 @pytest.mark.parametrize("shared", [0.0, 0.7, 1.0])
@@ -125,13 +131,6 @@ def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared
         assert np.mean(held) == pytest.approx(0.9, abs=0.02)
 
 
-def test_what_cannot_be_said_is_not_said():
-    alone = verdicts_of({"n": passes(3.0, 9.0, 8.0)}, 0.9)["n"]
-    assert alone["detected"] is None
-    silent = verdicts_of(HEALTHY | {"n": passes(3.0, UNKNOWN, UNKNOWN)}, 0.5)["n"]
-    assert silent["detected"] is None and silent["passes"] == 0
-
-
 def test_the_first_passes_over_every_place_are_judged_together():
     sites = {
         "h1": passes(0.0, 0.0, 0.4, 9.0),
@@ -146,15 +145,6 @@ def test_the_first_passes_over_every_place_are_judged_together():
     assert detected_at(partly, 2)[1] == [True, False, True]
     shifted = {key: each.assign(score=each["score"] - 0.15) for key, each in sites.items()}
     assert detected_at(shifted, 2, "template")[1] == [True, True, True]
-
-
-def test_healthy_passes_over_the_judged_site_do_not_teach_its_threshold():
-    sites = {f"h{place}": passes(0.0, place, place) for place in range(3)}
-    sites |= {"h2#2": passes(2.0, 1.5, 1.5), "h2#?": passes(None, 1.5, 1.5)}
-    verdicts = verdicts_of(sites, 0.95)
-    # Without the healthy passes over h2, the highest mean is that of h1.
-    assert [verdicts[name]["threshold"] for name in ("h2", "h2#2", "h2#?")] == [1.0] * 3
-    assert verdicts["h0"]["threshold"] == 2.0
 
 
 def test_a_site_without_a_verdict_is_not_detected():
@@ -176,11 +166,6 @@ def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
     assert table["threshold"][table["site"] == "q"].tolist() == [0.5]
 
 
-def test_nothing_is_said_of_no_recording():
-    columns = ["recording", "detector", "size_mm", "score", *UNTOLD]
-    assert table_of(pd.DataFrame(columns=columns), {}, 0.9).empty
-
-
 def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
     sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
     predictions = [
@@ -193,7 +178,7 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     # Without a label, as in detections.csv, it is not a pass over the labelled site.
     unlabelled = dict(predictions[-1], recording="unlabelled/c")
     del unlabelled["size_mm"]
-    # A site that was passed once is not listed either.
+    # A site that was passed once is not listed, but teaches.
     made = table_of(pd.DataFrame([*predictions, unlabelled]), sites, 0.6)
     by_rule, by_threshold = made.to_dict("records")
     assert list(made) == SITES
@@ -226,6 +211,8 @@ def test_a_place_is_strange_if_a_pass_is_and_says_which():
         "q": "yes",
         "r": "",
     }
+    columns = ["recording", "detector", "size_mm", "score", *UNTOLD]
+    assert table_of(pd.DataFrame(columns=columns), {}, 0.9).empty
     strange = found["p"]["unlike_recording"], found["p"]["unfamiliar_because"]
     assert strange == ("unlabelled/b", "noise")
     assert pd.isna([found[site]["unlike_recording"] for site in "qr"]).all()
