@@ -105,13 +105,8 @@ class TrainingArchive:
         """Return what is seen of the recordings that teach, except those left out.
 
         ``seen(recording)`` returns a row (F,) of numbers, which is kept. A recording whose row
-        begins with NaN teaches nothing.
-
-        Returns
-        -------
-        rows : (n, F) array
-        sizes_mm, places : (n,) array
-            True sizes in mm, 0 for none, and the numbers of the places.
+        begins with NaN teaches nothing. The results are the rows (n, F), the true sizes in mm, 0
+        for none, and the numbers of the places, (n,).
         """
         if seen not in self._rows:
             self._rows[seen] = self._rows_of(seen)
@@ -246,14 +241,8 @@ class ScoredDetector(Detector):
         """Learn what the score needs; if not defined, nothing.
 
         For the first three parameters see `TrainingArchive.teaching`; the settings are the
-        detector's section of the configuration.
-
-        Returns
-        -------
-        Regression or None
-            What `score` needs.
-        (n,) array
-            Score of each recording by a model that its place did not teach; NaN if unknown.
+        detector's section of the configuration. The first result is what `score` needs. The second
+        (n,) is the score of each recording by a model that its place did not teach; NaN if unknown.
         """
         return None, seen[:, 0]
 

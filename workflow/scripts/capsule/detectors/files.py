@@ -84,16 +84,8 @@ def write_learned(
 ) -> None:
     """Write detectors.json: the models, what they fit to, and a checksum of all.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    models : mapping
-        From `capsule.evaluation.cross_validation.Detectors.stored`.
-    settings : mapping
-        The sections of the configuration that the detectors depend on.
-    templates : Path
-        templates.npz, whose checksum is stored.
+    The models are those of `capsule.evaluation.cross_validation.Detectors.stored`, the settings the
+    sections of the configuration on which they depend, and templates.npz is named by its checksum.
     """
     content = {
         **models,

@@ -22,12 +22,8 @@ from capsule.method.templates import TemplateSet
 class NearestTemplate(Detector):
     """The paper's rule: the size of the nearest template of a fold.
 
-    Attributes
-    ----------
-    whole : TemplateSet
-        The templates of all recordings, which give the sizes and the first peak.
-    templates : tuple of 1 + B RepeatedParticle
-        Those of the fold, T^0 first.
+    The templates of all recordings, `whole`, give the sizes and the first peak; `templates` are
+    the 1 + B of the fold, T^0 first.
     """
 
     whole: TemplateSet

@@ -26,16 +26,10 @@ UNKNOWN = float("nan")
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its interval; NaN if there is nothing to count.
+    """A value with the bounds of its interval; NaN if there is nothing to count.
 
-    Attributes
-    ----------
-    value, low, high : float
-        The value and the bounds of its interval.
-    hits, of : int
-        The counts behind a rate; for a mean, ``of`` is the number of values.
-    at_least : float
-        The one-sided lower bound of a rate; NaN if the table has none.
+    `hits` and `of` are the counts behind a rate; for a mean, `of` is the number of values.
+    `at_least` is the one-sided lower bound of a rate; NaN if the table has none.
     """
 
     value: float
@@ -67,16 +61,9 @@ class Estimate:
 class SetSpecificity:
     """A specificity that the threshold sets, and that no recording measures.
 
-    Attributes
-    ----------
-    wanted : float
-        The specificity at which the threshold aims.
-    places, least_places : int
-        Number of healthy places that teach, and the number that the wanted specificity needs.
-    low, high : float
-        From `capsule.evaluation.intervals.new_specificity`.
-    mean : float
-        The wanted specificity; with too few places, what such a threshold has on average.
+    The threshold aims at the wanted one, which needs `least_places` healthy places that teach. The
+    ends are from `capsule.evaluation.intervals.new_specificity`. The mean is the wanted
+    specificity; with too few places, what such a threshold has on average.
     """
 
     wanted: float
@@ -159,14 +146,7 @@ class Answers:
 def answers_of(rates: Rates, detector: str, scheme: str, lead: Lead | None = None) -> Answers:
     """Return a detector's results by one scheme.
 
-    Parameters
-    ----------
-    rates : Rates
-        The tables.
-    detector, scheme : str
-        Their names.
-    lead : Lead, optional
-        The leading detector: its intervals are corrected for having been chosen.
+    The intervals of the leading detector, if it is given, are corrected for having been chosen.
     """
     rules, reliable_rate = rates.settings["evaluation"], rates.settings["report"]["reliable_rate"]
     tables, level = rates.of(detector, scheme), rules["confidence"]
@@ -207,10 +187,8 @@ def set_specificity(rates: Rates, scheme: str) -> SetSpecificity | None:
 def found_and_quiet(detection: pd.DataFrame) -> tuple[dict[float, Estimate], Estimate]:
     """Return how often the nodules of each judged size are found, ascending, and the specificity.
 
-    Parameters
-    ----------
-    detection : DataFrame
-        Counts and recall per size, of one detector and scheme; that of 0 mm is the specificity.
+    The table of detection of one detector and scheme has counts and recall per size; that of 0 mm
+    is the specificity.
     """
     rows = detection[detection["tp"] + detection["fn"] > 0].sort_values("size_mm")
     found = {
@@ -270,23 +248,12 @@ def predictive_values(
 def smallest_reliable_size(
     found: dict[float, Estimate], specificity: float, level: float
 ) -> float | None:
-    """Return the smallest size from which every size is reliably found.
+    """Return the smallest size in mm from which every size is reliably found.
 
-    Parameters
-    ----------
-    found : dict of float to Estimate
-        How often each size is found, ascending.
-    specificity : float
-        Lower bound of the specificity. Without it, a detector that reports a nodule everywhere
-        would find every size.
-    level : float
-        The lower bounds must all reach this, at that size and every larger one.
-
-    Returns
-    -------
-    float or None
-        Size in mm; None if not even the largest size is reliably found, or if a bound is not
-        known.
+    The sizes found are ascending, and each lower bound must reach the level at that size and every
+    larger one. So must `specificity`, its lower bound: without it, a detector that reports a nodule
+    everywhere would find every size. None if not even the largest size is reliably found, or if a
+    bound is not known.
     """
     smallest = None
     # A comparison with NaN is false: an unknown rate is not reliable.

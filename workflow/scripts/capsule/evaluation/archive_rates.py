@@ -132,13 +132,8 @@ def sets_specificity(detector: str, scheme: str) -> bool:
 class Scope:
     """The recordings for which the rates of a class hold, from the set-ups in the headers.
 
-    Attributes
-    ----------
-    setups : int or None
-        Number of set-ups that were judged; None if a recording names none.
-    new : bool
-        Whether the rates hold over new set-ups: at least `LEAST_GROUPS` were judged, and none of
-        them taught.
+    `setups` were judged; None if a recording names none. The rates hold over new set-ups if at
+    least `LEAST_GROUPS` were judged, and none of them taught.
     """
 
     setups: int | None
@@ -153,16 +148,10 @@ class Scope:
 
 
 def scope_of(judged: pd.DataFrame, teaching: pd.DataFrame, scheme: str) -> Scope:
-    """Return for what the rates of some recordings hold.
+    """Return for what the rates of some recordings hold, by a scheme.
 
-    Parameters
-    ----------
-    judged : DataFrame
-        Rows of results/recordings.csv: the recordings of one class, healthy or with a nodule.
-    teaching : DataFrame
-        The rows of all labelled recordings that teach.
-    scheme : str
-        The scheme of the rates.
+    The rows of results/recordings.csv are those of the judged recordings of one class, healthy or
+    with a nodule, and those of all labelled recordings that teach.
     """
     if judged.empty or "setup" not in judged or judged["setup"].isna().any():
         return Scope(None, False)

@@ -69,12 +69,7 @@ def in_words(found: Iterable[Confounded]) -> str:
 def confounded_keys(rows: Mapping[str, Row], held_out: Iterable[str]) -> list[Confounded]:
     """Return the keys with values of one class only, in the order of `KEYS`.
 
-    Parameters
-    ----------
-    rows : mapping of str to mapping
-        Rows of results/recordings.csv by recording; what is not known is an empty text.
-    held_out : iterable of str
-        The key ``evaluation.held_out``.
+    The rows are those of results/recordings.csv by recording; what is not known is an empty text.
     """
     able = {
         name: row
@@ -116,12 +111,7 @@ def only_of_one(
 
     A value counts if so many places of a class meet by chance with a probability of `CHANCE` at
     most, divided by the number of values and classes (Bonferroni 1936). If every value of an
-    archive has one class only, all of them count.
-
-    Parameters
-    ----------
-    classes, values, places : mapping of str to object
-        The class, the value and the place of each recording.
+    archive has one class only, all of them count. Class, value and place are by recording.
     """
     held = {(values[name], places[name], each) for name, each in classes.items()}
     totals = Counter(each for _, _, each in held)

@@ -85,13 +85,7 @@ def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
     """Return the training folds of all schemes that the archive allows.
 
     Their order is that of the schemes: held-out sessions, leave-one-out, groups, resubstitution.
-
-    Parameters
-    ----------
-    rows : mapping of str to mapping
-        The rows of the accepted labelled recordings.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
+    The rows are those of the accepted labelled recordings, and the rules section ``evaluation``.
     """
     taught, place = teaching(rows, rules["held_out"]), places_of(rows)
     apart = [name for name in rows if name not in taught]
@@ -263,16 +257,8 @@ def cross_validate(
     """Return the verdicts on labelled recordings, each from its own training fold.
 
     The rows are those of `Detectors.rows` with ``size_mm`` and ``scheme``, in the order of the
-    detectors and of the folds.
-
-    Parameters
-    ----------
-    detectors : Detectors
-        The detectors, taught by the same recordings.
-    folds : sequence of Fold
-        From `folds_of`. Folds that differ in the scheme alone are judged once.
-    spread : callable
-        Calls a function with each part of the work, like `map`.
+    detectors and of the folds, which are from `folds_of`. Folds that differ in the scheme alone are
+    judged once. `spread` calls a function with each part of the work, like `map`.
     """
     # Of a large fold, several processes judge a part each; no part needs the results of another.
     parts = [

@@ -143,23 +143,14 @@ def learning_rows(
 ) -> list[Cells]:
     """Return the rates of each detector for each number of recordings that teach it.
 
-    Parameters
-    ----------
-    detectors, archive
-        The detectors, and the archive that teaches them.
-    predictions : DataFrame
-        results/evaluation/predictions.csv; the rows of leave-one-out give the last point.
-    folds, spread
-        As in `capsule.evaluation.cross_validation.cross_validate`.
+    There is one row for each detector, share and range of sizes, with the columns `COLUMNS`.
+    ``taught``, ``taught_healthy`` and ``taught_of_size`` are means over the splits. ``rate`` is the
+    specificity if both sizes are 0, otherwise the sensitivity; its Wilson interval counts each
+    recording once, over places. ``gain`` is the rate of leave-one-out minus this rate
+    (`capsule.evaluation.intervals.gain_interval`).
 
-    Returns
-    -------
-    list of dict
-        One row for each detector, share and range of sizes, with the columns `COLUMNS`.
-        ``taught``, ``taught_healthy`` and ``taught_of_size`` are means over the splits. ``rate`` is
-        the specificity if both sizes are 0, otherwise the sensitivity; its Wilson interval counts
-        each recording once, over places. ``gain`` is the rate of leave-one-out minus this rate
-        (`capsule.evaluation.intervals.gain_interval`).
+    The archive teaches the detectors. The rows of leave-one-out among the predictions give the last
+    point. Folds and spread are as in `capsule.evaluation.cross_validation.cross_validate`.
     """
     rules = archive.settings["evaluation"]
     apart = [name for fold in folds if fold.scheme == HELD_OUT for name in fold.judged]

@@ -229,18 +229,10 @@ def share_right(
 ) -> Interval:
     """Return the probability that a verdict is right, with its interval.
 
-    The odds after the verdict are those before it times the ratio of two rates. The interval is
-    that of this ratio, from `ratio_interval`, with the effective counts of both rates. All values
-    are NaN if the verdict was never given, or if there are no recordings of a kind.
-
-    Parameters
-    ----------
-    rows : (n,) structured array
-        The recordings.
-    given, right : (n,) array
-        Where the verdict was given, and for which recordings it is right.
-    odds, confidence : float
-        Odds, before the verdict, that it is right; level of the interval.
+    The odds after the verdict are those before it, `odds`, times the ratio of two rates. The
+    interval is that of this ratio, from `ratio_interval`, with the effective counts of both rates.
+    `given` and `right` (n,) tell where the verdict was given, and for which recordings it is right.
+    All values are NaN if it was never given, or if there are no recordings of a kind.
     """
     if not given.any() or right.all() or not right.any():
         return UNKNOWN

@@ -30,21 +30,10 @@ def site_table(
 ) -> pd.DataFrame:
     """Return each detector's verdict on every site with several recordings, by `site_verdicts`.
 
-    Parameters
-    ----------
-    predictions : DataFrame
-        results/evaluation/predictions.csv; its places teach the thresholds of several passes.
-    detections : sequence of dict
-        The rows of results/detections.csv, whose size is not known.
-    index : mapping of str to mapping
-        Rows of results/recordings.csv, with ``site``. The passes over a site have this order.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
-
-    Returns
-    -------
-    DataFrame
-        The columns `SITES`; ``unlike_recording`` names the first pass that is not familiar.
+    The places of predictions.csv teach the thresholds of several passes. The detections are the
+    rows of detections.csv, whose size is not known. The index has the rows of recordings.csv, with
+    ``site``, in the order of the passes; the rules are section ``evaluation``. The columns are
+    `SITES`, of which ``unlike_recording`` names the first pass that is not familiar.
     """
     judged = predictions[predictions["scheme"] == choosing_scheme(rules["schemes"])]
     verdicts = pd.concat([judged, pd.DataFrame(detections)])
@@ -78,27 +67,17 @@ def site_verdicts(rows: pd.DataFrame, detector: str, specificity: float) -> pd.D
     site as this site has. A healthy site with fewer passes gives the mean of all its passes, which
     makes the threshold rather too high.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        The detector's verdicts, with ``site``, in the order of the sites and of their passes.
-    detector : str
-        Its name, which tells whether it learns a threshold.
-    specificity : float
-        Wanted specificity of the threshold.
+    The rows are the detector's verdicts, with ``site``, in the order of the sites and of their
+    passes. The result has one row for each site, with the columns `SITES` but whether it is
+    familiar:
 
-    Returns
-    -------
-    DataFrame
-        One row for each site, with the columns `SITES` but whether it is familiar:
-
-        - ``passes``: how many of them have a score; ``score`` is their mean.
-        - ``detected``: whether the score is above the threshold; None for no verdict.
-        - ``estimate_mm``, ``location_mm``: mean size, and median location, of the passes in which a
-          nodule is detected. NaN if none is detected at the site, or in no single pass.
-        - ``estimate_low_mm``, ``estimate_high_mm``: mean ends of the intervals of these passes.
-          The interval does not shrink with more passes, because the mean does not reduce an error
-          that the nodule's set-up causes in all of them. It is rather too wide.
+    - ``passes``: how many of them have a score; ``score`` is their mean.
+    - ``detected``: whether the score is above the threshold; None for no verdict.
+    - ``estimate_mm``, ``location_mm``: mean size, and median location, of the passes in which a
+      nodule is detected. NaN if none is detected at the site, or in no single pass.
+    - ``estimate_low_mm``, ``estimate_high_mm``: mean ends of the intervals of these passes. The
+      interval does not shrink with more passes, because the mean does not reduce an error that the
+      nodule's set-up causes in all of them. It is rather too wide.
     """
     of_site = rows.groupby(["site", "size_mm"], sort=False, dropna=False)
     table = of_site.agg(
