@@ -1,6 +1,6 @@
 // Shared parts of all charts: axes, time, scale bar, lines.
 
-const ChartFrame = ((Palette, Elements) => {
+const ChartFrame = ((uPlot, Palette, Elements) => {
   "use strict";
 
   const { number } = Elements;
@@ -9,8 +9,8 @@ const ChartFrame = ((Palette, Elements) => {
   // Room at the right for the scale bar. It is the same in all charts, so that their time axes align.
   const MARGIN = 30;
 
-  /** Return the axes, cursor and size that all charts share. */
-  function chartOptions(width, height, yLabel, { xLabel = "time (s)", yAxis, ...options }) {
+  /** Draw a chart with the axes, cursor and size that all charts share; `draw` draws over it. */
+  function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw, ...options }, data) {
     const axis = {
       stroke: themeColour("soft"),
       grid: { stroke: themeColour("rule"), width: 1 },
@@ -19,9 +19,10 @@ const ChartFrame = ((Palette, Elements) => {
       labelFont: FONT,
       values: (_, splits) => splits.map((value) => (value === null ? "" : number(value))),
     };
-    return {
-      width,
+    const made = {
+      width: container.clientWidth,
       height,
+      hooks: draw ? { draw: [draw] } : {},
       legend: { show: false },
       padding: [10, MARGIN, 0, 0],
       cursor: { sync: { key: xLabel }, points: { show: false }, y: false, drag: { x: true, y: false } },
@@ -32,13 +33,16 @@ const ChartFrame = ((Palette, Elements) => {
         { ...axis, label: yLabel, labelSize: 20, size: 52, ...yAxis },
       ],
     };
+    return new uPlot(made, data, container);
   }
 
-  function sensorSeries(count) {
-    return Array.from({ length: count }, (_, sensor) => {
-      const { colour, dash } = sensorLine(sensor);
-      return { label: `sensor ${sensor + 1}`, stroke: colour, dash, width: 1.25 };
-    });
+  /** Return a line without marks at its points. */
+  function line(colour, width, dash = []) {
+    return { stroke: colour, width, dash, points: { show: false } };
+  }
+
+  function sensorLines(count) {
+    return Array.from({ length: count }, (_, sensor) => line(sensorLine(sensor).colour, 1.25, sensorLine(sensor).dash));
   }
 
   /** Return the axis and the lines of sensors that are drawn below each other at a distance. */
@@ -48,7 +52,7 @@ const ChartFrame = ((Palette, Elements) => {
         splits: () => Array.from({ length: count }, (_, sensor) => -sensor * distance),
         values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
       },
-      series: [{}, ...sensorSeries(count).map((series) => ({ ...series, dash: [], points: { show: false } }))],
+      series: [{}, ...sensorLines(count).map((series) => ({ ...series, dash: [] }))],
     };
   }
 
@@ -73,16 +77,19 @@ const ChartFrame = ((Palette, Elements) => {
   /** Draw a line on a chart between two points, given in the chart's values. */
   function strokeLine(chart, from, to, { colour, width = 1, dash = [] }) {
     const { ctx } = chart;
+    const [start, end] = [from, to].map(([x, y]) => `${chart.valToPos(x, "x", true)} ${chart.valToPos(y, "y", true)}`);
     ctx.save();
-    ctx.strokeStyle = colour;
+    ctx.strokeStyle = themeColour(colour);
     ctx.lineWidth = width * devicePixelRatio;
     ctx.setLineDash(dash.map((part) => part * devicePixelRatio));
-    ctx.beginPath();
-    for (const [draw, [x, y]] of [["moveTo", from], ["lineTo", to]]) {
-      ctx[draw](chart.valToPos(x, "x", true), chart.valToPos(y, "y", true));
-    }
-    ctx.stroke();
+    ctx.stroke(new Path2D(`M${start}L${end}`));
     ctx.restore();
+  }
+
+  /** Draw a dotted line at a value across a chart. */
+  function strokeLevel(chart, value, colour) {
+    const { min, max } = chart.scales.x;
+    strokeLine(chart, [min, value], [max, value], { colour, dash: [2, 3] });
   }
 
   /** Write a text beside a vertical line at `x`, on the side that has room. */
@@ -92,7 +99,7 @@ const ChartFrame = ((Palette, Elements) => {
     if (left < bbox.left || left > bbox.left + bbox.width) return;
     ctx.save();
     ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-    ctx.fillStyle = colour;
+    ctx.fillStyle = themeColour(colour);
     ctx.textBaseline = "top";
     const gap = 5 * devicePixelRatio;
     const fits = left + gap + ctx.measureText(text).width <= bbox.left + bbox.width;
@@ -114,10 +121,7 @@ const ChartFrame = ((Palette, Elements) => {
     ctx.save();
     ctx.strokeStyle = themeColour("ink");
     ctx.lineWidth = 2 * devicePixelRatio;
-    ctx.beginPath();
-    ctx.moveTo(x, bottom);
-    ctx.lineTo(x, top);
-    ctx.stroke();
+    ctx.stroke(new Path2D(`M${x} ${bottom}V${top}`));
     ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.fillStyle = themeColour("ink");
     ctx.textAlign = "left";
@@ -128,5 +132,5 @@ const ChartFrame = ((Palette, Elements) => {
     ctx.restore();
   }
 
-  return { chartOptions, sensorSeries, sensorsBelow, evenly, overWholeRun, roundLength, strokeLine, writeBeside, drawScaleBar };
-})(Palette, Elements);
+  return { makeChart, line, sensorLines, sensorsBelow, evenly, overWholeRun, roundLength, strokeLine, strokeLevel, writeBeside, drawScaleBar };
+})(uPlot, Palette, Elements);

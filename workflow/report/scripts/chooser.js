@@ -3,9 +3,9 @@
 const Chooser = ((Elements, Palette, Viewer) => {
   "use strict";
 
-  const { element } = Elements;
   const nodes = [...document.querySelectorAll("script[data-evidence]")];
   const carried = new Map(nodes.map((node) => [node.dataset.evidence, node]));
+  const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
 
   /** Return the data of a recording; it is deflated in the page. */
   async function read(name) {
@@ -13,18 +13,14 @@ const Chooser = ((Elements, Palette, Viewer) => {
     return { ...(await Elements.inflated(drawn)), ...(await Elements.inflated(judged)) };
   }
 
-  const TOO_OLD = "This browser is too old to unpack the signals; use a newer one. All else on this page is complete.";
-
   /** Let a reader choose from the rows of the table. Return a function to call when the rows change. */
   function setUp(list, shown, data) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
-    const previous = document.getElementById("previous");
-    const next = document.getElementById("next");
+    const buttons = [document.getElementById("previous"), document.getElementById("next")];
     let chosen = null;
     let asked = 0;
-    let marked = null;
     let redraw = () => {};
 
     const neighbours = () => {
@@ -34,39 +30,27 @@ const Chooser = ((Elements, Palette, Viewer) => {
     };
 
     const update = () => {
-      const [before, after] = neighbours();
-      previous.disabled = !before;
-      next.disabled = !after;
-      marked?.removeAttribute("aria-current");
-      marked = list.of(chosen);
-      marked?.setAttribute("aria-current", "true");
+      const rows = neighbours();
+      buttons.forEach((button, which) => (button.disabled = !rows[which]));
+      document.querySelector("#recordings-table [aria-current]")?.removeAttribute("aria-current");
+      list.of(chosen)?.setAttribute("aria-current", "true");
     };
 
-    const draw = () => {
+    const draw = async () => {
       const current = shown.current();
-      const wanted = current.recording ?? viewer.dataset.first;
-      if (!carried.has(wanted)) return;
-      chosen = wanted;
+      chosen = current.recording ?? viewer.dataset.first;
+      const wanted = { ...current, recording: chosen };
       update();
+      viewer.setAttribute("aria-busy", "true");
       asked += 1;
       const turn = asked;
-      const drawn = (change) => (content) => {
-        // If several recordings were requested quickly, only the last request counts.
-        if (turn !== asked) return;
-        viewer.removeAttribute("aria-busy");
-        change(content);
-      };
-      const show = (evidence) => {
-        title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current.detector)}`;
-        redraw = Viewer.show(viewer, evidence, { ...current, recording: wanted }, data);
-      };
-      const explain = () => {
-        title.textContent = `${wanted}: no signals`;
-        viewer.replaceChildren(element("p", "note", TOO_OLD));
-        redraw = () => {};
-      };
-      viewer.setAttribute("aria-busy", "true");
-      read(wanted).then(drawn(show), drawn(explain));
+      const evidence = await read(chosen).catch(() => null);
+      // If several choices were made quickly, only the last one counts.
+      if (turn !== asked) return;
+      viewer.removeAttribute("aria-busy");
+      title.textContent = `${chosen}: ${evidence ? Viewer.titleOf(evidence, current.detector) : "no signals"}`;
+      if (evidence) redraw = Viewer.show(viewer, evidence, wanted, data);
+      else viewer.replaceChildren(Elements.element("p", "note", TOO_OLD));
     };
 
     const bringIntoView = () => {
@@ -76,18 +60,12 @@ const Chooser = ((Elements, Palette, Viewer) => {
       title.focus({ preventScroll: true });
     };
 
-    const step = (which) => {
-      const row = neighbours()[which];
-      // Do not scroll: the button keeps the focus.
-      if (row) shown.show({ recording: row.dataset.recording });
-    };
-
     shown.onChange((_, change) => {
       draw();
       if (change.byAddress) bringIntoView();
     });
-    previous.addEventListener("click", () => step(0));
-    next.addEventListener("click", () => step(1));
+    // A button keeps the focus, so nothing scrolls.
+    buttons.forEach((button, which) => button.addEventListener("click", () => shown.show({ recording: neighbours()[which].dataset.recording })));
     Palette.onChange(viewer, () => redraw());
     draw();
     if (shown.named) bringIntoView();

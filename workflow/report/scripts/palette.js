@@ -3,29 +3,25 @@
 const Palette = (() => {
   "use strict";
 
-  // One line per sensor, with its own colour and dash. Further sensors begin again at the first line.
-  const LINES = [
-    { light: "#08306b", dark: "#7db8f0", dash: [] },
-    { light: "#b34500", dark: "#ff9a57", dash: [8, 3] },
-    { light: "#1f6b52", dark: "#63d0a8", dash: [2, 2] },
-    { light: "#8a4fa3", dark: "#d3a2ea", dash: [9, 3, 2, 3] },
-    { light: "#5f5f5f", dark: "#b9b9b9", dash: [5, 2, 1, 2, 1, 2] },
-  ];
-  // The same condition as in report.css, which defines all other colours.
-  const dark = matchMedia("screen and (prefers-color-scheme: dark)");
+  // One dash per sensor, with the colours s0 to s4 of report.css. Further sensors begin again at the first line.
+  const DASHES = [[], [8, 3], [2, 2], [9, 3, 2, 3], [5, 2, 1, 2, 1, 2]];
+  const dark = matchMedia("(prefers-color-scheme: dark)");
   // The class of the page while it is printed; then charts are dark on white, and as wide as the paper.
   const PRINTING = "printing";
   const root = document.documentElement;
+  const probe = document.body.appendChild(document.createElement("i"));
+  probe.hidden = true;
 
   /** Return a colour of the page's theme. */
   function themeColour(name) {
-    return getComputedStyle(root).getPropertyValue(`--${name}`).trim();
+    probe.style.color = `var(--${name})`;
+    return getComputedStyle(probe).color;
   }
 
   /** Return colour and dash of a sensor's line; sensors count from 0. */
   function sensorLine(sensor) {
-    const line = LINES[sensor % LINES.length];
-    return { colour: dark.matches && !root.classList.contains(PRINTING) ? line.dark : line.light, dash: line.dash };
+    const line = sensor % DASHES.length;
+    return { colour: themeColour(`s${line}`), dash: DASHES[line] };
   }
 
   /** Call a function whenever the theme, also for printing, or the width of an element changes. */

@@ -1,8 +1,9 @@
-// Save tables as CSV, also with cells that span rows and columns, and charts and figures as pictures.
+// Add tools to tables, charts and figures: save them as CSV, PNG and SVG. Tables may have cells that span rows and columns.
 
-const Saving = ((Palette) => {
+const Saving = ((Elements, Palette) => {
   "use strict";
 
+  const { button, element } = Elements;
   const { sensorLine, themeColour } = Palette;
 
   function textOf(cell) {
@@ -16,8 +17,8 @@ const Saving = ((Palette) => {
       let column = 0;
       for (const cell of row.cells) {
         while (laid[at][column]) column += 1;
-        for (let down = 0; down < cell.rowSpan && at + down < rows.length; down += 1) {
-          for (let across = 0; across < cell.colSpan; across += 1) laid[at + down][column + across] = cell;
+        for (const below of laid.slice(at, at + cell.rowSpan)) {
+          for (let across = 0; across < cell.colSpan; across += 1) below[column + across] = cell;
         }
         column += cell.colSpan;
       }
@@ -25,13 +26,12 @@ const Saving = ((Palette) => {
     return laid;
   }
 
-  /** Return the titles of the columns, joined from their head cells, upper cells first. */
+  /** Return the titles of the columns, joined from their head cells, upper cells first; of a detector only its name. */
   function columnTitles(table) {
     const heads = lay([...(table.tHead?.rows ?? [])]);
-    const count = Math.max(0, ...heads.map((row) => row.length));
-    return Array.from({ length: count }, (_, column) => {
+    return (heads.at(-1) ?? []).map((_, column) => {
       const cells = [...new Set(heads.map((row) => row[column]).filter(Boolean))];
-      return cells.map(textOf).join(", ");
+      return cells.map((cell) => textOf(cell.querySelector("code") ?? cell)).join(", ");
     });
   }
 
@@ -52,87 +52,117 @@ const Saving = ((Palette) => {
     return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
   }
 
-  /** Return the visible rows of a table. A rate becomes three columns. */
+  /** Return the rows of a table that fit its filters. A rate becomes three columns. */
   function tableRows(table) {
     const titles = columnTitles(table);
-    const bodies = [...table.tBodies].map((body) => lay([...body.rows]).filter((_, at) => !body.rows[at].hidden));
-    const body = bodies.flat();
-    const isRate = (column) => body.some((row) => row[column]?.querySelector(".value"));
-    const heads = titles.flatMap((title, column) => (isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title]));
-    const part = (cell, name) => textOf(cell.querySelector(name) ?? document.createElement("i"));
+    const body = [...table.tBodies].flatMap((part) => lay([...part.rows]).filter((_, at) => !part.rows[at].classList.contains("misfit")));
+    const isRate = titles.map((_, column) => body.some((row) => row[column]?.querySelector(".value")));
+    const heads = titles.flatMap((title, column) => (isRate[column] ? [title, `${title}: interval`, `${title}: count`] : [title]));
+    const part = (cell, name) => textOf(cell.querySelector(name) ?? element("i"));
     const written = body.map((row) =>
       titles.flatMap((_, column) => {
         const cell = row[column];
         // A cell that covers several columns is written once.
         const again = column > 0 && row[column - 1] === cell;
-        if (!cell || again) return isRate(column) ? ["", "", ""] : [""];
-        if (!isRate(column)) return [cell.dataset.value ?? textOf(cell)];
+        if (!cell || again) return isRate[column] ? ["", "", ""] : [""];
+        if (!isRate[column]) return [cell.dataset.value ?? textOf(cell)];
         return [cell.dataset.value ?? "", part(cell, ".bounds"), part(cell, ".count")];
       }),
     );
     return [heads, ...written];
   }
 
-  function save(blob, name) {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(blob);
+  function save(parts, type, name) {
+    const link = element("a");
+    link.href = URL.createObjectURL(new Blob(parts, { type }));
     link.download = name.replace(/[^A-Za-z0-9_.+-]+/g, "_");
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
   }
 
-  function saveCsv(rows, name) {
-    save(new Blob([toCsv(rows)], { type: "text/csv;charset=utf-8" }), name);
+  /** Save a drawing of a size as PNG on a ground. */
+  function savePng(width, height, ground, name, draw) {
+    const picture = Object.assign(element("canvas"), { width, height });
+    const context = picture.getContext("2d");
+    context.fillStyle = ground;
+    context.fillRect(0, 0, width, height);
+    draw(context);
+    picture.toBlob((blob) => save([blob], "image/png", `${name}.png`), "image/png");
   }
 
   /** Save a chart's canvas with a title and a key of the sensors' lines, on the page's background. */
   function saveChart(canvas, title, sensors, name) {
     const unit = devicePixelRatio;
     const [edge, line] = [12 * unit, 20 * unit];
-    const picture = document.createElement("canvas");
-    picture.width = canvas.width + 2 * edge;
-    picture.height = canvas.height + 2 * edge + (sensors ? 2 : 1) * line;
-    const context = picture.getContext("2d");
-    context.fillStyle = themeColour("paper");
-    context.fillRect(0, 0, picture.width, picture.height);
-    context.fillStyle = themeColour("ink");
-    context.textBaseline = "top";
-    context.font = `600 ${13 * unit}px system-ui, sans-serif`;
-    context.fillText(title, edge, edge);
-    context.font = `${12 * unit}px system-ui, sans-serif`;
-    for (let sensor = 0, left = edge; sensor < sensors; sensor += 1) {
-      const { colour, dash } = sensorLine(sensor);
-      const middle = edge + line + 7 * unit;
-      context.strokeStyle = colour;
+    const top = edge + (sensors ? 2 : 1) * line;
+    savePng(canvas.width + 2 * edge, canvas.height + edge + top, themeColour("paper"), name, (context) => {
+      context.fillStyle = themeColour("ink");
+      context.textBaseline = "top";
+      context.font = `600 ${13 * unit}px system-ui, sans-serif`;
+      context.fillText(title, edge, edge);
+      context.font = `${12 * unit}px system-ui, sans-serif`;
       context.lineWidth = 2 * unit;
-      context.setLineDash(dash.map((length) => length * unit));
-      context.beginPath();
-      context.moveTo(left, middle);
-      context.lineTo(left + 28 * unit, middle);
-      context.stroke();
-      context.fillText(`sensor ${sensor + 1}`, left + 34 * unit, edge + line);
-      left += 100 * unit;
+      for (let sensor = 0; sensor < sensors; sensor += 1) {
+        const { colour, dash } = sensorLine(sensor);
+        const [left, middle] = [edge + 100 * unit * sensor, edge + line + 7 * unit];
+        context.strokeStyle = colour;
+        context.setLineDash(dash.map((length) => length * unit));
+        context.stroke(new Path2D(`M${left} ${middle}h${28 * unit}`));
+        context.fillText(`sensor ${sensor + 1}`, left + 34 * unit, edge + line);
+      }
+      context.drawImage(canvas, edge, top);
+    });
+  }
+
+  /** Return the bar of tools; each has a text, a label for screen readers and an action. */
+  function bar(...tools) {
+    const made = element("div", "tools");
+    made.append(...tools.map((tool) => button(...tool)));
+    return made;
+  }
+
+  /** Add the tool to a table in its scroll box, and the head of its column to each cell, for narrow screens, where a row is a card. */
+  function forTable(scroll, name) {
+    const table = scroll.querySelector("table");
+    const title = scroll.getAttribute("aria-label").replace(/^Table: /, "");
+    const heads = columnTitles(table);
+    for (const row of [...table.tBodies].flatMap((body) => lay([...body.rows]))) {
+      row.forEach((cell, column) => {
+        if (cell.tagName === "TD") cell.dataset.label = heads[column] ?? "";
+      });
     }
-    context.drawImage(canvas, edge, edge + (sensors ? 2 : 1) * line);
-    picture.toBlob((blob) => save(blob, name), "image/png");
+    table.classList.add("stacked");
+    const block = element("div", "block");
+    if (scroll.parentNode) scroll.replaceWith(block);
+    const csv = () => save([toCsv(tableRows(table))], "text/csv;charset=utf-8", `${name}.csv`);
+    block.append(bar(["CSV", `Save the table as CSV: ${title}`, csv]), scroll);
+    return block;
   }
 
-  /** Save a figure as the SVG file that it is. */
-  function saveSvg(image, name) {
-    save(new Blob([decodeURIComponent(image.src.replace(/^[^,]*,/, ""))], { type: "image/svg+xml" }), `${name}.svg`);
+  /** Add the tool to a recording's chart. */
+  function forChart(figure, canvas, { title, sensors, name }) {
+    figure.prepend(bar(["PNG", `Save the chart as PNG: ${title}`, () => saveChart(canvas.querySelector("canvas"), title, sensors, name)]));
   }
 
-  /** Save a figure as PNG at twice its size, on white. */
-  function saveFigure(image, name) {
-    const picture = document.createElement("canvas");
-    picture.width = 2 * image.naturalWidth;
-    picture.height = 2 * image.naturalHeight;
-    const context = picture.getContext("2d");
-    context.fillStyle = "#ffffff";
-    context.fillRect(0, 0, picture.width, picture.height);
-    context.drawImage(image, 0, 0, picture.width, picture.height);
-    picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
+  /** Add the tools to a figure of the page, which is an SVG file; as PNG it is twice as large, on white. */
+  function forFigure(figure) {
+    const name = figure.id.replace(/^figure-/, "");
+    const image = figure.querySelector("img");
+    const svg = () => save([decodeURIComponent(image.src.replace(/^[^,]*,/, ""))], "image/svg+xml", `${name}.svg`);
+    const png = () => {
+      const [width, height] = [2 * image.naturalWidth, 2 * image.naturalHeight];
+      savePng(width, height, "#ffffff", name, (context) => context.drawImage(image, 0, 0, width, height));
+    };
+    figure.append(bar(["SVG", `Save the figure as SVG: ${name}`, svg], ["PNG", `Save the figure as PNG: ${name}`, png]));
   }
 
-  return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };
-})(Palette);
+  /** Add the tools to all tables and figures of the page. */
+  function setUp() {
+    for (const scroll of document.querySelectorAll("main .scroll")) {
+      forTable(scroll, scroll.querySelector("table").id || "table");
+    }
+    document.querySelectorAll("main figure[id]").forEach(forFigure);
+  }
+
+  return { withoutFormula, toCsv, setUp, forTable, forChart };
+})(Elements, Palette);

@@ -1,9 +1,9 @@
 // Let a slider move through each survey: a mark on its picture, the readings, and the moment in words.
 
-const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
+const Surveys = ((Signals, Palette, ChartFrame, Elements) => {
   "use strict";
 
-  const { chartOptions, drawScaleBar, roundLength, sensorsBelow, strokeLine } = ChartFrame;
+  const { makeChart, drawScaleBar, evenly, roundLength, sensorsBelow, strokeLine } = ChartFrame;
   const { button, element, number, readData, significant, svgElement } = Elements;
   const AROUND_S = 30;
 
@@ -29,7 +29,7 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
     const about = (time) => {
       const first = Math.max(Math.floor((time - AROUND_S - signals.from_s) / signals.every_s), 0);
       const after = Math.max(Math.ceil((time + AROUND_S - signals.from_s) / signals.every_s) + 1, first + 2);
-      const times = Array.from({ length: after - first }, (_, at) => signals.from_s + (first + at) * signals.every_s);
+      const times = evenly(after - first, signals.from_s + first * signals.every_s, signals.every_s);
       const shifted = rows.map((row, sensor) => {
         const piece = Array.from({ length: after - first }, (_, at) => row[first + at] ?? null);
         const known = piece.filter((value) => value !== null);
@@ -41,23 +41,19 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
 
     const make = () => {
       const lowest = -(rows.length - 0.4) * distance;
-      const options = chartOptions(container.clientWidth, 200, "sensor", {
+      const options = {
         cursor: { show: false },
         scales: {
           x: { time: false, range: () => [now - AROUND_S, now + AROUND_S] },
           y: { range: () => [lowest, 0.6 * distance] },
         },
         ...sensorsBelow(rows.length, distance),
-        hooks: {
-          draw: [
-            (chart) => {
-              drawScaleBar(chart, roundLength(0.7 * distance), "counts", -(rows.length - 1) * distance);
-              strokeLine(chart, [now, lowest], [now, 0.6 * distance], { colour: Palette.themeColour("ink"), dash: [2, 2] });
-            },
-          ],
+        draw: (chart) => {
+          drawScaleBar(chart, roundLength(0.7 * distance), "counts", -(rows.length - 1) * distance);
+          strokeLine(chart, [now, lowest], [now, 0.6 * distance], { colour: "ink", dash: [2, 2] });
         },
-      });
-      return new uPlot(options, about(now), container);
+      };
+      return makeChart(container, 200, "sensor", options, about(now));
     };
 
     let chart = make();
@@ -210,4 +206,4 @@ const Surveys = ((uPlot, Signals, Palette, ChartFrame, Elements) => {
   }
 
   return { setUp };
-})(uPlot, Signals, Palette, ChartFrame, Elements);
+})(Signals, Palette, ChartFrame, Elements);

@@ -1,6 +1,6 @@
 // Show one recording: the chosen detector's evidence, the signals, and the tables.
 
-const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
+const Viewer = ((Elements, Palette, Charts, EvidenceList, Saving, Shown) => {
   "use strict";
 
   const { UNKNOWN, chartFigure, element, number, sizeWords, svgElement, textTable } = Elements;
@@ -178,7 +178,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
       const made = { ...chart, ...chartFigure(chart) };
       const sensors = chart.bySensor ? evidence.peaks.length : 0;
       const title = `${shown.recording}: ${chart.title}${chart.judged ? `, ${shown.detector}` : ""}`;
-      Tools.forChart(made.figure, made.canvas, { title, sensors, name: file(`${chart.judged ? `${shown.detector} ` : ""}${chart.title}`) });
+      Saving.forChart(made.figure, made.canvas, { title, sensors, name: file(`${chart.judged ? `${shown.detector} ` : ""}${chart.title}`) });
       return made;
     };
     const [judged, signals] = [listed.map((chart) => prepare({ ...chart, judged: true })), signalCharts(evidence).map(prepare)];
@@ -190,8 +190,8 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     fold.append(element("summary", "", "Envelope, matrix, every detector’s verdict and the header"));
     const tables = element("div", "tables");
     tables.append(
-      Tools.forTable(distances(evidence, data), file("distances")),
-      Tools.forTable(peaks(evidence), file("envelopes")),
+      Saving.forTable(distances(evidence, data), file("distances")),
+      Saving.forTable(peaks(evidence), file("envelopes")),
     );
     const key = element("ul", "key");
     viewer.replaceChildren(
@@ -204,7 +204,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
     );
     fold.append(
       ...derived.map(({ figure }) => figure),
-      Tools.forTable(verdicts(evidence), file("verdicts")),
+      Saving.forTable(verdicts(evidence), file("verdicts")),
       tables,
       facts(evidence),
     );
@@ -221,4 +221,4 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tools, Shown) => {
   }
 
   return { show, titleOf };
-})(Elements, Palette, Charts, EvidenceList, Tools, Shown);
+})(Elements, Palette, Charts, EvidenceList, Saving, Shown);

@@ -29,9 +29,9 @@ UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 # Each script uses only scripts above it.
 _NAMES = (
-    *("signals", "palette", "elements", "saving", "tools", "shown", "chart_frame", "charts"),
-    *("evidence_list", "viewer", "schemes", "folds", "glossary", "chooser", "recordings_table"),
-    *("surveys", "meaning", "start"),
+    *("signals", "palette", "elements", "saving", "shown", "chart_frame", "charts"),
+    *("evidence_list", "viewer", "glossary", "chooser", "recordings_table", "surveys"),
+    *("meaning", "start"),
 )
 SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sketches.html.j2", "sections/[!.]*.html.j2")
