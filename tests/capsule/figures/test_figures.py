@@ -137,24 +137,6 @@ def test_contour_levels_reach_the_highest_value():
     assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
-def test_points_carry_the_counts_of_the_tables():
-    made = judged(VERDICTS, SIZES)
-    table = paper.detection_points(made["detection"]).set_index(["measure", "scheme", "size_mm"])
-    precision = table.loc[("precision", "leave_one_out", 2.5)]
-    assert (precision["hits"], precision["of"], precision["rate"]) == (1, 2, 0.5)
-    recall = table.loc[("recall", "leave_one_out", 6.0)]
-    assert (recall["hits"], recall["of"], recall["rate"]) == (2, 2, 1.0)
-    sized = paper.sizing_points(made["sizing"])
-    assert sized.loc[sized["one_sided"], "measure"].unique().tolist() == ["within_rate"]
-
-
-def test_negatives_are_shares_of_the_recordings_without_a_nodule():
-    table = paper.negative_points(judged(VERDICTS, SIZES)["confusion"])
-    ours = table[table["scheme"] == "leave_one_out"]
-    assert ours["rate"].tolist() == [0.5, 0.5, 0.0]
-    assert ours["size_mm"].tolist() == SIZES
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     table = paper.sizing_points(judged(VERDICTS, SIZES)["sizing"])
@@ -163,15 +145,6 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     exact, within = figure.axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
-
-
-def test_without_a_healthy_recording_the_figure_says_so():
-    made = judged([(2.5, 2.5), (6, 6)], SIZES)
-    table = paper.negative_points(made["confusion"])
-    assert table.empty
-    panels = {"classified": "verdicts"}
-    figure = draw_rates(table, panels, SIZES, "predicted size (mm)", ["template"])
-    assert "no recording to count" in texts(figure)
 
 
 PRINTED = {
@@ -310,14 +283,6 @@ def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
     assert render_figure(figure, "svg", "roc")
 
 
-def test_without_a_curve_the_figure_says_so():
-    empty = pd.DataFrame(columns=["detector", "scheme", "size_mm", "false_positive_rate"])
-    summary = pd.DataFrame({"detector": ["template"], "scheme": ["leave_one_out"]})
-    summary = summary.assign(specificity=np.nan, size_mm=np.nan, sensitivity=1.0)
-    table = curve_table(empty, summary, "leave_one_out")
-    assert "no recording to count" in texts(draw_roc(table, ["template"]))
-
-
 def learned(*ranges):
     """Make the rows of a detector's learning curves, as capsule.evaluation.learning does."""
     rows = [
@@ -341,17 +306,22 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
     assert figure.axes[0].get_xticklabels()[0].get_text() == "10\n(2)"
 
 
-@pytest.mark.parametrize("table", [learned(), learned((0, 0)).assign(rate=np.nan)])
-def test_without_a_learning_curve_the_figure_says_so(table):
-    assert "no recording to count" in texts(draw_learning(table, ["taught"]))
+def rates_of_no_healthy(verdicts=((2.5, 2.5), (6, 6))):
+    table = paper.negative_points(judged(verdicts, SIZES)["confusion"])
+    return draw_rates(table, {"classified": "verdicts"}, SIZES, "size (mm)", ["template"])
 
 
-@pytest.mark.parametrize("kind", ["svg", "pdf"])
-def test_the_same_figure_gives_the_same_bytes(example, kind):
-    first, second = (
-        render_figure(draw_preprocessing([example], 1.0), kind, "preprocessing") for _ in range(2)
-    )
-    assert first == second
+@pytest.mark.parametrize(
+    "draw",
+    [
+        rates_of_no_healthy,
+        lambda: draw_roc(curves({}), ["template"]),
+        lambda: draw_learning(learned(), ["taught"]),
+        lambda: draw_learning(learned((0, 0)).assign(rate=np.nan), ["taught"]),
+    ],
+)
+def test_without_a_recording_the_figure_says_so(draw):
+    assert "no recording to count" in texts(draw())
 
 
 def test_files_are_vectors_that_need_no_font_from_elsewhere(example):

@@ -1,11 +1,15 @@
 """A figure is written for the page, and for print at both widths, with the data that it shows."""
 
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from capsule.detectors.registry import DETECTORS
 from capsule.figures.files import write_figure
+from capsule.figures.registry import FIGURES
+from capsule.figures.style import DETECTOR_LOOKS
 from capsule.store.files import read_csv
 
 INPUTS = SimpleNamespace(
@@ -27,3 +31,13 @@ def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, na
     assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
     write_figure("templates", INPUTS, kind, tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_row_leads_to_what_makes_the_figure(name):
+    row = FIGURES[name]
+    assert callable(getattr(import_module(row.module), row.made_by))
+
+
+def test_every_detector_has_a_look_of_its_own():
+    assert len(DETECTORS) <= len({look["marker"] for look in DETECTOR_LOOKS})

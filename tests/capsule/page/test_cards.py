@@ -47,15 +47,36 @@ def test_the_most_urgent_patient_stands_first():
     assert [card["patient"] for card in made_of(**CHANGES)] == ORDER
 
 
+def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_passes():
+    index = index_of(
+        *(["unlabelled/" + name, NAN, "accepted", NAN, "", "aa", 70.0] for name in "ab")
+    )
+    index["site"] = ["p", ""]
+    place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
+    place["probability"] = NAN
+    detected = pd.DataFrame(
+        [{"recording": f"unlabelled/{n}", "detector": "taught"} | ROW for n in "ab"]
+    )
+    qualities = dict(zip(names, ("sensor 2 is loose", NO_FAULT), strict=True))
+    first, second = cards.patient_cards(index, detected, pd.DataFrame([place]), "taught", qualities)
+    assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
+    assert (second["patient"], second["passes"]) == ("b", 0)
+    assert first["quality"] == "sensor 2 is loose"
+    assert "2 passes together." in said_of(first)
+
+
+def said_of(card):
+    """Return the words of a card."""
+    drawn = cards.with_sketches(card, StoredResults().felt, cards.Known([0.1, 0.2, 1.5], [3.0]))
+    page = {"cards": [drawn], "lead": Lead("taught", False, NAN, 2), "most_listed": 20}
+    page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
+    return " ".join(section("cards", **page, most_cards=6).split())
+
+
 def shown(name):
     """Return the words of a patient's card."""
-    known = cards.Known([0.1, 0.2, 1.5], [3.0, 4.0])
-    drawn = [cards.with_sketches(c, StoredResults().felt, known) for c in made_of(**CHANGES)]
-    (card,) = [each for each in drawn if each["patient"] == name]
-    page = {"cards": [card], "lead": Lead("taught", False, NAN, 2)}
-    page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
-    page |= {"most_cards": 6, "most_listed": 20}
-    return " ".join(section("cards", **page).split())
+    (card,) = [each for each in made_of(**CHANGES) if each["patient"] == name]
+    return said_of(card)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """The detectors side by side: every cell from its table, and nothing said that is not known."""
 
-from functools import partial
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -23,12 +21,7 @@ SETTINGS = {
         "passes": [1],
     },
 }
-ROWS = [
-    row
-    for groups in (comparison.GROUPS, comparison.FOLDED_GROUPS)
-    for rows in groups.values()
-    for row in rows
-]
+ROWS = [row for rows in {**comparison.GROUPS, **comparison.FOLDED_GROUPS}.values() for row in rows]
 UNKNOWN = float("nan")
 SCHEMES = ["leave_one_out", "resubstitution"]
 
@@ -71,94 +64,87 @@ def judgements(*of_scheme, where=None):
     return measure_tables(predictions, [0.0], SETTINGS["evaluation"], rows)
 
 
+def compared(*of_scheme, schemes=SCHEMES, where=None):
+    return comparison.page_values(
+        judgements(*of_scheme, where=where), schemes, SETTINGS, "diagonal"
+    )
+
+
 @pytest.fixture(scope="module")
-def page():
+def pages():
+    """Return what is compared by leaving places out, and on held-out sessions."""
     both = verdicts("template"), verdicts("diagonal", false_alarms=1, probability=True)
+    held_out = [verdicts("template", "held_out", 5), verdicts("diagonal", "held_out", 1)]
     where = {f"3mm/r{place}": 3.0 for place in range(20, 30)}
-    return comparison.page_values(judgements(*both, where=where), SCHEMES, SETTINGS, "diagonal")
+    return {
+        "leave_one_out": compared(*both, where=where),
+        "held_out": compared(*held_out, schemes=["held_out"]),
+    }
 
 
 def cells(page, title):
     (table,) = page["compared"]
     names = [detector["name"] for detector in table["detectors"]]
     groups = table["groups"] + table["folded_groups"]
-    rows = [row for group in groups for row in group["rows"]]
-    (row,) = [row for row in rows if row["title"] == title]
+    (row,) = [row for group in groups for row in group["rows"] if row["title"] == title]
     return dict(zip(names, row["cells"], strict=True))
 
 
-def test_every_detector_has_a_column_and_so_has_calling_everything_a_nodule(page):
-    specificity = cells(page, "Specificity")
+@pytest.mark.parametrize(
+    ("scheme", "title", "detector", "text", "count"),
+    [
+        # Leaving one out does not measure what the threshold sets.
+        ("leave_one_out", "Specificity", "diagonal", "set to 95 %", ""),
+        ("leave_one_out", "Specificity", "template", "50 %", ""),
+        ("leave_one_out", "Specificity", "always_nodule", "0 %", ""),
+        ("leave_one_out", "Specificity, difference", "diagonal", words.NOT_APPLICABLE, ""),
+        ("leave_one_out", "Sensitivity, difference", "diagonal", "0", "p = 1.000"),
+        ("leave_one_out", "Sensitivity, 1 mm", "diagonal", "100 %", ""),
+        ("leave_one_out", "Balanced accuracy", "always_nodule", "50 %", ""),
+        ("leave_one_out", "Mean absolute error, of those found", "diagonal", "0.20 mm", "20 of 20"),
+        ("leave_one_out", "Median error of the place", "diagonal", "1.00 mm", "10 recordings"),
+        # What a detector does not say is marked.
+        ("leave_one_out", "Brier score of the probability", "template", words.NOT_APPLICABLE, ""),
+        ("leave_one_out", "Exact size, of all nodules", "always_nodule", words.NOT_APPLICABLE, ""),
+        ("held_out", "Specificity", "diagonal", "90 %", ""),
+        ("held_out", "Specificity, difference", "template", "reference", ""),
+        # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
+        ("held_out", "Specificity, difference", "diagonal", "+40", "p = 0.125"),
+        ("held_out", "Specificity, difference", "always_nodule", words.NOT_APPLICABLE, ""),
+    ],
+)
+def test_a_cell_is_of_its_table_or_says_why_not(pages, scheme, title, detector, text, count):
+    row = cells(pages[scheme], title)
     # The leading detector stands first.
-    assert list(specificity) == ["diagonal", "template", "always_nodule"]
-    # Leaving one out does not measure what the threshold sets.
-    assert [cell["text"] for cell in specificity.values()] == ["set to 95 %", "50 %", "0 %"]
-    assert specificity["diagonal"]["interval"] == ""
-    assert cells(page, "Sensitivity, 1 mm")["diagonal"]["text"] == "100 %"
-    assert cells(page, "Balanced accuracy")["always_nodule"]["text"] == "50 %"
+    assert list(row) == ["diagonal", "template", "always_nodule"]
+    assert (row[detector]["text"], row[detector]["count"]) == (text, count)
 
 
-def test_what_a_detector_does_not_say_is_marked(page):
-    brier = cells(page, "Brier score of the probability")
-    assert brier["template"]["text"] == words.NOT_APPLICABLE
-    assert brier["diagonal"]["count"] == "always stating the prevalence: 0.090"
-    assert cells(page, "Exact size, of all nodules")["always_nodule"]["value"] is None
-
-
-def test_size_and_place_have_their_errors(page):
-    error = cells(page, "Mean absolute error, of those found")["diagonal"]
-    assert (error["text"], error["count"]) == ("0.20 mm", "20 of 20")
-    place = cells(page, "Median error of the place")["diagonal"]
-    assert (place["text"], place["count"]) == ("1.00 mm", "10 recordings")
-
-
-def test_the_difference_is_from_the_papers_detector():
-    both = [
-        verdicts(name, "held_out", alarms) for name, alarms in (("template", 5), ("diagonal", 1))
-    ]
-    page = comparison.page_values(judgements(*both), ["held_out"], SETTINGS, "diagonal")
-    healthy = cells(page, "Specificity, difference")
-    assert healthy["template"]["text"] == "reference"
-    # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
-    assert (healthy["diagonal"]["text"], healthy["diagonal"]["count"]) == ("+40", "p = 0.125")
-    assert healthy["always_nodule"]["text"] == words.NOT_APPLICABLE
-    assert cells(page, "Specificity")["diagonal"]["text"] == "90 %"
-
-
-def test_of_a_specificity_that_the_threshold_sets_no_difference_is_told(page):
-    healthy = cells(page, "Specificity, difference")
-    assert healthy["diagonal"]["text"] == words.NOT_APPLICABLE
-    assert cells(page, "Sensitivity, difference")["diagonal"]["text"] == "0"
-
-
-def test_the_calibration_is_that_of_detectors_with_a_probability(page):
-    (compared,) = page["compared"]
-    assert {row["detector"] for row in compared["calibration"]} == {"diagonal"}
-    assert sum(row["recordings"] for row in compared["calibration"]) == 30
+def test_the_probability_is_compared_with_stating_the_prevalence(pages):
+    page = pages["leave_one_out"]
+    brier = cells(page, "Brier score of the probability")["diagonal"]
+    assert brier["count"] == "always stating the prevalence: 0.090"
+    (table,) = page["compared"]
+    assert {row["detector"] for row in table["calibration"]} == {"diagonal"}
+    assert sum(row["recordings"] for row in table["calibration"]) == 30
 
 
 def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
     schemes = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
     of_each = [verdicts("template", name, alarms) for alarms, name in enumerate(schemes)]
-    page = comparison.page_values(judgements(*of_each), schemes, SETTINGS, "diagonal")
-    assert [table["title"] for table in page["compared"]] == [
-        "held-out sessions",
-        "leave-one-out",
-        "leave-one-session-out",
+    tables = compared(*of_each, schemes=schemes)["compared"]
+    first = {each["title"]: each["groups"][0]["rows"][0]["cells"][0]["text"] for each in tables}
+    assert list(first.items()) == [
+        ("held-out sessions", "100 %"),
+        ("leave-one-out", "90 %"),
+        ("leave-one-session-out", "80 %"),
     ]
-    first = [table["groups"][0]["rows"][0]["cells"][0]["text"] for table in page["compared"]]
-    assert first == ["100 %", "90 %", "80 %"]
 
 
-def test_a_detector_without_a_verdict_is_named():
-    page = comparison.page_values(judgements(verdicts("template")), SCHEMES, SETTINGS, "diagonal")
-    assert page["silent"] == ["diagonal"]
-
-
-def test_without_any_verdict_nothing_is_compared():
-    page = comparison.page_values(judgements(), SCHEMES, SETTINGS, "diagonal")
-    assert page["compared"] == []
-    assert page["silent"] == ["template", "diagonal"]
+def test_a_detector_without_a_verdict_is_named_and_without_any_nothing_is_compared():
+    assert compared(verdicts("template"))["silent"] == ["diagonal"]
+    assert compared()["compared"] == []
+    assert compared()["silent"] == ["template", "diagonal"]
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
@@ -169,57 +155,34 @@ def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
     assert ("{size}" in row.title) == (row.sizes in ("each", "smallest"))
 
 
-def test_a_number_has_its_unit_and_its_interval():
-    bias = partial(comparison.number_cell, name="bias_mm", unit=" mm")
-    cell = bias({"bias_mm": 0.251, "bias_mm_low": -0.1, "bias_mm_high": 0.6})
-    assert (cell["value"], cell["text"]) == (0.251, "0.25 mm")
-    assert cell["interval"] == "\u22120.10 to 0.60 mm"
-    cell = bias({"bias_mm": 0.251, "bias_mm_low": UNKNOWN, "bias_mm_high": UNKNOWN})
-    assert (cell["text"], cell["interval"]) == ("0.25 mm", "")
-
-
-def test_what_is_not_known_has_no_value():
-    row = {"bias_mm": UNKNOWN, "bias_mm_low": UNKNOWN, "bias_mm_high": UNKNOWN}
-    cell = comparison.number_cell(row, "bias_mm", " mm")
-    assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
-    cell = comparison.difference({"difference": UNKNOWN})
-    assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
-
-
-BENCHES = [
-    {"detector": detector, "part": part, "of the benches the": which, "bench": bench}
-    | dict(zip(comparison.RATES, rates, strict=True))
-    for detector, part, which, bench, rates in [
-        ("diagonal", "chose", "worst", "uneven", ("0.95", "0.8", "0.9")),
-        ("diagonal", "chose", "best", "usual", ("0.95", "0.9", "0.99")),
-        ("diagonal", "judged only", "worst", "steep", ("0.95", "0.1", "0.4")),
-        ("diagonal", "judged only", "best", "calm", ("0.95", "0.9", "1.0")),
-        ("diagonal", "judged only", "least specific", "steep", ("0.812", "0.1", "0.4")),
-        ("other", "judged only", "worst", "steep", ("0.9", "0.0", "0.2")),
-        ("other", "judged only", "best", "calm", ("0.9", "0.5", "0.7")),
-    ]
-]
-
-
-def benches_of(detectors, rows=BENCHES):
-    return comparison.bench_values(rows, detectors)
-
-
-def test_the_benches_stand_in_a_table():
-    assert benches_of(["diagonal", "other"])["bench_rows"][0] == {
-        "detector": "diagonal",
-        "which": "worst",
-        "bench": "steep",
-        "rates": ["95 %", "10 %", "40 %"],
-    }
-
-
-def test_only_detectors_that_judge_the_archive_are_named():
-    assert benches_of(["template"]) == {"bench_rows": []}
+@pytest.mark.parametrize(
+    ("value", "low", "high", "cell"),
+    [
+        (0.251, -0.1, 0.6, (0.251, "0.25 mm", "\u22120.10 to 0.60 mm")),
+        (0.251, UNKNOWN, UNKNOWN, (0.251, "0.25 mm", "")),
+        (UNKNOWN, UNKNOWN, UNKNOWN, (None, words.UNKNOWN, "")),
+    ],
+)
+def test_a_number_has_its_unit_and_its_interval(value, low, high, cell):
+    row = {"bias_mm": value, "bias_mm_low": low, "bias_mm_high": high}
+    made = comparison.number_cell(row, "bias_mm", " mm")
+    assert (made["value"], made["text"], made["interval"]) == cell
+    assert comparison.difference({"difference": UNKNOWN})["text"] == words.UNKNOWN
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
-    rows = benches_of(["diagonal"])["bench_rows"]
-    assert [row["bench"] for row in rows] == ["steep", "calm", "steep"]
-    without = [{name: text for name, text in row.items() if name != "part"} for row in BENCHES]
-    assert benches_of(["diagonal"], without)["bench_rows"] == []
+    rates = dict(zip(comparison.RATES, ("0.95", "0.1", "0.4"), strict=True))
+    rows = [
+        {"detector": detector, "part": part, "of the benches the": which, "bench": "steep", **rates}
+        for detector in ("diagonal", "other")
+        for part in ("chose", "judged only")
+        for which in ("worst", "best")
+    ]
+    shown = comparison.bench_values(rows, ["diagonal", "template"])["bench_rows"]
+    rates = ["95 %", "10 %", "40 %"]
+    assert shown == [
+        {"detector": "diagonal", "which": which, "bench": "steep", "rates": rates}
+        for which in ("worst", "best")
+    ]
+    without = [{name: text for name, text in row.items() if name != "part"} for row in rows]
+    assert comparison.bench_values(without, ["diagonal"]) == {"bench_rows": []}
