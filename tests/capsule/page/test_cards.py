@@ -48,15 +48,12 @@ def test_the_most_urgent_patient_stands_first():
 
 
 def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_passes():
-    index = index_of(
-        *(["unlabelled/" + name, NAN, "accepted", NAN, "", "aa", 70.0] for name in "ab")
-    )
+    names = ["unlabelled/a", "unlabelled/b"]
+    index = index_of(*([name, NAN, "accepted", NAN, "", "aa", 70.0] for name in names))
     index["site"] = ["p", ""]
     place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
     place["probability"] = NAN
-    detected = pd.DataFrame(
-        [{"recording": f"unlabelled/{n}", "detector": "taught"} | ROW for n in "ab"]
-    )
+    detected = pd.DataFrame([{"recording": name, "detector": "taught"} | ROW for name in names])
     qualities = dict(zip(names, ("sensor 2 is loose", NO_FAULT), strict=True))
     first, second = cards.patient_cards(index, detected, pd.DataFrame([place]), "taught", qualities)
     assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
