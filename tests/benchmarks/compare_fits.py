@@ -25,6 +25,7 @@ sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
 import numpy as np
 import scipy.signal
 import yaml
+from tables import table
 
 from capsule.method.particle import (
     CANDIDATES_AT_ONCE,
@@ -170,10 +171,12 @@ def main() -> None:
 
     print(f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}")
     print(f"{arguments.recording}: {matrix.shape[0]} x {matrix.shape[1]}, rendering included\n")
-    print("| comparison | median per particle | ours is faster by |")
-    print("|---|---:|---:|")
-    for name, median in medians.items():
-        print(f"| {name} | {1e6 * median:,.0f} us | {median / medians['ours']:,.1f} |")
+    rows = [
+        {"comparison": name, "median per particle": f"{1e6 * median:,.0f} us"}
+        | {"ours is faster by": f"{median / medians['ours']:,.1f}"}
+        for name, median in medians.items()
+    ]
+    print(table(rows))
     fits = [cpu_seconds(fit, matrix)[0] for _ in range(arguments.rounds)]
     comparisons = COUNTS["particles"] + COUNTS["iterations"]
     print(f"\nA whole fit, {comparisons} comparisons: {statistics.median(fits):.3f} s of CPU.")

@@ -39,14 +39,7 @@ FAULTS = ("traceback", "too large", "too slow", "crash")
 def import_apart(file: Path) -> tuple[str, float, int]:
     """Import a file in a process of its own.
 
-    Returns
-    -------
-    outcome : str
-        One of `OUTCOMES` or of `FAULTS`.
-    seconds : float
-        Time of a processor.
-    most_bytes : int
-        Largest memory of the process.
+    Returns one of `OUTCOMES` or `FAULTS`, seconds of a processor, and the largest memory in bytes.
     """
     sys.stdout.flush()
     child = os.fork()

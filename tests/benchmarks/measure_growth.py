@@ -2,10 +2,12 @@
 
     python tests/benchmarks/measure_growth.py --recordings 120 1200 --before v0.1.0
     python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
+    python tests/benchmarks/measure_growth.py --recordings 120 1200 12000 --opened 5
 
 Each archive is simulated in a temporary copy of the project. With --before, a copy of an earlier
 commit does the same, call by call in turn. A workflow of one rule is called in turn, too: what a
-call with nothing to do takes for Snakemake alone.
+call with nothing to do takes for Snakemake alone. With --opened, the report is measured instead: a
+run that makes it, its size, and how long a browser takes to open it; with short fits.
 
 The environment counts: Snakemake imports every plug-in that it finds at each start. Measure in one
 that `make report` has made.
@@ -22,8 +24,8 @@ import sys
 import tarfile
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,11 +34,26 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from tables import table
 
+from support.browser import MISSING, Browser
 from support.command import CAPSULE
 from support.project import PARTS, Project
 
 SIZES = ["0", "1", "2", "3", "4", "5"]
 ONE_RULE = 'rule all:\n    output:\n        "made",\n    shell:\n        "touch {output}"\n'
+
+# Tells when the first recording has been drawn, in ms since the page was asked for.
+WATCH = """
+new MutationObserver((_, observer) => {
+  if (!document.querySelector("#viewer canvas")) return;
+  observer.disconnect();
+  requestAnimationFrame(() => setTimeout(() => { window.drawnAt = performance.now(); }));
+}).observe(document, { childList: true, subtree: true });
+"""
+DRAWN = """
+const done = arguments[0];
+const wait = () => (window.drawnAt === undefined ? setTimeout(wait, 20) : done(window.drawnAt));
+wait();
+"""
 
 
 class Cost(NamedTuple):
@@ -67,25 +84,14 @@ def cost_of(folder: Path, *arguments: str, cores: int) -> Cost:
     return Cost(elapsed, cpu, usage.ru_maxrss / 1024)
 
 
-@dataclass
-class Measured:
-    """The calls in one folder."""
-
-    folder: Path
-    costs: dict[str, list[Cost]] = field(default_factory=dict)
-
-    def call(self, name: str, cores: int) -> None:
-        """Call snakemake, and note what it took."""
-        self.costs.setdefault(name, []).append(cost_of(self.folder, cores=cores))
-
-    def row(self) -> dict[str, str]:
-        """Return the medians of each call, and the largest memory."""
-        cells = {}
-        for name, costs in self.costs.items():
-            seconds, cpu, _ = map(statistics.median, zip(*costs, strict=True))
-            cells[name] = f"{seconds:.1f} s ({cpu:.1f} s)"
-        most = max(cost.memory_mb for costs in self.costs.values() for cost in costs)
-        return cells | {"largest process": f"{most:.0f} MB"}
+def row_of(calls: Mapping[str, list[Cost]]) -> dict[str, str]:
+    """Return the medians of each call of a folder, and the largest memory."""
+    cells = {}
+    for name, costs in calls.items():
+        seconds, cpu, _ = map(statistics.median, zip(*costs, strict=True))
+        cells[name] = f"{seconds:.1f} s ({cpu:.1f} s)"
+    most = max(cost.memory_mb for costs in calls.values() for cost in costs)
+    return cells | {"largest process": f"{most:.0f} MB"}
 
 
 def unpack(commit: str, folder: Path) -> Path:
@@ -126,17 +132,59 @@ def measure(
     projects: Mapping[str, Project], one_rule: Path, rounds: int, cores: int
 ) -> dict[str, dict[str, str]]:
     """Measure the calls of each project, in turn, so that a busy moment meets all of them."""
-    measured = {name: Measured(each.folder) for name, each in projects.items()}
-    alone = Measured(one_rule)
-    for each in [*measured.values(), alone]:
-        each.call("cold run", cores)
-    for number in range(1, rounds + 1):
-        alone.call("nothing to do", cores)
-        for each in measured.values():
-            each.call("nothing to do", cores)
-            add_recording(each.folder, number)
-            each.call("one more", cores)
-    return {name: each.row() for name, each in [*measured.items(), ("one rule", alone)]}
+    folders = {"one rule": one_rule} | {name: each.folder for name, each in projects.items()}
+    costs: dict[str, dict[str, list[Cost]]] = {name: defaultdict(list) for name in folders}
+    for number in range(rounds + 1):
+        for name, folder in folders.items():
+            call = "nothing to do" if number else "cold run"
+            costs[name][call].append(cost_of(folder, cores=cores))
+            if number and folder is not one_rule:
+                add_recording(folder, number)
+                costs[name]["one more"].append(cost_of(folder, cores=cores))
+    return {name: row_of(each) for name, each in costs.items()}
+
+
+def open_browser(profile: Path) -> Browser:
+    """Open a browser that tells when a recording is drawn, and counts CPU time."""
+    browser = Browser(profile)
+    for command, parameters in (
+        ("Page.enable", {}),
+        ("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH}),
+        ("Performance.enable", {"timeDomain": "threadTicks"}),
+    ):
+        browser.driver.execute_cdp_cmd(command, parameters)
+    return browser
+
+
+def open_page(browser: Browser, page: Path) -> tuple[float, float]:
+    """Open the page; return seconds until a recording is drawn, and those of the thread's CPU."""
+    browser.open(page)
+    drawn = browser.driver.execute_async_script(DRAWN)
+    told = browser.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+    return drawn / 1000, next(each["value"] for each in told if each["name"] == "ThreadTime")
+
+
+def measure_page(folder: Path, recordings: int, opened: int) -> dict[str, str]:
+    """Measure the page of an archive of so many recordings; return its row."""
+    project = make_project(folder / "project", recordings, {"particles": 20, "iterations": 20})
+    page = project.results / "report.html"
+    cost_of(project.folder, cores=2)
+    made = cost_of(project.folder, "--forcerun", "report", "--", "results/report.html", cores=2)
+    browser = open_browser(folder / "browser")
+    try:
+        each = [open_page(browser, page) for _ in range(opened)]
+    finally:
+        browser.close()
+    drawn, cpu = map(statistics.median, zip(*each, strict=True))
+    return {
+        "recordings": f"{recordings:,}",
+        "page": f"{page.stat().st_size / 1e6:.1f} MB",
+        "a run that makes it": f"{made.seconds:.1f} s",
+        "its CPU": f"{made.cpu:.1f} s",
+        "its memory": f"{made.memory_mb:.0f} MB",
+        "drawn": f"{drawn:.2f} s",
+        "CPU of opening": f"{cpu:.2f} s",
+    }
 
 
 def main() -> None:
@@ -148,12 +196,18 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3, help="of the calls after the cold run")
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--before", metavar="COMMIT", help="an earlier commit to compare with")
+    parser.add_argument("--opened", type=int, default=0, metavar="N", help="times of the report")
     arguments = parser.parse_args()
     fit = {"particles": arguments.particles, "iterations": arguments.iterations}
     rows = []
+    if arguments.opened and MISSING:
+        raise SystemExit(MISSING)
     for recordings in arguments.recordings:
         with tempfile.TemporaryDirectory() as temporary:
             folder = Path(temporary)
+            if arguments.opened:
+                rows.append(measure_page(folder, recordings, arguments.opened))
+                continue
             projects = {"now": make_project(folder / "now", recordings, fit)}
             if arguments.before:
                 earlier = unpack(arguments.before, folder / "unpacked")
@@ -162,11 +216,13 @@ def main() -> None:
             one_rule.mkdir()
             (one_rule / "Snakefile").write_text(ONE_RULE, encoding="utf-8")
             measured = measure(projects, one_rule, arguments.rounds, arguments.cores)
-        for code, row in measured.items():
-            rows.append({"recordings": f"{recordings:,}", "code": code} | row)
+        label = {"recordings": f"{recordings:,}"}
+        rows += [label | {"code": code} | row for code, row in measured.items()]
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
-    print(f"-c{arguments.cores}, N = {arguments.particles}, M = {arguments.iterations}\n")
-    print(f"Seconds by the clock, in brackets seconds of CPU; medians.\n\n{table(rows)}")
+    if not arguments.opened:
+        print(f"-c{arguments.cores}, N = {arguments.particles}, M = {arguments.iterations}\n")
+        print("Seconds by the clock, in brackets seconds of CPU; medians.")
+    print(f"\n{table(rows)}")
 
 
 if __name__ == "__main__":

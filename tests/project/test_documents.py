@@ -34,50 +34,12 @@ SECTIONS = dict(
         re.MULTILINE | re.DOTALL,
     )
 )
-# A line that begins with a program begins with one of these: the named file runs such a line, or
-# nobody does, for the reason given. All others run in the folder of the tutorial.
-SHOWN_BY = {
-    "make report": ".ci/run",
-    "make test": ".ci/run",
-    "make lint": ".ci/run",
-    "make docs": "tests/project/test_manual.py",
-    "make formats": "tests/project/test_packaging.py",
-    "make numbers": "tests/studies/test_show_numbers.py",
-    "make -C workflow/firmware": "tests/capsule/bench/test_firmware.py",
-    "pip install": ".github/workflows/check.yml",
-    "snakemake -c2 results/report.html": "tests/workflow/test_first_run.py",
-    "snakemake -c2 results/surveys": "tests/workflow/test_first_run.py",
-    "snakemake -c2 --snakefile": "tests/workflow/test_elsewhere.py",
-    "snakemake --profile profiles/slurm": "tests/workflow/test_slurm.py",
-    "sbatch": "tests/workflow/test_slurm.py",
-    "mkdir ../again": "tests/workflow/test_interruption.py",
-    "(cd ../again": "tests/workflow/test_interruption.py",
-    "diff -rq": "tests/workflow/test_interruption.py",
-    "capsule demo": "tests/capsule/bench/test_demo.py",
-    "capsule record": "tests/capsule/bench/test_acquire.py",
-    "capsule survey": "tests/capsule/bench/test_survey.py",
-    "capsule simulate --help": "tests/capsule/commands/test_command.py",
-    "capsule simulate --out raw --seed 1": "tests/capsule/phantom/test_simulation.py",
-    "capsule parts --step": "tests/capsule/parts/test_step_files.py",
-    "capsule parts": "tests/capsule/parts/test_made_parts.py",
-    "capsule export": "tests/capsule/exporting/test_export.py",
-    "capsule forget": "tests/workflow/test_forget.py",
-    "snakemake -c2 figures": "tests/workflow/test_first_run.py",
-    "snakemake --report": "tests/workflow/test_first_run.py",
-    "snakemake -c2 ": "tests/workflow/test_first_run.py",
-    "snakemake -n": "tests/workflow/test_keys.py",
-}
-NOT_RUN = {
-    "conda": "it needs conda",
-    "py -m venv": "it needs Windows",
-    "source .venv/bin/activate": "a shell's own",
-}
+# Of the lines in these documents, which run in this order, what does not run here: it belongs to a
+# shell, never ends, or removes what the lines after it read.
+IN_THE_FOLDER = ["docs/tutorial.md", PAGE]
+NOT_RUN = ("source ", "capsule demo", "capsule forget")
 PROGRAMS = {"make", "pip", "snakemake", "sbatch", "capsule", "conda", "py", "source", "python"}
 PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
-# Their blocks run by tests of their own.
-ELSEWHERE = {"docs/import.md", "README.md"}
-# In the folder of the tutorial, in this order.
-IN_THE_FOLDER = ["docs/tutorial.md", PAGE]
 # Of the report, what the lines after it read; its pictures and its page take most of the time.
 REPORT = "snakemake -c2 results/recordings.csv results/detections.csv"
 _BIN = Path(sys.executable).parent
@@ -151,34 +113,24 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
     return {*parser._option_string_actions} - {"-h", "--help"}
 
 
-def test_every_option_that_a_document_names_with_its_command_exists():
-    named = {
-        (word, option)
-        for document in documents()
-        for word, option in re.findall(
-            r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", document.read_text(encoding="utf-8")
-        )
-        if word in COMMANDS
-    }
-    assert len(named) > 10
-    assert not {each for each in named if each[1] not in options(parsers()[each[0]]) | {"--help"}}
-
-
 @pytest.mark.parametrize("word", SECTIONS)
 def test_the_section_of_a_command_names_its_options_and_no_others(word):
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
     assert {each for each in options(parsers()[word]) if each.startswith("--")} == named
 
 
-def test_the_page_of_the_command_has_an_example_of_each():
+def test_the_documents_name_each_command_its_options_and_the_targets_of_make():
     text = (ROOT / PAGE).read_text(encoding="utf-8")
     assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
-
-
-def test_make_has_what_the_documents_make():
+    every = "\n".join(document.read_text(encoding="utf-8") for document in documents())
+    for word, option in re.findall(r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", every):
+        assert word not in COMMANDS or option in options(parsers()[word]) | {"--help"}, (
+            word,
+            option,
+        )
     targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
-    text = "\n".join(block.text for block in BLOCKS)
-    assert {"report", "test", "docs"} <= set(re.findall(r"^make (\w+)", text, re.M)) <= targets
+    shown = "\n".join(block.text for block in BLOCKS)
+    assert {"report", "test", "docs"} <= set(re.findall(r"^make (\w+)", shown, re.M)) <= targets
 
 
 def lines_to_type(document):
@@ -201,26 +153,10 @@ def lines_to_type(document):
             yield typed, shown
 
 
-def runs_elsewhere(line):
-    return line.startswith((*SHOWN_BY, *NOT_RUN))
-
-
-def test_every_line_of_every_document_is_run_or_has_a_reason():
-    left = [
-        f"{name}: {line}"
-        for name in sorted({block.document for block in BLOCKS} - {*IN_THE_FOLDER, *ELSEWHERE})
-        for line, _ in lines_to_type(name)
-        if not runs_elsewhere(line)
-    ]
-    assert not left
-    assert all((ROOT / path).exists() for path in SHOWN_BY.values())
-    assert len(list(lines_to_type("docs/tutorial.md"))) > 10
-
-
 def run_lines(folder, lines):
     """Run lines in one shell; fail at the first that fails, or prints other than is shown."""
     for number, (line, shown) in enumerate(lines):
-        if runs_elsewhere(line):
+        if line.startswith(NOT_RUN):
             continue
         command = REPORT if line == "capsule report" else line
         script = f"cd {shlex.quote(str(folder))}\n{command}\npwd > {folder.parent}/here"

@@ -41,25 +41,15 @@ def make(folder, home):
     ).stdout
 
 
-def test_where_the_home_cannot_be_written_caches_lie_in_the_project_and_one_line_says_so(checkout):
+@pytest.mark.parametrize("writable", [True, False])
+def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout, writable):
     # A file in its place keeps even the administrator from writing there.
     home = checkout.parent / "home"
-    home.touch()
+    home.mkdir() if writable else home.touch()
     output = make(checkout, home)
-    assert f"cache: {checkout}/.snakemake/cache\n" in output
-    assert output.count("the home folder cannot be written") == 1
-
-
-def test_a_home_that_can_be_written_is_used(checkout):
-    home = checkout.parent / "home"
-    home.mkdir()
-    output = make(checkout, home)
-    assert "cache: \n" in output
-    assert "cannot be written" not in output
-
-
-def test_the_project_is_installed_so_that_its_own_folder_is_used(checkout):
-    output = make(checkout, checkout.parent)
+    assert f"cache: {'' if writable else f'{checkout}/.snakemake/cache'}\n" in output
+    assert output.count("the home folder cannot be written") == (not writable)
+    # The project is installed so that its own folder is used.
     assert "python -m pip install --quiet --no-deps --no-build-isolation --editable .\n" in output
 
 

@@ -26,8 +26,7 @@ from support.project import ROOT
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = ROOT / "workflow" / "scripts"
 EXTRAS = PROJECT["optional-dependencies"]
-# The packages that give each module.
-DISTRIBUTIONS = importlib.metadata.packages_distributions()
+INSTALLED = {each.name.lower(): each for each in importlib.metadata.distributions()}
 # What `make report` installs, and what `make formats` and `make test` add to it.
 LOCKS = ("requirements.lock", "requirements-formats.lock", "requirements-test.lock")
 
@@ -58,37 +57,26 @@ def locked_versions(lock):
 
 
 @pytest.mark.parametrize("lock", LOCKS)
-def test_the_lock_pins_what_the_project_asks_for(lock):
+def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock):
     pinned = locked_versions(lock)
     for requirement in WANTED[lock]:
         versions = pinned[requirement.name.lower()]
         assert all(requirement.specifier.contains(version) for version in versions), requirement
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
+    assert all("--hash=sha256:" in entry for entry in re.split(r"\n(?=[a-z0-9])", text))
 
 
-@pytest.mark.parametrize(
-    ("lock", "some"), [*zip(LOCKS, (set(), set(), {"coverage[toml]"}), strict=True)]
-)
-def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock, some):
+@pytest.mark.parametrize("lock", LOCKS)
+def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock):
     # Without them, pip 23 takes a newer release than the pinned one, and stops at it.
     text = (ROOT / lock).read_text(encoding="utf-8")
-    asked = {
-        f"{requirement.name.lower()}[{extra}]"
-        for name in locked_versions(lock)
-        if (distribution := installed(name))
-        for requirement in map(Requirement, distribution.requires or [])
-        if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
-        for extra in requirement.extras
-    }
-    assert some <= asked
-    assert {each for each in asked if not re.search(rf"^{re.escape(each)}==", text, re.M)} == set()
-
-
-def installed(name):
-    """Return what is known of an installed package; None if this system does not need it."""
-    try:
-        return importlib.metadata.distribution(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
+    for name in locked_versions(lock).keys() & INSTALLED.keys():
+        for requirement in map(Requirement, INSTALLED[name].requires or []):
+            if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+                for extra in requirement.extras:
+                    asked = rf"^{re.escape(f'{requirement.name.lower()}[{extra}]')}=="
+                    assert re.search(asked, text, re.M), (name, requirement)
 
 
 def test_all_locks_pin_the_same_versions():
@@ -97,65 +85,35 @@ def test_all_locks_pin_the_same_versions():
         assert needed == {name: tests[name] for name in needed}
 
 
-def test_make_report_installs_nothing_that_only_an_extra_asks_for():
+def test_make_report_installs_what_it_needs_and_nothing_that_only_an_extra_asks_for():
     optional = {
         Requirement(text).name.lower()
         for name in EXTRAS.keys() - {"workflow", "test", "dev"}
         for text in EXTRAS[name]
     }
+    locked = locked_versions("requirements.lock").keys()
     assert len(optional) > 10
-    assert not optional & locked_versions("requirements.lock").keys()
-
-
-def test_snakemakes_own_report_needs_no_more_than_make_report_installs():
+    assert not optional & locked
+    # Snakemake's own report.
     folder = Path(importlib.util.find_spec("snakemake").origin).parent / "report"
     text = "\n".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
-    imported = re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE)
-    needed = {name.lower() for module in imported for name in DISTRIBUTIONS.get(module, ())}
-    assert {"pygments", "snakemake"} <= needed
-    assert needed <= locked_versions("requirements.lock").keys()
-
-
-def test_no_one_gets_open_cascade_without_asking():
+    modules = re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE)
+    packages = importlib.metadata.packages_distributions()
+    assert {name.lower() for module in modules for name in packages.get(module, ())} <= locked
+    # No one gets Open CASCADE without asking.
     (kernel,) = [text for text in EXTRAS["cad"] if not text.startswith("manifold3d")]
-    lock = "requirements-test.lock"
-    asked = {each.name for each in WANTED[lock]} | locked_versions(lock).keys()
-    assert Requirement(kernel).name not in asked
-
-
-def test_the_parts_import_open_cascade_only_when_they_are_asked_for_step_files():
-    imports = {"OCP": r"^ *(from|import) OCP", "step_files": r"^(from|import) \S*step_files"}
-    modules = {
-        name: {
-            path.name
-            for path in SCRIPTS.rglob("*.py")
-            if re.search(pattern, path.read_text(encoding="utf-8"), re.MULTILINE)
-        }
-        for name, pattern in imports.items()
-    }
-    # One module knows OCP, and none imports that module as it is itself imported.
-    assert modules == {"OCP": {"step_files.py"}, "step_files": set()}
+    assert Requirement(kernel).name not in locked_versions("requirements-test.lock")
 
 
 def test_no_step_of_the_workflow_imports_solids_or_what_is_made_for_programs():
     modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
     for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py", modules)
-        names = {path.relative_to(SCRIPTS).as_posix() for path in files}
-        assert "capsule/__init__.py" in names
-        assert not {name for name in names if name.startswith("capsule/interface/")}, rule
+        assert SCRIPTS / "capsule/__init__.py" in files
         for path in files:
+            assert "interface" not in path.parts, (rule, path)
             text = path.read_text(encoding="utf-8")
             assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
-
-
-@pytest.mark.parametrize("lock", LOCKS)
-def test_the_lock_holds_hashes_and_no_addresses(lock):
-    text = (ROOT / lock).read_text(encoding="utf-8")
-    assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
-    entries = re.split(r"\n(?=[a-z0-9])", text)
-    assert len(entries) > len(WANTED[lock])
-    assert all("--hash=sha256:" in entry for entry in entries)
 
 
 def test_environment_yml_names_the_same_packages_and_ranges():
@@ -181,20 +139,12 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
     assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
 
 
-def hinted_extras():
-    """Return the extras that an error of the package names, by the functions that tell them."""
-    pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
-    return {
-        extra
-        for path in (SCRIPTS / "capsule").rglob("*.py")
-        for extra in re.findall(pattern, path.read_text(encoding="utf-8"))
-    }
-
-
 def test_every_error_that_names_an_extra_names_one_that_there_is():
-    assert {"workflow", "formats", "learn", "lsl", "parts", "cad"} == hinted_extras()
-    assert hinted_extras() <= EXTRAS.keys()
     texts = [path.read_text(encoding="utf-8") for path in (SCRIPTS / "capsule").rglob("*.py")]
+    # The functions that tell an extra.
+    pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
+    hinted = {extra for text in texts for extra in re.findall(pattern, text)}
+    assert {"workflow", "formats", "learn", "lsl", "parts", "cad"} == hinted <= EXTRAS.keys()
     # No release of this name can be downloaded.
     assert not [text for text in texts if "origami-capsule[" in text]
 
@@ -216,25 +166,17 @@ def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypa
     ],
 )
 def test_the_lock_can_be_installed_on_every_system_and_python(platform, version, tmp_path):
-    resolved = dry_install("requirements-test.lock", platform, version, tmp_path)
-    assert resolved.returncode == 0, resolved.stderr
-
-
-def dry_install(lock, platform, version, folder):
-    """Resolve a lock for another system with wheels; only connection-pool has no wheel."""
-    index = subprocess.run(
-        [sys.executable, "-m", "pip", "config", "get", "global.index-url"],
-        capture_output=True,
-        text=True,
-        check=False,
-    ).stdout.strip()
-    options = ["--python-platform", platform, "--python-version", version, "--target", folder]
+    # By wheels; only connection-pool has none.
+    pip = [sys.executable, "-m", "pip", "config", "get", "global.index-url"]
+    index = subprocess.run(pip, capture_output=True, text=True, check=False).stdout.strip()
+    options = ["--python-platform", platform, "--python-version", version, "--target", tmp_path]
     options += ["--only-binary", ":all:", "--no-binary", "connection-pool", "--require-hashes"]
-    options += ["--requirement", ROOT / lock]
-    return subprocess.run(
+    options += ["--requirement", ROOT / "requirements-test.lock"]
+    resolved = subprocess.run(
         [Path(sys.executable).with_name("uv"), "pip", "install", "--dry-run", *options],
         env={**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})},
         capture_output=True,
         text=True,
         check=False,
     )
+    assert resolved.returncode == 0, resolved.stderr

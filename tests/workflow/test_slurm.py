@@ -1,6 +1,5 @@
 """The workflow gives the same bytes on a Slurm cluster as on this computer, also after mishaps."""
 
-import contextlib
 import importlib.util
 import os
 import re
@@ -10,7 +9,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -45,44 +44,20 @@ THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
 ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 
 
-def missing_reason() -> str:
-    """Return the reason why Slurm cannot start here; empty if it can."""
-    missing = [name for name in PROGRAMS if not _find(name)]
-    if missing:
-        return f"Slurm cannot start: {', '.join(missing)} not installed (slurm-wlm, munge)"
-    if os.geteuid() != 0:
-        return "Slurm cannot start: slurmd must run as root"
-    return ""
-
-
 def _find(name: str) -> str | None:
     return shutil.which(name, path=os.pathsep.join([*os.get_exec_path(), "/usr/sbin"]))
 
 
 class SingleNodeSlurm:
-    """A Slurm cluster: munged, slurmctld and slurmd, which are stopped at the end.
+    """A Slurm cluster in a folder: munged, slurmctld and slurmd, which are stopped at the end."""
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the configuration, the key, the state and the logs.
-    slots : int, optional
-        Number of processors that the node declares; the default is those of this machine.
-
-    Attributes
-    ----------
-    environment : dict of str to str
-        Environment variables with which a client finds this cluster.
-    node : str
-        Name of the only node.
-    """
-
-    def __init__(self, folder: Path, slots: int | None = None) -> None:
-        self.folder, self.slots = folder, slots or os.cpu_count()
+    def __init__(self, folder: Path, slots: int) -> None:
+        self.folder, self.slots = folder, slots
         self.node = socket.gethostname().split(".")[0]
         path = os.pathsep.join([str(folder / "bin"), *os.get_exec_path()])
+        # With these, a client finds this cluster.
         self.environment = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": path}
-        self._daemons: dict[str, subprocess.Popen] = {}
+        self._daemons: list[subprocess.Popen] = []
 
     def __enter__(self) -> "SingleNodeSlurm":
         self.folder.mkdir(parents=True)
@@ -100,17 +75,16 @@ class SingleNodeSlurm:
             f"--seed-file={self.folder}/munged.seed",
         )  # fmt: skip
         self.wait_for(socket_path.exists, "munged")
-        self.start_controller()
-        self._start("slurmd", "-D", "-f", str(self.folder / "slurm.conf"))
+        for daemon in ("slurmctld", "slurmd"):
+            self._start(daemon, "-D", "-f", str(self.folder / "slurm.conf"))
         self.wait_for(self._is_idle, "slurmd")
         return self
 
     def __exit__(self, *_: object) -> None:
         self.end_jobs()
-        daemons = list(reversed(self._daemons.values()))
-        for daemon in daemons:
+        for daemon in reversed(self._daemons):
             daemon.terminate()
-        for daemon in daemons:
+        for daemon in self._daemons:
             try:
                 daemon.wait(timeout=20)
             except subprocess.TimeoutExpired:
@@ -128,11 +102,6 @@ class SingleNodeSlurm:
         """Return the numbers of the jobs in these states; by default, of those not ended."""
         chosen = [f"--states={','.join(states)}"] if states else []
         return self.ask("squeue", "--noheader", "--format=%A", "--sort=i", *chosen).split()
-
-    def steps(self) -> list[str]:
-        """Return the steps that run, such as ``3.0``: the calls of srun inside the jobs."""
-        listed = self.ask("squeue", "--steps", "--noheader", "--format=%i").split()
-        return [step for step in listed if step.rpartition(".")[2].isdigit()]
 
     def wait_for(self, condition: Callable[[], Any], what: str, seconds: float = 60) -> Any:
         """Wait until a condition holds, and return it; the error shows the daemons' logs."""
@@ -170,54 +139,6 @@ class SingleNodeSlurm:
 
         return self.wait_for(listed, f"the processes of job {job}")
 
-    def start_controller(self) -> None:
-        """Start slurmctld; it continues with the state that an earlier one has left."""
-        self._start("slurmctld", "-D", "-f", str(self.folder / "slurm.conf"))
-
-    def kill_controller(self) -> None:
-        """Kill slurmctld without a warning, as soon as it has saved the jobs.
-
-        It saves a change after some seconds; until then a kill would take the job with it.
-        """
-        saved = self.folder / "state" / "job_state"
-        before = saved.stat().st_mtime_ns if saved.exists() else 0
-        for job in self.jobs():
-            self.update(f"JobId={job}", "Comment=saved")
-        self.wait_for(
-            lambda: saved.exists() and saved.stat().st_mtime_ns > before, "the saved jobs"
-        )
-        self._kill("slurmctld")
-
-    def lose_node(self) -> None:
-        """Kill slurmd and all processes of its jobs, as a node that goes down."""
-        doomed = {process for job in self.jobs("RUNNING") for process in self.processes(job)}
-        # slurmd has a process for each step of a job, which is no process of the job itself.
-        doomed |= {parent for process in doomed for parent in _parents(process)}
-        self._kill("slurmd")
-        for process in doomed:
-            _kill_if_alive(process)
-        self.update(f"NodeName={self.node}", "State=DOWN", "Reason=test")
-        # The controller tells the node to end the jobs. If that came after the node is back, it
-        # would end the jobs that have begun again.
-        self.wait_for(self._has_told_all, "the last message to the node")
-
-    def return_node(self) -> None:
-        """Start slurmd again; jobs that have lost their node start now, not in two minutes."""
-        self._start("slurmd", "-D", "-f", str(self.folder / "slurm.conf"))
-        self.update(f"NodeName={self.node}", "State=RESUME")
-        for job in self.jobs("PENDING"):
-            self.update(f"JobId={job}", "StartTime=now")
-
-    def _has_told_all(self) -> bool:
-        """Return whether the controller has no message under way."""
-        counts = re.findall(r"^Agent (?:queue size|count): *(\d+)", self.ask("sdiag"), re.MULTILINE)
-        return len(counts) == 2 and not any(map(int, counts))
-
-    def _kill(self, program: str) -> None:
-        daemon = self._daemons.pop(program)
-        daemon.kill()
-        daemon.wait()
-
     def _wrap_srun(self) -> None:
         """Write an srun for jobs that finds this cluster; SLURM_ variables do not reach a job."""
         wrapper = self.folder / "bin" / "srun"
@@ -232,8 +153,8 @@ class SingleNodeSlurm:
         with (self.folder / f"{program}.out").open("ab") as output:
             command = [_find(program), *arguments]
             environment = os.environ | self.environment
-            self._daemons[program] = subprocess.Popen(
-                command, stdout=output, stderr=subprocess.STDOUT, env=environment
+            self._daemons.append(
+                subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, env=environment)
             )
 
     def _is_idle(self) -> bool:
@@ -287,22 +208,12 @@ def _free_ports(count: int) -> list[int]:
     return ports
 
 
-def _parents(process: int) -> Iterator[int]:
-    """Give the parent of a process; none if the process has ended meanwhile."""
-    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-        yield int(status.rpartition(")")[2].split()[1])
-
-
-def _kill_if_alive(process: int) -> None:
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(process, signal.SIGKILL)
-
-
+MISSING = [name for name in PROGRAMS if not _find(name)]
 needs_slurm = [
     pytest.mark.workflow,
     pytest.mark.waits,
-    needs(missing_reason()),
+    needs(f"not installed (slurm-wlm, munge): {', '.join(MISSING)}" if MISSING else ""),
+    needs("slurmd must run as root" if os.geteuid() != 0 else ""),
     pytest.mark.skipif(
         importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
         reason="snakemake-executor-plugin-slurm is not installed",
@@ -414,14 +325,8 @@ def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
     remedy = re.search(r"scancel [\d ]*\d", refused.output)
     cluster.ask(*remedy[0].split())
     cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
-
-    # The controller of Slurm goes down and comes back while the jobs run.
-    with start_fits(before_fits) as resumed:
-        cluster.wait_for(lambda: len(cluster.steps()) == 2, "the steps of two jobs")
-        cluster.kill_controller()
-        cluster.start_controller()
-        output = resumed.stdout.read()
-    assert resumed.returncode == 0, output
+    again = before_fits.snakemake(*ONE_BY_ONE, "--", *FITS)
+    assert again.status == 0, again.output
     assert_same_fits(before_fits, local)
 
 
@@ -446,20 +351,6 @@ def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits
     assert again.status == 0, again.output
     assert again.jobs == {"fit": 1}
     assert "TimeLimit=02:00:00" in cluster.ask("scontrol", "show", "job", cluster.jobs("CD")[-1])
-    assert_same_fits(before_fits, local)
-
-
-@on_cluster(10)
-def test_slurm_starts_the_jobs_of_a_lost_node_again(cluster, before_fits, local):
-    with start_fits(before_fits) as run:
-        cluster.wait_for(lambda: len(cluster.jobs("RUNNING")) == 2, "two running jobs")
-        jobs = cluster.jobs()
-        cluster.lose_node()
-        cluster.wait_for(lambda: cluster.jobs("PENDING") == jobs, "the jobs in the queue")
-        cluster.return_node()
-        output = run.stdout.read()
-    assert run.returncode == 0, output
-    assert cluster.jobs("COMPLETED")[-2:] == jobs
     assert_same_fits(before_fits, local)
 
 
