@@ -344,6 +344,9 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     area, *ends = auc_interval(healthy, nodule, 0.95, *units)
     assert area == pytest.approx(below.mean())
     assert_newcombe(area, ends, 18 * factor, 10 * factor)
+    # Weights count relative to each other.
+    shared = [Units(each.weights / 3, each.clusters) for each in units]
+    assert auc_interval(healthy, nodule, 0.95, *shared) == pytest.approx((area, *ends))
     # An area of 1 rests on the numbers of clusters, and two clusters of a kind tell nothing.
     area, *ends = auc_interval(healthy, nodule + 99, 0.95, *units)
     assert area == 1.0
