@@ -32,17 +32,6 @@ def fold():
     return start()
 
 
-@pytest.fixture
-def folded():
-    """Start a board and fold the origami; 4 s of its lease of 5 s remain."""
-    talk = start()
-    assert talk.say("fold")[0] == Acknowledgement("fold", "")
-    talk.wait(4)
-    talk.say("hold", seconds=1)
-    assert state(talk) == ("folded", "folded")
-    return talk
-
-
 def reports(events):
     return [event for event in events if isinstance(event, FoldState)]
 
@@ -144,38 +133,6 @@ def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
     assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
 
 
-@pytest.mark.parametrize("seconds_held", [0, 2, 8])
-def test_a_lease_that_nobody_renews_unfolds(fold, seconds_held):
-    fold.say("fold")
-    for _ in range(seconds_held // 2):
-        fold.wait(2)
-        assert answer(fold, "hold") == Acknowledgement("hold", "")
-    heard = fold.wait(5.1)
-    turned = next(report for report in reports(heard) if report.state == "unfolding")
-    assert turned.device_ms == pytest.approx(1000 * seconds_held + 5050, abs=200)
-    fold.wait(6)
-    assert is_unfolded(fold)
-    assert state(fold) == ("unfolded", "unfolded")
-
-
-def test_what_it_refuses_and_what_changes_nothing(fold):
-    assert "nothing is folded" in reason(fold, "hold")
-    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
-    assert is_at_rest(fold)
-    fold.say("fold")
-    fold.wait(1)
-    assert answer(fold, "fold") == Acknowledgement("fold", "")
-    assert state(fold) == ("folding", "none")
-    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
-    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
-    assert "wait until the origami is unfolded" in reason(fold, "fold")
-    assert "nothing is folded" in reason(fold, "hold")
-    assert "takes no argument" in fold.say("fold,now")[0].reason
-    assert "fold knows identify state fold hold unfold" in reason(fold, "tuck")
-    fold.wait(1.5)
-    assert is_unfolded(fold)
-
-
 def reset(talk):
     talk.board.reset()
 
@@ -219,58 +176,6 @@ def test_a_flood_of_questions_keeps_it_from_nothing(fold):
     assert states(heard) == ["folding"]
     moments_ms = [report.device_ms for report in reports(heard)]
     assert np.diff(moments_ms).max() < 300
-
-
-def test_both_switches_closed_in_a_move_stop_it_until_one_opens(fold):
-    fold.say("fold")
-    fold.wait(2)
-    fold.world.stuck = {"unfolded": True, "folded": True}
-    before = fold.board.half_steps
-    heard = fold.wait(2)
-    assert fold.board.half_steps - before <= DEBOUNCED
-    assert states(heard) == ["fault"]
-    assert faults(heard) == ["both end switches are closed"]
-    assert is_at_rest(fold)
-    fold.world.stuck.clear()
-    heard = fold.wait(5)
-    assert states(heard)[-2:] == ["unfolding", "unfolded"]
-    assert is_unfolded(fold)
-
-
-def test_a_switch_that_does_not_open_is_a_fault_and_what_was_wound_is_let_out(fold):
-    fold.world.stuck["unfolded"] = True
-    heard = fold.say("fold") + fold.wait(4)
-    assert states(heard) == ["folding", "fault", "unfolding", "unfolded"]
-    assert faults(heard) == ["the switch unfolded did not open or closed again"]
-    assert np.ptp([report.half_steps for report in reports(heard)]) <= RELEASE + 1
-    assert fold.world.wound == pytest.approx(0, abs=1)
-    assert is_at_rest(fold)
-
-
-def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound(folded):
-    folded.world.stuck["unfolded"] = False
-    heard = folded.say("unfold") + folded.wait(8)
-    assert states(heard) == ["unfolding", "fault"]
-    assert faults(heard) == ["the switch unfolded did not close where it should"]
-    assert -SLACK - DEBOUNCED <= folded.world.wound < 0
-    assert is_at_rest(folded)
-    assert "did not close where it should" in reason(folded, "fold")
-    assert "did not close where it should" in reason(folded, "hold")
-    folded.world.stuck.clear()
-    folded.wait(0.1)
-    assert state(folded) == ("unfolded", "unfolded")
-
-
-def test_switches_that_bounce_or_open_for_a_moment_are_no_fault(folded):
-    for is_closed in 10 * (False, True):
-        folded.world.stuck["folded"] = is_closed
-        folded.wait(0.005)
-    folded.world.stuck["folded"] = False
-    folded.wait(0.8)
-    folded.world.stuck.clear()
-    folded.say("hold")
-    folded.wait(2)
-    assert state(folded) == ("folded", "folded")
 
 
 def test_a_power_cut_in_a_move_finds_the_whole_move_in_the_memory(fold):

@@ -73,8 +73,8 @@ void bench_run(bench_t *bench, int ms) {
     }
 }
 
-/* Obey a command; 1 if the board does. */
-int bench_say(bench_t *bench, char command) {
+/* Obey a command; the reason if the board does not. */
+const char *bench_say(bench_t *bench, char command) {
     origami_t *origami = &bench->origami;
     const char *reason = command == 'f'   ? origami_fold(origami)
                          : command == 'h' ? origami_hold(origami)
@@ -83,19 +83,20 @@ int bench_say(bench_t *bench, char command) {
     if (!reason && command != 'u') {
         bench->unheard_ticks = 0;
     }
-    return !reason;
+    return reason ? reason : "";
 }
 
-/* Restart the board; the memory holds the last record, or none. */
-void bench_reset(bench_t *bench, int emptied) {
+/* Restart the board; the memory holds the last record. */
+void bench_reset(bench_t *bench) {
     unsigned char rotor = bench->origami.rotor;
-    origami_begin(&bench->origami, emptied ? NULL : &bench->memory);
+    origami_begin(&bench->origami, &bench->memory);
     bench->origami.rotor = rotor;
 }
 
 /* A person unfolds the origami, and leaves no slack. */
 void bench_unfold_by_hand(bench_t *bench) { bench->wound = 0; }
 
+const char *bench_reason(const bench_t *bench) { return bench->origami.reason; }
 int bench_writes(const bench_t *bench) { return bench->attempts; }
 void bench_damage_memory(bench_t *bench) { bench->unwritable = 1; }
 void bench_stick(bench_t *bench, int number, int how) { bench->stuck[number] = how; }
