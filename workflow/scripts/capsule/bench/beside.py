@@ -8,15 +8,7 @@ from collections.abc import Callable
 
 
 class Beside:
-    """What is done after each look at the boards, such as the display.
-
-    Parameters
-    ----------
-    run : str
-        What goes on without it: ``the recording`` or ``the survey``.
-    note : callable
-        Function that writes a fault and where it happened into a log.
-    """
+    """What is done after each look at the boards, such as the display."""
 
     def __init__(self, run: str, note: Callable[[str], None]) -> None:
         self._run, self._note = run, note

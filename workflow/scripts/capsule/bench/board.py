@@ -19,26 +19,7 @@ REOPEN_AFTER_S = 10.0
 
 
 class Board:
-    """One board: its line, its return when it was unplugged, and commands that it must confirm.
-
-    Parameters
-    ----------
-    line : Line
-        The open line.
-    identity : Identity
-        The board's description of itself.
-    tell : callable
-        Function that shows a message to the user.
-    insists : bool
-        Whether a refused command is sent again; else the next one follows.
-
-    Attributes
-    ----------
-    identity : Identity
-        The board's description at its last connection.
-    connections : int
-        Number of connections; opening a port resets an Arduino.
-    """
+    """One board: its line, its return when it was unplugged, and commands that it must confirm."""
 
     def __init__(
         self,

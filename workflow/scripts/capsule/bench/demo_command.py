@@ -84,11 +84,6 @@ def main(arguments: argparse.Namespace) -> None:
 def demo(chosen: argparse.Namespace) -> None:
     """Play the demo.
 
-    Parameters
-    ----------
-    chosen : argparse.Namespace
-        The options of the command.
-
     Raises
     ------
     CapsuleError
@@ -135,13 +130,7 @@ def demo(chosen: argparse.Namespace) -> None:
 
 
 class Learning:
-    """The detectors, which learn from the labelled recordings while the run is played.
-
-    Parameters
-    ----------
-    chosen : argparse.Namespace
-        The options of the command.
-    """
+    """The detectors, which learn from the labelled recordings while the run is played."""
 
     def __init__(self, chosen: argparse.Namespace) -> None:
         self._chosen = chosen
@@ -226,17 +215,7 @@ def _tell_truth(played: Run) -> None:
 
 
 class PlayedRun(Samples):
-    """A simulated run in place of a logger.
-
-    Parameters
-    ----------
-    counts : (S, K) array
-        The readings; the last one is at the end stop.
-    electronics : Electronics
-        Electronics of the simulated bench.
-    speed : float
-        Seconds of the run per second of the computer's clock.
-    """
+    """A simulated run in place of a logger."""
 
     port = "a simulated board"
 
@@ -260,15 +239,6 @@ class PlayedRun(Samples):
 
 def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     """Write the missing files of the demo's folder.
-
-    Parameters
-    ----------
-    folder : Path
-        A new folder, or the folder of an earlier demo.
-    phantom : Phantom
-        The simulated bench.
-    sensors : int
-        Number of sensors S.
 
     Raises
     ------

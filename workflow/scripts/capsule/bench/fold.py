@@ -37,20 +37,7 @@ UNFOLDS_WITHIN_S = 12.0
 
 
 class FoldBoard:
-    """The origami, as its board reports it.
-
-    Parameters
-    ----------
-    board : Board
-        The board, which insists on its commands.
-    log : FrameLog
-        Log of damaged frames, refusals and faults.
-
-    Attributes
-    ----------
-    last : FoldState or None
-        The newest state that the board sent.
-    """
+    """The origami, as its board reports it."""
 
     def __init__(self, board: Board, log: FrameLog) -> None:
         self._board, self._log = board, log
@@ -188,15 +175,6 @@ If both is so, type {ANSWER!r}: """
 
 def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None:
     """Ask the user to look at the origami, and tell the fold board that it is unfolded.
-
-    Parameters
-    ----------
-    port : str
-        The fold board's port.
-    baud : int
-        Bits per second.
-    ask : callable
-        Function that asks the user a question.
 
     Raises
     ------

@@ -24,23 +24,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 class GrowingFile:
     """A locked text file that grows line by line, ``<name>.part`` until it is complete.
 
-    Parameters
-    ----------
-    final : Path
-        Path of the complete file.
-    head : str
-        The first lines.
-    remedy : str
-        Command that continues after a fault of the disk.
-    tell : callable
-        Function that shows a warning if the file continues in another place.
-    resumed : bool
-        Whether a killed program left the file; then `go_on` must come before `flush`.
-
-    Attributes
-    ----------
-    path : Path
-        The present path.
+    A killed program left a `resumed` file; then `go_on` must come before `flush`.
 
     Raises
     ------
@@ -232,15 +216,7 @@ class GrowingFile:
 
 
 class FrameLog:
-    """A text file with one line per event, written at once; its faults never stop a recording.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which the first line makes; new lines are appended to its content.
-    show : callable, optional
-        Function that shows a message to the user.
-    """
+    """A text file with one line per event, written at once; its faults never stop a recording."""
 
     def __init__(self, path: Path, show: Callable[[str], None] = print) -> None:
         self.path, self._show = path, show

@@ -57,15 +57,6 @@ PURPOSES = {
 def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identity | None]:
     """Identify a board in short steps, so that other boards are served meanwhile.
 
-    Parameters
-    ----------
-    line : Line
-        A line that has just been opened.
-    wanted : {"logger", "peristalsis", "fold"}
-        The expected board.
-    listen_s : float
-        Time in which nothing is sent, whatever the board says.
-
     Yields
     ------
     Identity or None
@@ -236,19 +227,6 @@ def connect(
     Opening a port restarts many devices, and a command can do anything to a device that is no board
     of this bench. So a search opens only ports with the USB numbers of the boards. For three
     seconds it only listens to them, before it asks.
-
-    Parameters
-    ----------
-    port : str or None
-        The port; None: search the USB ports of this computer.
-    baud : int
-        Bits per second.
-    wanted : {"logger", "peristalsis", "fold"}
-        The expected board.
-    skip : iterable of str
-        Ports that a search does not open.
-    stop : StopRequest, optional
-        Request to stop; without one, Ctrl-C raises `KeyboardInterrupt` by itself.
 
     Raises
     ------

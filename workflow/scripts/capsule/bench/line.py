@@ -45,18 +45,6 @@ class Arrival:
 class Line:
     """An open serial port.
 
-    Parameters
-    ----------
-    port : str
-        Name of the port, or an address that pyserial knows (``socket://``, ``rfc2217://``).
-    baud : int
-        Bits per second.
-
-    Attributes
-    ----------
-    sent_s : float
-        Time of the last command, by `time.monotonic`.
-
     Raises
     ------
     AcquisitionError
@@ -168,13 +156,6 @@ class UsbPort:
 
     A device is known by its serial number. Clones without one, or with the same one, are known by
     the USB socket that they are plugged into.
-
-    Parameters
-    ----------
-    name : str
-        Present name of the port.
-    ports : iterable of port descriptions, optional
-        The computer's ports; searched if left out.
     """
 
     def __init__(self, name: str, ports: Iterable[ListPortInfo] | None = None) -> None:

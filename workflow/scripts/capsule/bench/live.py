@@ -38,13 +38,7 @@ _SCRIPTS = (
 
 
 class LivePage:
-    """A page on the loopback, under an address that nobody can guess.
-
-    Attributes
-    ----------
-    address : str
-        Address of the page.
-    """
+    """A page on the loopback, under an address that nobody can guess."""
 
     def __init__(self) -> None:
         self._news = threading.Condition()

@@ -101,17 +101,7 @@ class Samples:
 
 
 class Logger(Samples):
-    """One logger, from its frames to samples on an even grid in time.
-
-    Parameters
-    ----------
-    board : Board or StreamLine
-        The board, or a stream in its place.
-    log : FrameLog
-        Log of gaps, damaged frames and refused samples.
-    to_end_stop : bool
-        Whether the end stop completes the recording.
-    """
+    """One logger, from its frames to samples on an even grid in time."""
 
     def __init__(
         self, board: Board | StreamLine, log: FrameLog, *, to_end_stop: bool = True
@@ -294,13 +284,6 @@ class Logger(Samples):
 
 def check_fits(rate_hz: float, sensors: int, settings: Settings) -> None:
     """Raise an error if the workflow could not read recordings of a logger.
-
-    Parameters
-    ----------
-    rate_hz, sensors
-        Samples per second, and number of sensors of the logger.
-    settings : mapping
-        Section ``recording`` of the configuration.
 
     Raises
     ------

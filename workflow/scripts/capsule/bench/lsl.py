@@ -65,11 +65,6 @@ class StampGrid:
 
     A stamp may jitter by less than half a period. The grid moves with the stamps. So a clock that
     is wrong by a part in a thousand neither adds nor loses a sample.
-
-    Parameters
-    ----------
-    period_s : float
-        Time between two samples.
     """
 
     def __init__(self, period_s: float) -> None:
@@ -78,13 +73,7 @@ class StampGrid:
         self._number = 0
 
     def number(self, stamp_s: float) -> int:
-        """Return the number of a stamp's period, from 0; it can be lower than the last one.
-
-        Parameters
-        ----------
-        stamp_s : float
-            Time stamp in seconds.
-        """
+        """Return the number of a stamp's period, from 0; it can be lower than the last one."""
         if self._last_s is None:
             self._last_s = stamp_s
             return 0
@@ -162,18 +151,7 @@ def plain(text: str) -> str:
 def find_stream(
     lsl: ModuleType, name: str, wait_s: float, alone_s: float = ALONE_S
 ) -> "pylsl.StreamInfo":
-    """Find a stream.
-
-    Parameters
-    ----------
-    lsl : module
-        pylsl.
-    name : str
-        The stream's name or source id.
-    wait_s : float
-        Longest wait for the stream, in seconds.
-    alone_s : float
-        Time in seconds to look for a second stream of that name; 0: take the first one.
+    """Find a stream by its name or source id; with `alone_s` 0, take the first of that name.
 
     Raises
     ------
@@ -201,16 +179,7 @@ def find_stream(
 
 
 def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> ChosenStream:
-    """Choose the channels of a stream.
-
-    Parameters
-    ----------
-    info : pylsl.StreamInfo
-        The stream's full description.
-    wanted : str or None
-        Labels or numbers from 1, separated by commas; None: one channel per sensor.
-    rules : mapping
-        Section ``recording`` of the configuration.
+    """Choose channels by labels or numbers from 1, separated by commas; None: one per sensor.
 
     Raises
     ------
@@ -289,26 +258,6 @@ class StreamLine:
     A time stamp tells the period of a sample, so samples lost on the way leave a gap. If a source
     ends and starts again, this class finds it again. The Lab Streaming Layer does this itself if
     the source has an id; otherwise the name is searched.
-
-    Parameters
-    ----------
-    name : str
-        The stream's name or source id.
-    wanted : str or None
-        Channels, as in `choose`.
-    rules : mapping
-        Section ``recording`` of the configuration.
-    tell : callable
-        Function that shows a message when the stream ends or is back.
-
-    Attributes
-    ----------
-    port : str
-        Name of the stream for messages.
-    identity : Identity
-        Description of the stream in the form of a logger's.
-    chosen : ChosenStream
-        The stream and its channels.
 
     Raises
     ------
@@ -423,17 +372,6 @@ class StreamLine:
 
 class SampleOutlet:
     """A stream that sends each sample once, with the time at which it was read.
-
-    Parameters
-    ----------
-    name : str
-        The stream's name.
-    header : mapping of str to str
-        Header of the recording; the stream's description repeats it.
-    sensors : int
-        Number of sensors S.
-    recording : str
-        The recording's name.
 
     Raises
     ------

@@ -21,15 +21,6 @@ class PassSizes:
     """An estimator of nodule sizes from passes; without a learned model, all sizes are NaN.
 
     A model that was learned with other settings is not used.
-
-    Parameters
-    ----------
-    results : Path
-        The workflow's results, with the learned model.
-    detector : mapping
-        Section ``diagonal`` of the configuration.
-    rate_hz : float
-        Sampling rate in Hz.
     """
 
     def __init__(self, results: Path, detector: Settings, rate_hz: float) -> None:

@@ -177,13 +177,7 @@ class FrameParser:
 
 
 def decode(frame: bytes) -> Event:
-    """Decode one frame, without its line feed.
-
-    Returns
-    -------
-    Event
-        `Damaged` if the checksum or the form is wrong.
-    """
+    """Decode one frame, without its line feed."""
     match = _FRAME.fullmatch(frame)
     if not match:
         return Damaged(frame, "not a frame")

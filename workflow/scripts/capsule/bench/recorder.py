@@ -63,32 +63,7 @@ def head_of(header: Mapping[str, str], sensors: int) -> str:
 
 
 class Recorder:
-    """One recording from its first to its last sample, whatever happens to the board.
-
-    Parameters
-    ----------
-    source : Samples
-        The samples of the logger, or of what stands in its place.
-    part : GrowingFile
-        The file of the samples.
-    header : dict of str to str
-        Header of the recording, as it is in the file.
-    log : FrameLog
-        Log of the recording.
-    patience_s : float
-        Longest wait in seconds for the next sample.
-    stop : StopRequest
-        Request to stop, by Ctrl-C.
-    drive : Drive, optional
-        The wave.
-
-    Attributes
-    ----------
-    state : State
-        What terminal and live page show.
-    beside : Beside
-        What is done after each look at the line.
-    """
+    """One recording from its first to its last sample, whatever happens to the board."""
 
     def __init__(
         self,
@@ -268,23 +243,6 @@ def record(
     page: LivePage | None = None,
 ) -> Path:
     """Record one run.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        The command line of capsule record.
-    played : Samples, optional
-        A simulated run in place of the board that the options name.
-    learned : callable, optional
-        Returns the detectors, as soon as they have learned; by default those that the options
-        name.
-    page : LivePage, optional
-        A live page that is open already.
-
-    Returns
-    -------
-    Path
-        The recording.
 
     Raises
     ------

@@ -61,17 +61,6 @@ class Rescued:
 def recover(part: Path, sensors: int) -> Rescued:
     """Recover the unfinished recording of a killed recorder.
 
-    Parameters
-    ----------
-    part : Path
-        The ``.part`` file; it is renamed, never changed.
-    sensors : int
-        Number of sensors S.
-
-    Returns
-    -------
-    Rescued
-
     Raises
     ------
     AcquisitionError

@@ -42,19 +42,6 @@ _TOLD = {"stopped", "gut_ended", "fault"}
 class SessionFolder:
     """The files of one survey.
 
-    Parameters
-    ----------
-    folder : Path
-        The session's folder.
-    about : mapping
-        Settings of the session, stored as ``session.json``.
-    sensors : int
-        Number of sensors S.
-    resumed : bool
-        Whether a killed session left the folder.
-    raw : Path or None
-        Also store the passes in this ``raw/`` folder of the workflow.
-
     Raises
     ------
     NameExistsError

@@ -40,34 +40,7 @@ _CLOCK_STEP_S = 0.001
 
 
 class SurveyRun:
-    """One survey.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        The command line; `out` is the session's folder.
-    about : mapping
-        Settings of the session, as stored in ``session.json``.
-    settings : mapping
-        The configuration.
-    header : mapping of str to str
-        Header of the recordings.
-
-    Attributes
-    ----------
-    pilot : Pilot
-        The pilot, which decides.
-    disk : SessionFolder
-        The survey's files.
-    log : FrameLog
-        Log of the boards.
-    state : State
-        What the displays show; the survey writes it.
-    beside : Beside
-        What is done after each judgement, such as the display.
-    trouble : AcquisitionError or None
-        The fault of the bench that ended the survey.
-    """
+    """One survey."""
 
     def __init__(
         self,
@@ -116,17 +89,7 @@ class SurveyRun:
         return round(judged * self.pilot.every / self._rate_hz, 3)
 
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
-        """Run the survey to its end.
-
-        Parameters
-        ----------
-        bench : BoardBench or SimulatedBench
-            Boards and capsule.
-        stop : StopRequest
-            Request to stop, by Ctrl-C.
-        begun : datetime, optional
-            Start of an interrupted survey, from which follows the length of the interruption.
-        """
+        """Run the survey to its end."""
         pilot = self.pilot
         while not pilot.cycle.over:
             for event, reason in self._outside(bench, stop):

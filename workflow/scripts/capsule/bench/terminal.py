@@ -24,15 +24,7 @@ LAST_WORDS_S = 1.0
 
 
 class PatientOutput(io.TextIOBase):
-    """A text stream that a second thread writes, so that the caller never waits.
-
-    Parameters
-    ----------
-    descriptor : int or None
-        File descriptor of the output; None if standard output is closed.
-    encoding : str
-        The terminal's encoding.
-    """
+    """A text stream that a second thread writes, so that the caller never waits."""
 
     def __init__(self, descriptor: int | None, encoding: str) -> None:
         self._descriptor = descriptor
@@ -92,20 +84,7 @@ def install() -> None:
 
 
 class Terminal:
-    """A terminal that shows notes and, below them, the state of a recording or a survey.
-
-    Parameters
-    ----------
-    stream : TextIO
-        The output.
-
-    Attributes
-    ----------
-    redraws : bool
-        Whether the terminal can redraw the state in place.
-    every_s : float
-        Time from one display of the state to the next.
-    """
+    """A terminal that shows notes and, below them, the state of a recording or a survey."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -194,17 +173,7 @@ _PLAIN = str.maketrans(f"●○◇━─▶◀█│·{words.MINUS}", "*oU=-><#|
 
 
 def state_lines(state: State, width: int, *, plain: bool = False) -> list[str]:
-    """Return the lines that show the state of a survey.
-
-    Parameters
-    ----------
-    state : State
-        The survey's state.
-    width : int
-        Largest number of characters in a line.
-    plain : bool
-        Whether to use ASCII only.
-    """
+    """Return the lines that show the state of a survey."""
     minutes, seconds = divmod(int(state.time_s), 60)
     head = "head not found yet"
     if not math.isnan(state.head_mm):

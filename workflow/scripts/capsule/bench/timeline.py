@@ -73,20 +73,7 @@ class Slot:
 
 
 class Timeline:
-    """A timeline that places samples by the board's clock, or after a restart by the computer's.
-
-    Parameters
-    ----------
-    rate_hz : float
-        Samples per second.
-
-    Attributes
-    ----------
-    period_ms : float
-        Time between two samples.
-    taken_s : float
-        Estimated time of the last sample, by the computer's clock; rather too early.
-    """
+    """A timeline that places samples by the board's clock, or after a restart by the computer's."""
 
     def __init__(self, rate_hz: float) -> None:
         self.period_ms = 1000.0 / rate_hz
@@ -126,13 +113,6 @@ class Timeline:
 
     def place(self, sample: Sample, arrived_s: float) -> Slot:
         """Return the slot of a sample, which becomes the last one.
-
-        Parameters
-        ----------
-        sample : Sample
-            The sample.
-        arrived_s : float
-            The computer's clock at its arrival.
 
         Raises
         ------
@@ -176,19 +156,6 @@ class Timeline:
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
     """Return the number of periods from one sample to another, by the board's clock.
 
-    Parameters
-    ----------
-    earlier, later : Sample
-        The samples.
-    period_ms : float
-        Time between two samples.
-    passed_s : float
-        Largest time between them by the computer's clock.
-
-    Returns
-    -------
-    int
-
     Raises
     ------
     MisplacedSampleError
@@ -218,17 +185,7 @@ class _Waiting:
 
 
 class Sieve:
-    """A filter that decides which samples a timeline gets; at most `BELIEVED_ALONE` wait in it.
-
-    Parameters
-    ----------
-    timeline : Timeline
-        Gives the samples their places.
-    accept : callable
-        Function of an accepted sample and its place; called in the order of the samples.
-    refuse : callable
-        Function of a refused sample and the reason.
-    """
+    """A filter that decides which samples a timeline gets; at most `BELIEVED_ALONE` wait in it."""
 
     def __init__(
         self,

@@ -68,22 +68,6 @@ class Drive:
     renews the lease while the main thread is busy, but stops the wave if the main thread hangs. It
     asks for the position only if nothing was sent for `RENEW_AFTER_S`, and never starts a wave: a
     wave whose lease has ended stays stopped. If the program is killed or stopped, so is the thread.
-
-    Parameters
-    ----------
-    board : Board
-        The board.
-    wave : Wave
-        Speed, ramp and direction.
-    log : FrameLog
-        Log of damaged frames, refusals and starts.
-    restarts : int
-        How often a wave that has stopped is started again: never in a recording.
-
-    Attributes
-    ----------
-    phase : WavePhase
-        The position of the wave.
     """
 
     def __init__(self, board: Board, wave: Wave, log: FrameLog, restarts: int = 0) -> None:
@@ -165,11 +149,6 @@ class Drive:
 
     def serve(self, recorded_s: float = 0.0) -> None:
         """Ask for the position of the wave, which renews the lease, and read the board's frames.
-
-        Parameters
-        ----------
-        recorded_s : float
-            Time of the recording so far.
 
         Raises
         ------

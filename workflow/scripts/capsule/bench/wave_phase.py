@@ -34,23 +34,7 @@ class _Knot:
 
 
 class WavePhase:
-    """The position of the wave over time, from the frames of the peristalsis board.
-
-    Parameters
-    ----------
-    wavelength_mm : float
-        Distance that the wave travels in one turn of the cam shaft.
-    forward : bool
-        Whether the board counts upward.
-
-    Attributes
-    ----------
-    index_mm : float or None
-        Phase at the index: that of an earlier session, or learned when the cam shaft first passes
-        the index; None before.
-    known : bool
-        Whether the newest frame tells the phase.
-    """
+    """The position of the wave over time, from the frames of the peristalsis board."""
 
     def __init__(self, wavelength_mm: float, *, forward: bool) -> None:
         self._wavelength_mm = wavelength_mm
@@ -61,6 +45,7 @@ class WavePhase:
         self._mm_per_half_step = (0, 0.0)
         self._clock = BoardClock()
         self._knots: deque[_Knot] = deque(maxlen=_KEPT)
+        # Phase at the index, also of an earlier session; None until the cam shaft has passed it.
         self.index_mm: float | None = None
         self.known = False
 

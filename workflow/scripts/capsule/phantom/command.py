@@ -11,7 +11,6 @@ from capsule.errors import CapsuleError
 from capsule.phantom.files import add_phantom_arguments, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import (
-    SENSORS,
     PlannedRun,
     planned_runs,
     recording_of,
@@ -102,22 +101,10 @@ def write_run(
     run: PlannedRun,
     phantom: Phantom,
     seed: int,
-    sensors: int = SENSORS,
+    sensors: int,
     bench: str | None = None,
 ) -> None:
-    """Simulate a run of an archive, and write its recording.
-
-    Parameters
-    ----------
-    path
-        The file.
-    run
-        The run.
-    phantom, seed, sensors
-        As in `capsule.phantom.simulation.simulate_run`.
-    bench
-        As in `capsule.phantom.simulation.recording_of`.
-    """
+    """Simulate a run of an archive, and write its recording."""
     made = simulate_run(phantom, run.size_mm, seed, run.site, run.attempt, sensors, run.setup)
     recording = recording_of(made, phantom, seed, run.site, bench, run.setup)
     with files.write_whole(path, "wb") as stream:

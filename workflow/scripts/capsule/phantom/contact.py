@@ -80,11 +80,6 @@ def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float
     Seen in the direction of pressing, the nodule is a disc, and the capsule bears on a strip. The
     fraction is the disc's area within the strip, divided by the area without offset. So a badly
     adjusted platform misses a small nodule but still touches a large one.
-
-    Parameters
-    ----------
-    offset_mm
-        Height of the nodule's centre above the strip's middle.
     """
     if nodule_mm == 0:
         return 0.0
@@ -120,13 +115,6 @@ def compression(
 
     Wall and substructure are two springs in series that share the overlap. A sphere below the tip
     adds its stiffness to the wall's. The fold yields until it is closed.
-
-    Parameters
-    ----------
-    overlap_mm
-        Depth to which the wall would reach into the relaxed substructure.
-    sphere_n_mm
-        Stiffness of the sphere below the tip.
     """
     support = cushion_stiffness(wall, contact.patch_mm2) + sphere_n_mm
     share = support / (support + contact.unit_stiffness_n_mm)

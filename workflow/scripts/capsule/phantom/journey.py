@@ -81,21 +81,6 @@ class Pass:
 class Chance:
     """All random quantities of one journey.
 
-    Parameters
-    ----------
-    phantom
-        The bench.
-    seed
-        The session's seed.
-    name
-        The session's name; the same seed and name give the same journey.
-    nodules
-        The nodules under the wall.
-    sensors
-        Number of sensors S.
-    samples
-        Number of samples K of the longest journey.
-
     Attributes
     ----------
     pressing : Pressing
@@ -219,15 +204,6 @@ class Journey:
     """A simulated capsule between two walls.
 
     It moves as a `capsule.phantom.advance.Motion`. If the wave stops, it stays where it is.
-
-    Parameters
-    ----------
-    phantom
-        The bench.
-    chance
-        The random quantities of the journey.
-    length_mm
-        Position of the gut's end.
     """
 
     def __init__(self, phantom: Phantom, chance: Chance, length_mm: float) -> None:
@@ -275,13 +251,7 @@ class Journey:
         self._stopped_s = min(self._stopped_s, self._sample / self._phantom.electronics.rate_hz)
 
     def bend(self, folded: float) -> None:
-        """Set the degree of folding that the next samples reach, for an origami moved by a motor.
-
-        Parameters
-        ----------
-        folded
-            Degree of folding, from 0 (unfolded) to 1 (folded).
-        """
+        """Set the degree of folding (0..1) that the next samples reach, for a motor's origami."""
         if folded > self._folded:
             self.fold()
         elif folded < self._folded:

@@ -173,11 +173,6 @@ def bench_parts(bench: Mapping[str, Any]) -> dict[str, Any]:
 def with_values(phantom: Phantom, values: Mapping[str, float | str]) -> Phantom:
     """Return the phantom with some parameters changed.
 
-    Parameters
-    ----------
-    values
-        New values by ``part.parameter``.
-
     Raises
     ------
     CapsuleError
@@ -293,17 +288,7 @@ def check_allowed(
     whole: bool = False,
     positive: bool = False,
 ) -> None:
-    """Raise an error if a value is none of the allowed words or, without words, of the numbers.
-
-    Parameters
-    ----------
-    limits
-        The smallest and the largest number.
-    whole
-        Whether only integers are allowed.
-    positive
-        Whether 0 is not allowed.
-    """
+    """Raise an error if a value is none of the allowed words or, without words, of the numbers."""
     if words:
         if value not in words:
             raise CapsuleError(f"{name} is {value}; allowed are {', '.join(words)}")

@@ -61,13 +61,6 @@ class Polymer:
     Compression brings the carbon particles closer together, up to saturation. One part of the
     response is quick, and the other part creeps. Play, a second peak on release, and crosstalk
     add to it if they are switched on.
-
-    Parameters
-    ----------
-    sensor
-        Parameters of the sensor.
-    rate_hz
-        Sampling rate.
     """
 
     def __init__(self, sensor: Sensor, rate_hz: float) -> None:

@@ -25,13 +25,6 @@ _FREE_MM = 60.0
 class SimulatedBench:
     """Simulated boards and capsule in one, as `capsule.bench.survey_bench.BoardBench` has them.
 
-    Parameters
-    ----------
-    journey : Journey
-        The capsule in its gut.
-    rate_hz : float
-        Sampling rate in Hz.
-
     Attributes
     ----------
     head_mm : list of arrays

@@ -33,15 +33,7 @@ def wave_period(wall: Wall) -> float:
 
 
 def overlap(wall: Wall, half_width_mm: FloatArray | float, height_mm: FloatArray) -> FloatArray:
-    """Return the depth to which a wall would reach into a relaxed capsule, in mm; 0 if apart.
-
-    Parameters
-    ----------
-    half_width_mm
-        Distance from the capsule's axis to the tips of its awns.
-    height_mm
-        Total inward displacement of the wall from its baseline.
-    """
+    """Return the depth to which a wall would reach into a relaxed capsule, in mm; 0 if apart."""
     return np.maximum(height_mm + half_width_mm - wall.lumen_mm / 2, 0.0)
 
 
@@ -133,15 +125,7 @@ class WaveTrain:
 def wave_train(
     wave: Wave, generator: np.random.Generator, period_s: float, waves: int
 ) -> WaveTrain:
-    """Draw the waves of one run; with all spreads 0, the waves are regular.
-
-    Parameters
-    ----------
-    period_s
-        Mean time from wave to wave.
-    waves
-        Number of waves.
-    """
+    """Draw the waves of one run; with all spreads 0, the waves are regular."""
     periods = generator.normal(0.0, wave.period_spread, waves)
     crests = generator.normal(0.0, wave.amplitude_spread, waves)
     chances = generator.random(waves)

@@ -120,13 +120,6 @@ def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
 
     An event without an entry for the present state changes nothing.
 
-    Parameters
-    ----------
-    cycle : Cycle
-        The cycle before the event.
-    event : str
-        One of `EVENTS`.
-
     Raises
     ------
     KeyError

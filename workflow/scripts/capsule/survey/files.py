@@ -146,13 +146,6 @@ def read_session(folder: Path) -> Session:
 def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
     """Return the session in some files.
 
-    Parameters
-    ----------
-    name : str
-        Name of its folder.
-    contents : mapping of str to bytes
-        Content of each of `capsule.survey.listed.FILES`.
-
     Raises
     ------
     SessionError

@@ -20,16 +20,7 @@ LARGEST_BYTES = 50_000_000
 
 @dataclass(frozen=True)
 class Surveys:
-    """The folders under sessions/, sorted into finished surveys and others.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The finished surveys, sorted.
-    passed_over : dict of str to str
-        Other folders, and why they are passed over. The names are as from
-        `capsule.recordings.names.displayed`.
-    """
+    """The folders under sessions/, sorted into finished surveys and others."""
 
     names: tuple[str, ...] = ()
     passed_over: Mapping[str, str] = field(default_factory=dict)

@@ -60,11 +60,6 @@ def newest_place(
     """Return the head's place as `place_in_wave` does, for the middle of the newer half.
 
     It lags behind by half a wave instead of a whole one. Creeping sensors disturb it more.
-
-    Parameters
-    ----------
-    pressed, wave_mm, pitch_mm, wavelength_mm
-        As in `place_in_wave`; K must span two waves.
     """
     known, values = _known(pressed)
     count = wave_mm.size
@@ -118,15 +113,6 @@ class Odometer:
     """An odometer that follows the head along the gut.
 
     A fix is a position found from the wave.
-
-    Parameters
-    ----------
-    settings : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
-    rate_hz : float
-        Sampling rate.
-    start_mm : float
-        Position at the first fix; it can be changed until then.
 
     Attributes
     ----------
@@ -186,11 +172,6 @@ class Odometer:
         """Return the position half a wave ago, without keeping it.
 
         The result is NaN if no wave is felt, or if there is no earlier fix.
-
-        Parameters
-        ----------
-        pressed, wave_mm
-            As in `newest_place`: the newest `span` samples.
         """
         if not self._fixes_mm or self.origin_mm is None:
             return float("nan")

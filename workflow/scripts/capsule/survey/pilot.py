@@ -38,28 +38,7 @@ _SURELY_MM = 10.0
 
 
 class Pilot:
-    """A pilot that leads a capsule along a gut.
-
-    Parameters
-    ----------
-    detector : mapping
-        Section ``diagonal`` of the configuration.
-    rate_hz : float
-        Sampling rate.
-    sensors : int
-        Number of sensors S.
-    targets_mm : sequence of float
-        Places to go to, one after the other, instead of a survey.
-
-    Attributes
-    ----------
-    cycle : Cycle
-        The capsule's present state.
-    suspects : Suspects
-        The places suspected so far.
-    log : list of Event
-        All events so far.
-    """
+    """A pilot that leads a capsule along a gut."""
 
     def __init__(
         self, detector: Settings, rate_hz: float, sensors: int, targets_mm: Sequence[float] = ()

@@ -103,11 +103,6 @@ class AdaptiveThreshold:
 
     The gut is divided into blocks of a few centimetres, and each block gives its largest evidence.
     The usual evidence (median and spread) comes from the last blocks, and at first from a prior.
-
-    Attributes
-    ----------
-    usual : pair of float
-        Median and scale of the blocks' largest evidence at present.
     """
 
     def __init__(self) -> None:
@@ -164,10 +159,6 @@ def decide(heights: Sequence[float]) -> str:
     heights : sequence of float
         Evidence near the place in the first pass and in each repeated pass, in units of the usual
         evidence; NaN for a pass without evidence.
-
-    Returns
-    -------
-    {"confirmed", "dismissed", "again", "undecided"}
     """
     again = np.array(heights[1:])
     last = len(again) >= MOST_RETESTS
@@ -183,11 +174,6 @@ def decide(heights: Sequence[float]) -> str:
 
 class Suspects:
     """The places suspected so far.
-
-    Parameters
-    ----------
-    length_mm : float
-        Distance from the first sensor to the last.
 
     Attributes
     ----------
@@ -219,15 +205,7 @@ class Suspects:
         return position_mm >= self.present.first_mm + self._length_mm + _BEYOND_MM
 
     def look(self, evidence: GutEvidence, fix_mm: float) -> Place | None:
-        """Add the evidence of new gut, and return a new suspected place, if any.
-
-        Parameters
-        ----------
-        evidence : GutEvidence
-            Evidence of the last samples.
-        fix_mm : float
-            Position of the head.
-        """
+        """Add the evidence of new gut, and return a new suspected place, if any."""
         self._go_on(evidence, fix_mm - self._length_mm)
         place_mm, score = self._unjudged(evidence).best()
         self.newest_score = score

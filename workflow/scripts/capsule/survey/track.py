@@ -133,13 +133,6 @@ def pins_of(session: Session) -> list[Pin]:
 def crest_at_mm(session: Session, detector: Settings) -> float:
     """Return where the sensors felt a crest of the wave, projected back to `wave_mm` 0.
 
-    Parameters
-    ----------
-    session : Session
-        The survey.
-    detector : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
-
     Returns
     -------
     float

@@ -25,17 +25,7 @@ _TRY_S = 25.0
 
 @dataclass
 class Leg:
-    """One leg of the way back: the time from folding to unfolding.
-
-    Attributes
-    ----------
-    from_mm : float
-        Position at its start.
-    begun_s : float
-        Time when the origami was folded.
-    planned_s, lasted_s : float
-        Planned and actual time in the folded state.
-    """
+    """One leg of the way back: the time from folding to unfolding."""
 
     from_mm: float = float("nan")
     begun_s: float = float("nan")
