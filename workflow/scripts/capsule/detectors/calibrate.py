@@ -58,8 +58,12 @@ def rank_threshold(healthy_scores: FloatArray, places: IntArray, specificity: fl
 class Probability:
     """A logistic curve from the score to the probability of a nodule.
 
-    The score is used as (score - centre) / scale. Intercept and slope are the coefficients of the
-    log odds, at the prevalence of the fit.
+    Attributes
+    ----------
+    centre, scale : float
+        The score is used as (score - centre) / scale.
+    intercept, slope : float
+        Coefficients of the log odds, at the prevalence of the fit.
     """
 
     centre: float
@@ -115,8 +119,14 @@ def fit_probability(
 class Regression:
     """A linear model of features.
 
-    The mean (F,) is that of each feature over the training recordings, and the coefficients (F,)
-    are factors on the difference from it. The intercept is the mean of the values to predict.
+    Attributes
+    ----------
+    mean : (F,) array
+        Mean of each feature over the training recordings.
+    coefficients : (F,) array
+        Factor on each feature's difference from its mean.
+    intercept : float
+        Mean of the values that the model predicts.
     """
 
     mean: FloatArray
@@ -142,8 +152,13 @@ def fit_ridge(
     are (X'X + P)^-1 X'y. The hat matrix is H = 1 / n + X (X'X + P)^-1 X'. If the recordings b of a
     place teach nothing, the errors of their predictions are (1 - H_bb)^-1 times their residuals
     (R. D. Cook and S. Weisberg, Residuals and Influence in Regression, 1982), so no further fit is
-    needed. The second result (n,) is the prediction of each recording by the other places; NaN if
-    these tell nothing about it.
+    needed.
+
+    Returns
+    -------
+    Regression
+    (n,) array
+        Prediction of each recording by the other places; NaN if these tell nothing about it.
     """
     mean, intercept = features.mean(axis=0, dtype=float), float(values.mean())
     centred = features - mean
@@ -168,9 +183,14 @@ def fit_ridge(
 class SizeModel:
     """An estimate of a nodule's size with its interval.
 
-    The regression leads from the features of a recording to its size in mm. The half width of the
-    interval is infinite if too few nodules teach it. The known sizes are those of the archive's
-    nodules, ascending; estimates stay between the first and the last.
+    Attributes
+    ----------
+    regression : Regression
+        From the features of a recording to its size in mm.
+    half_width_mm : float
+        Half the width of the interval of a size; infinite if too few nodules teach it.
+    known_mm : tuple of float
+        Nodule sizes of the archive, ascending; estimates stay between the first and the last.
     """
 
     regression: Regression
@@ -224,9 +244,17 @@ def fit_sizes(
     get a size, so only their errors count (selection-conditional prediction; Y. Jin and Z. Ren,
     2025).
 
-    The features (n, F), true sizes in mm and places are those of the recordings of nodules;
-    `detected` tells which a model detects that their place did not teach. `ridge` is the penalty on
-    the squared coefficients of features that are scaled to a deviation of 1.
+    Parameters
+    ----------
+    features : (n, F) array
+        Features of the recordings of nodules.
+    sizes_mm, places, detected : (n,) array
+        Their true sizes, their places, and which are detected by a model that their place did not
+        teach.
+    ridge : float
+        Penalty on the squared coefficients of features that are scaled to a deviation of 1.
+    confidence : float
+        Share of the intervals that should hold the size.
     """
     if sizes_mm.size == 0:
         return None

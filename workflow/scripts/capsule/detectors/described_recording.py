@@ -28,9 +28,14 @@ _KEPT = 4096
 
 
 class DescribedRecording:
-    """The detectors' view of a recording of readings (S, K) on an even grid in time.
+    """The detectors' view of a recording.
 
-    NaN stands where a sample is missing. The name is the checksum of the readings.
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing. Their checksum is the name.
+    settings : mapping
+        The configuration.
     """
 
     def __init__(self, values: FloatArray, settings: Settings) -> None:

@@ -76,10 +76,17 @@ class Familiarity:
 class FamiliarKind:
     """The traits of familiar recordings.
 
-    Of `places` that teach, each trait has a mean (T,), the `centre`, and a standard deviation or
-    smallest spread, on the scale of `_scaled`. A recording whose largest deviation is above the
-    limit, in spreads, is not familiar. `least` and `most` (T,) are the range of each trait over the
-    recordings that teach; NaN for one that they do not have.
+    Attributes
+    ----------
+    places : int
+        Number of places that teach.
+    limit : float
+        A recording whose largest deviation is above it, in spreads, is not familiar.
+    centre, spread : (T,) array
+        Mean, and standard deviation or smallest spread, of each trait over the recordings that
+        teach, on the scale of `_scaled`.
+    least, most : (T,) array
+        Range of each trait over the recordings that teach; NaN for one that they do not have.
     """
 
     places: int

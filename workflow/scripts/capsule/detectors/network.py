@@ -31,9 +31,14 @@ SERIES_ROWS = 13
 class Features:
     """The scorer's result for one recording.
 
-    The score is higher if a nodule is more likely, and NaN if a sensor shows no wave. The embedding
-    (64,) is the input of the network's last layer; sizes are estimated from it. The gradient (128,)
-    of the score by the weights is folded and projected. Both are of float32.
+    Attributes
+    ----------
+    score : float
+        Higher if a nodule is more likely; NaN if a sensor shows no wave.
+    embedding : (64,) array of float32
+        Input of the network's last layer; sizes are estimated from it.
+    gradient : (128,) array of float32
+        The gradient of the score by the weights, folded and projected.
     """
 
     score: float

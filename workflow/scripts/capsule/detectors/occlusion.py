@@ -12,12 +12,25 @@ FIRST = (WIDTH - 1) / 2
 
 
 def score_stretches(scorer: Scorer, series: FloatArray | None) -> tuple[float, FloatArray] | None:
-    """Return the taught score, and what it loses without each stretch of a recording, (M,).
+    """Return what the taught score loses without each stretch of a recording.
 
     One stretch after another is replaced by usual beats, on all sensors at once, and the recording
     is scored again (occlusion, Zeiler and Fergus 2014). These scores come from the scorer as taught
-    beforehand, because every training fold adapts its own. A loss above 0 means that the stretch
-    indicates a nodule. None, and the series (4, 5, N) or None, are as in `Scorer.features`.
+    beforehand, because every training fold adapts its own.
+
+    Parameters
+    ----------
+    scorer : Scorer
+        The taught scorer.
+    series : (4, 5, N) array, or None
+        As in `Scorer.features`.
+
+    Returns
+    -------
+    score : float
+        Score of the whole recording; None instead of both if the scorer gives no score.
+    loss : (M,) array
+        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
     """
     if series is None or series.shape[0] != SENSORS:
         return None

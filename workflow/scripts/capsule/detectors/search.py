@@ -70,9 +70,14 @@ def passage_of(wave: Wave | None, settings: Settings) -> Passage:
 def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, FloatArray, FloatArray]:
     """Search for the candidate with the most evidence.
 
-    Returns this candidate; the largest evidence over all mean speeds at each place (P,), from the
-    recording's start on; and how far the first sensor is beyond the candidate's place at each beat,
-    (N,), in mm.
+    Returns
+    -------
+    Passage
+        That candidate.
+    evidence : (P,) array
+        The largest evidence over all mean speeds at each place, from the recording's start on.
+    beyond_mm : (N,) array
+        How far the first sensor is beyond the candidate's place at each beat.
     """
     weighted = standardised_beats(beats, settings)
     pitch_mm, step_mm, unit_mm = settings["pitch_mm"], settings["step_mm"], unit_of_place(settings)
@@ -147,11 +152,22 @@ def unit_of_place(settings: Settings) -> float:
 def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: float) -> RealArray:
     """Return the beats' averages at places: over each sensor's time there, then over the sensors.
 
-    The channels (C, S, N) are averaged; the result (C, G) has the precision of `beyond`.
-    `beyond` (G, N) is the distance of the first sensor beyond each place at each moment, and
-    `behind` (S,) that of each sensor behind the first, both in `unit_of_place`. `dwell`, above 0,
-    is the number of windows of usual beats that are mixed into each average. They reduce the
-    evidence of a place that a sensor passes quickly or never meets.
+    Parameters
+    ----------
+    channels : (C, S, N) array
+        The values to average.
+    beyond : (G, N) array
+        Distance of the first sensor beyond each place at each moment, in `unit_of_place`.
+    behind : (S,) array
+        Distance of each sensor behind the first, in the same units.
+    dwell : float
+        Number of windows of usual beats that are mixed into each average, above 0. They reduce the
+        evidence of a place that a sensor passes quickly or never meets.
+
+    Returns
+    -------
+    (C, G) array
+        The averages, in the precision of `beyond`.
     """
     precision = beyond.dtype.type
     moments = np.ones(beyond.shape[1], dtype=precision)

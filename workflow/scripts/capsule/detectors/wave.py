@@ -86,9 +86,18 @@ class Wave:
 
 
 def fill_missing(values: FloatArray) -> FloatArray:
-    """Return readings (S, K) with missing samples (NaN) filled by straight lines.
+    """Return readings with missing samples (NaN) filled by straight lines.
 
-    Missing samples at the ends take the nearest reading; each sensor has at least one.
+    Missing samples at the ends take the nearest reading.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings, at least one known for each sensor.
+
+    Returns
+    -------
+    (S, K) array
     """
     if not np.isnan(values).any():
         return values
@@ -102,9 +111,19 @@ def fill_missing(values: FloatArray) -> FloatArray:
 def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     """Average neighbouring samples, so that a high sampling rate costs no extra time.
 
-    Readings (S, K) without gaps, with `period` samples a wave, become (S, K // stride), where
-    `stride` samples are averaged into one; both are returned. At least `_SAMPLES_A_WAVE` samples
-    a wave are left, unless there are fewer. A remainder at the end is left out.
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Samples a wave.
+
+    Returns
+    -------
+    values : (S, K // stride) array
+        At least `_SAMPLES_A_WAVE` samples a wave, unless `values` has fewer.
+    stride : int
+        Number of samples averaged into one. A remainder at the end is left out.
     """
     stride = max(int(period // _SAMPLES_A_WAVE), 1)
     count = values.shape[1] // stride
@@ -115,8 +134,17 @@ def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
 def wave_period(values: FloatArray, expected: float) -> float:
     """Return the wave's period: the strongest line of the spectrum within a factor of two.
 
-    Of readings (S, K) without gaps, with the configured period. Both periods are in samples; the
-    result is interpolated between the lines.
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    expected : float
+        The configured period in samples.
+
+    Returns
+    -------
+    float
+        Period in samples, interpolated between the lines.
     """
     count = values.shape[1]
     centred = values - values.mean(axis=1, keepdims=True)
@@ -141,9 +169,19 @@ def wave_period(values: FloatArray, expected: float) -> float:
 def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     """Return the phase of the wave, which all sensors share up to a constant.
 
-    Of readings (S, K) without gaps, and their mean period in samples. The first result is the
-    deviation of the common phase from that of a wave of the mean period, (K,); the second is the
-    phase of each sensor against the first, (S,). Both are in radians.
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Mean period in samples.
+
+    Returns
+    -------
+    irregular : (K,) array
+        Deviation of the common phase from that of a wave of the mean period, in radians.
+    offset : (S,) array
+        Phase of each sensor against the first, in radians.
     """
     samples = np.arange(values.shape[1])
     wave = round(period)
@@ -168,9 +206,18 @@ def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArra
 def find_wave(values: FloatArray, period: float) -> Wave | None:
     """Find the period of a recording's wave and cut the recording into windows of one wave.
 
-    The values (S, K) are how hard each sensor is pressed, in any unit and from any rest value; NaN
-    where a sample is missing. The period is the configured time from wave to wave, in samples; the
-    recording's own may be half or twice it. A recording of fewer than four waves gives None.
+    Parameters
+    ----------
+    values : (S, K) array
+        How hard each sensor is pressed, in any unit and from any rest value; NaN where a sample is
+        missing.
+    period : float
+        Configured time from wave to wave, in samples; the recording's own may be half or twice it.
+
+    Returns
+    -------
+    Wave or None
+        None for a recording of fewer than four waves.
     """
     pressed, stride = thinned(fill_missing(values), period)
     count = pressed.shape[1]
@@ -269,9 +316,13 @@ def missing_wave(wave: Wave | None, settings: Settings, false_rate: float) -> st
 def phase_tests(wave: Wave) -> tuple[FloatArray, float]:
     """Test whether each of several sensors' beats keep step with those of the others.
 
-    The first result (S,) is the probability, by `rayleigh`, that independent beats keep step as
-    well as each sensor's. The second is the phase by which the last sensor is behind the first, in
-    radians, summed from sensor to sensor.
+    Returns
+    -------
+    chances : (S,) array
+        Probability, by `rayleigh`, that independent beats keep step as well as this sensor's.
+    travel : float
+        Phase by which the last sensor is behind the first, in radians, summed from sensor to
+        sensor.
     """
     sensors, count = wave.values.shape
     whole = count // wave.window
@@ -296,8 +347,15 @@ def phase_tests(wave: Wave) -> tuple[FloatArray, float]:
 def rayleigh(directions: ComplexArray) -> float:
     """Return the probability that random directions agree this well (the test of Rayleigh).
 
-    The directions (n,) are complex numbers of length 1, or 0 for a wave without one. The
-    approximation is that of Greenwood and Durand (1955) as in Zar (2010), equation 27.4.
+    Parameters
+    ----------
+    directions : (n,) array of complex
+        Complex numbers of length 1, or 0 for a wave without a direction.
+
+    Returns
+    -------
+    float
+        By the approximation of Greenwood and Durand (1955) as in Zar (2010), equation 27.4.
     """
     count, length = directions.size, min(abs(directions.sum()), directions.size)
     return float(np.exp(np.sqrt(1 + 4 * count + 4 * (count**2 - length**2)) - (1 + 2 * count)))
