@@ -12,31 +12,36 @@ from support.evaluated import UNKNOWN, evaluated, index_of, rates_of
 from support.sections import section
 
 SIZES_MM = (0.0, 1.0, 3.0)
+CELLS = ("size_mm", "reason", "no_verdict", "near_copies", "session")
 PHANTOM = "simulated phantom, version 5, seed 1"
 
 
-def test_the_overview_lists_what_was_not_used():
-    index = pd.DataFrame(
-        {
-            "recording": ["0mm/a", "2.5mm/b", "2.5mm/bad", "unlabelled/c"],
-            "size_mm": [0.0, 2.5, 2.5, UNKNOWN],
-            "status": ["accepted", "accepted", "rejected", "accepted"],
-            "reason": [UNKNOWN, UNKNOWN, "the file is empty", UNKNOWN],
-            "no_verdict": [UNKNOWN, UNKNOWN, UNKNOWN, "no wave on sensor_2"],
-            "source": ["bench 2", "bench 2", UNKNOWN, "bench 2"],
-            "near_copies": [UNKNOWN, "unlabelled/c", UNKNOWN, "2.5mm/b"],
-        }
-    )
+def overview_of(*rows, held_out=()):
+    """Return what the page says of recordings, each with the cells of an index that it names."""
+    usual = {"status": "accepted", "source": "bench 2"} | dict.fromkeys(CELLS, UNKNOWN)
+    index = pd.DataFrame([usual | row for row in rows]).astype({"reason": object})
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
-    values = overview.overview(index, passed_over, [])
+    return overview.overview(index, passed_over, held_out)
+
+
+def test_the_overview_lists_what_was_not_used():
+    bad = {"recording": "2.5mm/bad", "size_mm": 2.5, "status": "rejected"}
+    values = overview_of(
+        {"recording": "0mm/a", "size_mm": 0.0},
+        {"recording": "2.5mm/b", "size_mm": 2.5, "near_copies": "unlabelled/c"},
+        bad | {"reason": "the file is empty", "source": UNKNOWN},
+        {"recording": "unlabelled/c", "near_copies": "2.5mm/b", "no_verdict": "no wave"},
+    )
     assert values["origin"].kind == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (3, 1)
     assert values["by_size"] == {0.0: 1, 2.5: 1}
     alike = {"recordings": ["2.5mm/b", "unlabelled/c"], "contradict": False}
     assert values["near_copies"] == [alike]
-    unlabelled = {"recording": "unlabelled/c", "no_verdict": "no wave on sensor_2"}
-    assert values["not_judged"] == [unlabelled]
+    assert values["not_judged"] == [{"recording": "unlabelled/c", "no_verdict": "no wave"}]
     assert values["rejected"] == [{"recording": "2.5mm/bad", "reason": "the file is empty"}]
+    said = section("used", **values)
+    for told in ("Rejected: 1", "Not judged: 1", "Nearly the same: 1", "Passed over: 1"):
+        assert f"<h3>{told}</h3>" in said
 
 
 @pytest.mark.parametrize(
@@ -53,41 +58,28 @@ def test_the_archive_is_called_by_its_sources_and_not_by_the_names_of_files(sour
 
 
 def test_recordings_that_are_nearly_the_same_are_named_once_with_what_their_labels_say():
-    index = pd.DataFrame(
-        {
-            "recording": ["0mm/a", "3mm/b", "4mm/c", "4mm/d"],
-            "size_mm": [0.0, 3.0, 4.0, 4.0],
-            "status": "accepted",
-            "reason": UNKNOWN,
-            "no_verdict": UNKNOWN,
-            "source": "bench 2",
-            "near_copies": [UNKNOWN, "4mm/c", "3mm/b", UNKNOWN],
-        }
+    values = overview_of(
+        {"recording": "0mm/a", "size_mm": 0.0},
+        {"recording": "3mm/b", "size_mm": 3.0, "near_copies": "4mm/c"},
+        {"recording": "4mm/c", "size_mm": 4.0, "near_copies": "3mm/b"},
+        {"recording": "4mm/d", "size_mm": 4.0},
     )
-    values = overview.overview(index, pd.DataFrame({"path": [], "reason": []}), [])
     assert values["near_copies"] == [{"recordings": ["3mm/b", "4mm/c"], "contradict": True}]
 
 
 def test_a_held_out_session_that_no_recording_carries_is_told():
-    index = pd.DataFrame(
-        {
-            "recording": ["0mm/a", "2mm/b", "unlabelled/c", "2mm/d"],
-            "size_mm": [0.0, 2.0, UNKNOWN, 2.0],
-            "status": ["accepted", "accepted", "accepted", "rejected"],
-            "reason": None,
-            "no_verdict": UNKNOWN,
-            "source": "bench 2",
-            "near_copies": UNKNOWN,
-            "session": ["spring", UNKNOWN, "autumn", "winter"],
-        }
-    )
-    none = pd.DataFrame({"path": [], "reason": []})
-    spring = section("used", **overview.overview(index, none, ["spring"]))
-    assert "1 of these is held out (session spring): they judge, and teach nothing." in spring
-    assert "held out" not in section("used", **overview.overview(index, none, []))
-    assert overview.overview(index, none, ["spring"])["not_held_out"] == []
-    said = overview.overview(index, none, ["spring", "autumn", "summer"])
-    assert said["not_held_out"] == ["autumn", "summer"]
+    rows = [
+        {"recording": "0mm/a", "size_mm": 0.0, "session": "spring"},
+        {"recording": "2mm/b", "size_mm": 2.0},
+        {"recording": "unlabelled/c", "session": "autumn"},
+        {"recording": "2mm/d", "size_mm": 2.0, "session": "winter", "status": "rejected"},
+    ]
+    said = "1 of these is held out (session spring): they judge, and teach nothing."
+    assert said in section("used", **overview_of(*rows, held_out=["spring"]))
+    assert "held out" not in section("used", **overview_of(*rows))
+    assert overview_of(*rows, held_out=["spring"])["not_held_out"] == []
+    wanted = ["spring", "autumn", "summer"]
+    assert overview_of(*rows, held_out=wanted)["not_held_out"] == ["autumn", "summer"]
 
 
 def told(key, pairs):
@@ -163,13 +155,10 @@ def test_many_values_share_a_row_and_values_of_single_places_do_so_always():
     assert [row["value"] for row in key["rows"]] == ["bench", "another value at each place"]
 
 
-def test_a_long_value_is_cut():
+def test_a_long_value_is_cut_and_without_a_key_there_is_no_warning():
     pairs = nodules("b" * 10_000) + [("bench", 0.0)] * 20
     (key,) = overview.confounded_values([told("source", pairs)])["keys"]
     assert [row["value"] for row in key["rows"]] == ["b" * (LONGEST - 1) + "…", "bench"]
-
-
-def test_without_such_a_key_there_is_no_warning():
     assert overview.confounded_values([]) is None
 
 

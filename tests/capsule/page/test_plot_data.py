@@ -57,18 +57,13 @@ def test_peaks_say_how_high_when_and_how_long():
     assert rows == [[2.0, 1.0, 1.5], [0.3, 1.0, 0.0]]
 
 
-def test_the_readings_stay_exact_and_the_smooth_signals_are_thinned():
+def test_the_readings_stay_exact_the_smooth_signals_are_thinned_and_the_file_is_named():
     values = make_recording(3, "3mm/r01", samples=600).values
-    drawn = evidence_of(values)
+    drawn = evidence_of(values, CHECK | {"header": {"site": "a"}})
     assert np.array_equal(unpack(drawn["readings"]), values)
     assert drawn["envelope"]["every"] == 3
     assert unpack(drawn["envelope"]).shape == (4, 200)
     assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
-
-
-def test_the_facts_are_those_of_the_file_and_its_header():
-    values = make_recording(3, "3mm/r01", samples=400).values
-    drawn = evidence_of(values, CHECK | {"header": {"site": "a"}})
     assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0", "# site": "a"}
 
 
