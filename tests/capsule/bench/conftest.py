@@ -2,20 +2,8 @@
 
 import pytest
 
-from support.bench.cable import SocketCable
 from support.bench.rig import Rig
-from support.bench.stand_in import StandInLogger
 from support.bench.surveyor import Surveyor
-
-
-@pytest.fixture
-def cable():
-    """Return the cable of a logger without hardware; unplug it at the end."""
-    made = SocketCable(StandInLogger())
-    yield made
-    assert not made.boot_loader_stuck
-    if made.plugged:
-        made.unplug()
 
 
 @pytest.fixture

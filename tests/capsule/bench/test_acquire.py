@@ -26,6 +26,7 @@ from capsule.bench.bench_errors import (
     BoardNotFoundError,
     NoPermissionError,
     PortBusyError,
+    WrongBaudError,
     WrongBoardError,
 )
 from capsule.bench.line import UsbPort
@@ -271,6 +272,13 @@ def test_the_search_listens_for_three_seconds_before_it_asks(devices):
     assert opened["A"].asked_s[0] >= 3.0
     # What sends other text than frames is no board of this bench.
     assert opened["B"].asked_s == []
+
+
+# Kills: a wrong baud rate that is told as a port at which nothing answers.
+def test_bytes_without_frames_are_a_wrong_baud_rate(devices):
+    devices(A=bytes(range(128, 256)))
+    with pytest.raises(WrongBaudError, match=r"wrong baud rate \(--baud is 57600, .* 115200"):
+        identification.connect("A", 57600, "logger")
 
 
 def test_two_boards_are_not_guessed_between(devices):

@@ -1,7 +1,6 @@
 """A recorder on the real firmware: what moves stops, whoever dies and whenever."""
 
 import os
-import signal
 
 import pytest
 
@@ -69,20 +68,9 @@ def test_a_recorder_that_is_killed_leaves_no_motor_running(driven):
     assert driven.stands()
 
 
-def test_the_wave_starts_only_when_file_log_and_ctrl_c_are_ready(driven):
-    driven.run(lambda: driven.motor.coils != 0)
-    assert len(driven.recorder.parts()) == 1
-    assert driven.recorder.log()
-    driven.recorder.press_ctrl_c()
-    driven.run(driven.recorder.done)
-    # Either no sample had come yet, or the run is archived: never a traceback, never a wave.
-    assert driven.recorder.process.returncode in (0, 1)
-    assert "Traceback" not in driven.recorder.output[1]
-    driven.pass_by(1.5)
-    assert driven.stands()
-
-
 def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):
+    driven.run(lambda: driven.motor.coils != 0)
+    assert len(driven.recorder.parts()) == 1 and driven.recorder.log()
     # Sensor 1 reads 0 for the clock's first 5 s: of a shorter run, that would be too much.
     driven.run(lambda: driven.samples() > 160)
     driven.bench.speed = 1
@@ -94,21 +82,6 @@ def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):
     until_s = float(driven.recorder.recording().header["wave_until_s"])
     assert 11 < until_s < 17  # a question later or earlier, and this bench is fast
     assert f"the wave runs until {until_s:g}" in driven.recorder.log()
-
-
-def test_a_wave_that_stopped_while_the_recorder_was_stopped_is_noticed_and_stays_stopped(driven):
-    driven.run(lambda: driven.samples() > 20)
-    driven.recorder.process.send_signal(signal.SIGSTOP)
-    driven.pass_by(LEASE_AND_RAMP_S + 0.5)
-    assert driven.motor.coils == 0
-    standing = driven.motor.half_steps
-    driven.recorder.process.send_signal(signal.SIGCONT)
-    driven.bench.speed = 1
-    driven.bench.run_for(2)
-    assert driven.motor.half_steps == standing
-    driven.recorder.press_ctrl_c()
-    driven.run(driven.recorder.done)
-    driven.recorder.expect(0, "no wave runs", "does not start it again")
 
 
 DEAD_DISK = """

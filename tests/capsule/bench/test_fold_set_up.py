@@ -37,17 +37,18 @@ def test_a_person_who_has_looked_sets_the_board_up(set_up):
     assert set_up("unfolded") == (["setup,unfolded"], None)
 
 
-@pytest.mark.parametrize("typed", ["", "yes", "y"])
-def test_whoever_does_not_confirm_changes_nothing(set_up, typed):
-    sent, reason = set_up(typed)
+@pytest.mark.parametrize(
+    ("typed", "on_terminal", "said"),
+    [
+        ("", True, "is not set up"),
+        ("yes", True, "is not set up"),
+        ("unfolded", False, "run it on a terminal"),
+    ],
+)
+def test_whoever_has_not_looked_changes_nothing(set_up, typed, on_terminal, said):
+    sent, reason = set_up(typed, on_terminal=on_terminal)
     assert not sent
-    assert "is not set up" in str(reason)
-
-
-def test_without_a_terminal_nobody_has_looked(set_up):
-    sent, reason = set_up("unfolded", on_terminal=False)
-    assert not sent
-    assert "run it on a terminal" in str(reason)
+    assert said in str(reason)
 
 
 def test_a_board_whose_switch_disagrees_refuses(set_up):

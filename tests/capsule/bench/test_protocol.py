@@ -21,8 +21,7 @@ from capsule.bench.protocol import (
     encode,
 )
 from support.bench import emulated
-from support.bench.page import PAGE, VOLTAGES_MV, board_of_the_page, conversation, hold
-from support.bench.stand_in import StandInLogger
+from support.bench.page import PAGE, board_of_the_page, conversation, hold
 
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
 
@@ -57,13 +56,6 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
 def test_firmware_holds_the_conversation_of_the_page(board):
     lines = conversation(board[0])
     assert hold(board_of_the_page(board), lines) == lines
-
-
-def test_stand_in_holds_the_conversation_of_the_page():
-    lines = conversation("logger")
-    board = StandInLogger()
-    board.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
-    assert hold(board, lines) == lines
 
 
 def test_host_understands_every_answer_of_the_page():

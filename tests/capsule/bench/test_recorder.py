@@ -1,11 +1,20 @@
 """A recording against a scripted serial line: all samples that arrive are kept."""
 
+import errno
+import os
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench.bench_errors import BoardLostError, LineLostError, RefusedError
+from capsule.bench import growing_file, recovery
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardLostError,
+    DiskFullError,
+    LineLostError,
+    RefusedError,
+)
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity, encode
 from capsule.recordings.recording import read_recording
@@ -19,7 +28,9 @@ def samples(first, last):
 
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
-    return ScriptedBench(tmp_path, monkeypatch)
+    made = ScriptedBench(tmp_path, monkeypatch)
+    yield made
+    made.log.close()
 
 
 def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
@@ -224,6 +235,34 @@ def test_a_wave_that_is_refused_leaves_no_file(bench):
     with pytest.raises(RefusedError):
         bench.recorder.archive()
     assert list(bench.part.path.parent.iterdir()) == []
+
+
+def test_a_run_without_a_sample_leaves_no_file(bench):
+    with pytest.raises(AcquisitionError, match="before the first sample"):
+        bench.recorder.archive()
+    assert list(bench.part.path.parent.iterdir()) == []
+
+
+def test_a_full_disk_keeps_what_fits_and_names_the_recovery(bench, monkeypatch):
+    really_write, room = os.write, [1000]
+
+    def write(descriptor, content):
+        if not room[0]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written = really_write(descriptor, content[: room[0]])
+        room[0] -= written
+        return written
+
+    monkeypatch.setattr(growing_file.os, "write", write)
+    bench._script = iter(samples(0, 200))
+    with pytest.raises(DiskFullError, match=r"disk is full.*--recover"):
+        bench.recorder.archive()
+    monkeypatch.undo()
+    rescued = recovery.recover(bench.part.path, 4)
+    with rescued.final.open("rb") as stream:
+        values = read_recording(stream, 4).values[0].tolist()
+    assert values == list(range(rescued.samples))
+    assert 50 < rescued.samples < 200
 
 
 def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):

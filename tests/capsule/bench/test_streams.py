@@ -15,6 +15,8 @@ from capsule.bench.lsl import ChosenStream, StampGrid, StreamLine, choose, find_
 from capsule.bench.protocol import Acknowledgement, Damaged
 from capsule.bench.record_command import options_of
 from capsule.errors import WrongOptionError
+from support.bench import emulated
+from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder
 from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
 from support.bench.waiting import wait_until
@@ -84,7 +86,9 @@ def test_a_stream_that_ends_and_begins_again_leaves_a_gap(tmp_path, name, record
     check_rows(recorder.recording(), range(30, 45), 79)
 
 
-def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record, cable):
+@emulated.needed
+def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
+    cable = TerminalCable(emulated.EmulatedBoard(emulated.LOGGER), tmp_path / "ttyACM0")
     bench = Workbench(cable, world=Clock(cable.board), speed=10)
     recorder = record("--port", cable.port, "--duration", "20", "--stream-out", name)
     # It listens all the time: on a busy computer, an answer may come late.

@@ -66,19 +66,6 @@ def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
     assert np.count_nonzero(steps_s > 0.15) == 1
 
 
-# Kills: a wave that starts without a lease while the origami folds.
-def test_a_survey_that_is_killed_while_it_folds_leaves_no_motor_running(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
-    surveyor.run(lambda: bench.fold.folded > 0.3)
-    surveyor.kill()
-    bench.pass_by(LEASE_AND_RAMP_S + 0.5)
-    assert bench.wave_board.coils == 0
-    bench.pass_by(5)
-    assert bench.at_rest()
-    assert bench.fold_board.coils == 0
-
-
 def test_a_link_that_is_lost_while_folded_and_returns_costs_time_alone(rig):
     bench = rig()
     surveyor = bench.survey(*BACK_SOON)
@@ -94,21 +81,6 @@ def test_a_link_that_is_lost_while_folded_and_returns_costs_time_alone(rig):
     assert "let_go" in [event["event"] for event in bench.events()]
     times_s = [float(row[0]) for row in bench.stream()]
     assert times_s == pytest.approx([number / 10 for number in range(len(times_s))])
-
-
-def test_a_peristalsis_board_whose_supply_is_weak_is_started_three_times_again(rig):
-    bench = rig()
-    surveyor = bench.survey("--goto", 22)
-    surveyor.run(lambda: bench.gut.head_mm > 5)
-    starts = 1
-    while surveyor.returncode is None:
-        bench.cables.wave.press_reset()
-        surveyor.run(lambda: bench.wave_board.coils == 0)
-        surveyor.run(lambda: bench.wave_board.coils != 0)
-        starts += bench.wave_board.coils != 0
-    assert starts == 1 + 3
-    surveyor.expect(1, "check its supply")
-    assert bench.wave_board.coils == 0
 
 
 def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):

@@ -18,16 +18,13 @@ def test_the_first_sample_begins_the_recording():
     assert timeline.place(sample(4711, 500_000), 3.0) == Slot(0, 0, by_computer_clock=False)
 
 
-def test_lost_frames_are_missing_samples():
+# Lost frames, and a pause in which the board counts no samples.
+@pytest.mark.parametrize(("sequence", "device_ms", "index"), [(4, 500, 4), (1, 1100, 10)])
+def test_lost_frames_and_pauses_are_missing_samples(sequence, device_ms, index):
     timeline = Timeline(10)
     timeline.place(sample(0, 100), 1.0)
-    assert timeline.place(sample(4, 500), 1.4) == Slot(4, 3, by_computer_clock=False)
-
-
-def test_a_pause_is_missing_samples_too():
-    timeline = Timeline(10)
-    timeline.place(sample(0, 100), 1.0)
-    assert timeline.place(sample(1, 1100), 2.0) == Slot(10, 9, by_computer_clock=False)
+    slot = timeline.place(sample(sequence, device_ms), 1 + index / 10)
+    assert slot == Slot(index, index - 1, by_computer_clock=False)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The cable between a simulated board and a program: a socket, or a pseudo-terminal.
+"""The cable between a simulated board and a program: a pseudo-terminal.
 
 The cable behaves as a USB port with an Arduino behind it. If a program opens the port, the board
 resets and waits in its boot loader. While the port is closed, the board's bytes are lost. If the
@@ -8,7 +8,6 @@ cable is unplugged, the port disappears. The cable can damage bytes, and it coun
 import contextlib
 import os
 import select
-import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +17,7 @@ try:
     import fcntl
     import struct
     import tty
-except ImportError:  # Windows: the socket serves there
+except ImportError:  # Windows has no pseudo-terminals
     fcntl = None
 
 BOOT_LOADER_US = 1_000_000
@@ -188,73 +187,6 @@ class Cable:
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Wait until the program has read the bytes in the port."""
-
-
-class SocketCable(Cable):
-    """A cable through a socket on this computer, which works on every system."""
-
-    _server: socket.socket
-    _connection: socket.socket | None = None
-    _number = 0
-
-    @property
-    def port(self) -> str:
-        """The port's name, as a user types it."""
-        return f"socket://127.0.0.1:{self._number}"
-
-    def _open_port(self) -> None:
-        self._server = socket.create_server(("127.0.0.1", self._number), backlog=1)
-        self._number = self._server.getsockname()[1]
-        self._server.setblocking(False)
-
-    def _close_port(self) -> None:
-        self._hang_up()
-        self._server.close()
-
-    def _hang_up(self) -> None:
-        if self._connection:
-            self._connection.close()
-            self._connection = None
-
-    def _is_opened(self) -> bool:
-        if self._connection is None:
-            with contextlib.suppress(BlockingIOError):
-                self._connection, _ = self._server.accept()
-                self._connection.setblocking(False)
-        return self._connection is not None
-
-    def _read(self) -> bytes:
-        if self._connection is None:
-            return b""
-        try:
-            received = self._connection.recv(4096)
-        except BlockingIOError:
-            return b""
-        except ConnectionError:
-            received = b""
-        if not received:
-            self._hang_up()
-        return received
-
-    def _write(self, content: bytes) -> bool:
-        if self._connection is None:
-            return False
-        try:
-            self._connection.setblocking(True)
-            self._connection.sendall(content)
-            self._connection.setblocking(False)
-        except OSError:
-            self._hang_up()
-            return False
-        return True
-
-    def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read the bytes in the port."""
-        # Bytes on their way arrive even after this side has shut down.
-        if self._connection:
-            with contextlib.suppress(OSError):
-                self._connection.shutdown(socket.SHUT_WR)
-            time.sleep(0.1)
 
 
 class TerminalCable(Cable):

@@ -13,7 +13,6 @@ from support.bench import emulated
 from support.bench.closed_loop import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
 from support.bench.gut import Gut
-from support.bench.stand_in import StandInLogger
 from support.bench.surveyor import SteppedCable, Surveyor
 from support.bench.workbench import Workbench
 
@@ -53,7 +52,7 @@ class Thread:
 
 
 class Rig:
-    """A bench of boards for surveys; those with motors run their firmware in the emulator.
+    """A bench of boards for surveys; their firmware runs in the emulator.
 
     Parameters
     ----------
@@ -80,7 +79,7 @@ class Rig:
         **changes: float,
     ) -> None:
         self.folder = folder
-        self.logger = StandInLogger()
+        self.logger = emulated.EmulatedBoard(emulated.LOGGER)
         self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
         self.fold_board = emulated.EmulatedBoard(emulated.FOLD)
         self.wave, self.fold = Cams(self.wave_board), Thread(self.fold_board)
