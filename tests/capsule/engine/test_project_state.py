@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-import tomllib
 
 import pytest
 
@@ -34,11 +33,6 @@ def clone(tmp_path):
     return folder
 
 
-def test_the_version_is_that_of_pyproject():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert read_project_state(ROOT).version == project["version"]
-
-
 def test_without_pyproject_and_git_nothing_is_known(tmp_path, monkeypatch):
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
     state = read_project_state(tmp_path)
@@ -46,17 +40,11 @@ def test_without_pyproject_and_git_nothing_is_known(tmp_path, monkeypatch):
 
 
 @needs_git
-def test_a_clone_tells_its_commit(clone):
-    state = read_project_state(clone)
-    assert (state.version, state.modified) == ("1.2.3", False)
-    assert state.commit == git(clone, "rev-parse", "HEAD")
-
-
-@needs_git
 def test_a_changed_file_makes_a_commit_modified_and_a_new_recording_does_not(clone):
     (clone / "raw").mkdir()
     (clone / "raw" / "r01.csv").write_text("0,1\n", encoding="utf-8")
-    assert not read_project_state(clone).modified
+    commit = git(clone, "rev-parse", "HEAD")
+    assert read_project_state(clone) == ProjectState("1.2.3", commit, False)
     (clone / "workflow" / "code.py").write_text("x = 2\n", encoding="utf-8")
     assert read_project_state(clone).modified
 

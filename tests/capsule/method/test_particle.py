@@ -11,14 +11,12 @@ from capsule.method.particle import (
     ParticleRenderer,
     fit_particle,
     particles_of,
-    peak_positions,
     render,
 )
 from capsule.method.preprocessing import preprocess
 from capsule.seeding import generator
 from support import literal
 from support.paper_ranges import PAPER
-from support.sliding import smallest_rmse
 from support.synthetic import make_recording
 
 SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)
@@ -36,19 +34,6 @@ def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
     expected = literal.render(amplitude, vertical, spacing, horizontal, first_peak, length)
     particle = Particle(amplitude, vertical, spacing, horizontal)
     np.testing.assert_allclose(render(particle, first_peak, length), expected, atol=1e-14)
-
-
-def test_peaks_lie_at_the_sums_of_the_spacings_and_are_as_high_as_the_amplitude():
-    particle = Particle(
-        np.array([1.5, 0.7, 1.0]),
-        np.full(3, 0.1),
-        np.array([40.0, 60.0]),
-        np.array([5.0, 9.0, 2.0]),
-    )
-    np.testing.assert_array_equal(peak_positions(particle.peak_spacing, 10), [10, 50, 110])
-    matrix = render(particle, first_peak=10, length=150)
-    np.testing.assert_array_equal(matrix.argmax(axis=1) + 1, [10, 50, 110])
-    np.testing.assert_allclose(matrix.max(axis=1), particle.amplitude)
 
 
 def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_out():
@@ -142,15 +127,6 @@ def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_
     assert fit.accepted_moves == expected.accepted_moves > 2
 
 
-def test_the_fast_rendering_equals_the_plain_one():
-    renderer = ParticleRenderer(sensors=4, length=1000, first_peak=150, space=PAPER)
-    vectors = PAPER.draw(20, 4, generator(1, "renderer"))
-    drawn = np.empty((20, 4, 1000))
-    renderer.draw_into(vectors, drawn)
-    expected = [render(Particle.from_vector(vector), 150, 1000) for vector in vectors]
-    np.testing.assert_allclose(drawn, expected, atol=1e-14)
-
-
 @given(st.integers(1, 5), st.integers(1, 1000), st.integers(0, 2**32))
 def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, length, seed):
     first_peak = int(generator(seed, "first peak").integers(1, length, endpoint=True))
@@ -179,28 +155,6 @@ def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
     np.testing.assert_allclose(fit.particle.peak_spacing, hidden.peak_spacing, atol=8)
     # u = 150, the hidden particle starts at 230: it lies 80 columns beyond tau = L + 1.
     assert fit.lag == pytest.approx(1000 + 1 + 80, abs=8)
-
-
-def test_the_reported_distance_is_that_of_the_reported_particle():
-    values = make_recording(4.0, "4mm/r01").values
-    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
-    fit = fit_particle(
-        matrix, generator(1, "x"), particles=50, iterations=50, first_peak=150, space=PAPER
-    )
-    rmse, lag = smallest_rmse(matrix, render(fit.particle, 150, 1000))
-    assert (fit.rmse, fit.lag) == (pytest.approx(rmse, abs=1e-12), lag)
-
-
-def test_the_same_numbers_give_the_same_bits_and_others_do_not():
-    values = make_recording(4.0, "4mm/r01").values
-    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
-    sizes = {"particles": 20, "iterations": 20, "first_peak": 150, "space": PAPER}
-    first, again, other = (
-        fit_particle(matrix, generator(1, name), **sizes) for name in ("a", "a", "b")
-    )
-    assert first.particle.to_vector().tobytes() == again.particle.to_vector().tobytes()
-    assert first.rmse == again.rmse
-    assert first.rmse != other.rmse
 
 
 def test_without_iterations_the_best_random_particle_stays():

@@ -229,13 +229,6 @@ def test_a_recording_has_at_most_200_000_lines():
         read(COLUMNS + blank + b"\n")
 
 
-def test_columns_come_in_any_order_and_others_are_passed_over():
-    content = b"sensor_2,note,time_s,sensor_1,sensor\n5,a,0.5,7,\n6,,0.6,8,b\n"
-    recording = read(content)
-    np.testing.assert_array_equal(recording.time_s, [0.5, 0.6])
-    np.testing.assert_array_equal(recording.values, [[7, 8], [5, 6]])
-
-
 def test_the_largest_number_is_a_hundred_million_million_million():
     assert read(COLUMNS + b"1,-1e20,1e20\n").values[1, 1] == 1e20
     for text in (b"1.0001e20", b"-1.0001e20"):

@@ -74,12 +74,9 @@ _HINT = "capsule COMMAND --help shows the options of a command."
 
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """Return the parser of the command, with the options of some subcommands.
+    """Return the parser of the command; subcommands other than `words` have no options.
 
-    Parameters
-    ----------
-    words : sequence of str
-        The subcommands whose modules are imported. The others have no options.
+    Only the modules of `words` are imported.
     """
     parser = argparse.ArgumentParser(prog="capsule", epilog=_HINT)
     version = "print the version, and the folder that the code comes from"
@@ -126,13 +123,7 @@ def unknown(word: str) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Run a subcommand; the program ends with its exit status.
-
-    Parameters
-    ----------
-    words : sequence of str, optional
-        The command line without its first word (default: that of this program).
-    """
+    """Run a subcommand, by default that of the command line, and exit with its status."""
     words = sys.argv[1:] if words is None else words
     if not words:
         build_parser(()).print_help()

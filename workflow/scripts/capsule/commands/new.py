@@ -56,20 +56,7 @@ def main(arguments: argparse.Namespace) -> None:
 
 
 def make_folder(folder: Path, sensors: int = _SENSORS) -> None:
-    """Make a folder with settings, raw/, a Snakefile and a README.
-
-    Parameters
-    ----------
-    folder : Path
-        A new or empty folder.
-    sensors : int
-        Number of sensors of the bench.
-
-    Raises
-    ------
-    CapsuleError
-        The folder exists and is not empty; nothing was written.
-    """
+    """Fill a new or empty folder: settings for its sensors, raw/, a Snakefile and a README."""
     if is_taken(folder):
         raise CapsuleError(
             f"{folder} exists and is not empty; nothing was written, give a new name"

@@ -71,20 +71,7 @@ def snakemake_command(folder: Path, arguments: Sequence[str]) -> list[str]:
 
 
 def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
-    """Run Snakemake in a folder, and return its exit status; `INTERRUPTED` after Ctrl-C.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder with raw/ and config/config.yaml; results/ is written into it.
-    arguments : sequence of str
-        Targets and options.
-
-    Raises
-    ------
-    CapsuleError
-        The workflow cannot run in the folder; see `check_workflow`.
-    """
+    """Run Snakemake in the folder of raw/; return its exit status, `INTERRUPTED` after Ctrl-C."""
     check_workflow(folder)
     interrupted = False
     with subprocess.Popen(snakemake_command(folder, arguments), cwd=folder) as process:

@@ -40,21 +40,7 @@ _LEAST_SAMPLES_A_WAVE = 10
 
 
 def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
-    """Read a configuration file, or the configuration that ships, and change keys of it.
-
-    Parameters
-    ----------
-    config : str or Path, optional
-        The file.
-    **changes
-        Other values for keys of the configuration, as in `capsule.load`.
-
-    Raises
-    ------
-    CapsuleError
-        A key or a value is not allowed; the message names the file, the key, the value and the
-        allowed values.
-    """
+    """Read a configuration file, or the one that ships, and change keys as `capsule.load` does."""
     require_project()
     path = CONFIG / "config.yaml" if config is None else Path(config)
     content = read_config_file(path)
@@ -98,18 +84,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def read_config_file(path: Path) -> dict[str, Any]:
-    """Read a configuration file.
-
-    Parameters
-    ----------
-    path : Path
-        A YAML or JSON file.
-
-    Raises
-    ------
-    CapsuleError
-        The file does not exist, or holds no configuration; the message names the file.
-    """
+    """Read a configuration file in YAML or JSON; an error names the file."""
     try:
         content = yaml.load(path.read_text(encoding="utf-8-sig"), Loader=_Loader)
     except OSError as error:
@@ -135,13 +110,7 @@ def read_config_file(path: Path) -> dict[str, Any]:
 
 
 def read_schema(path: Path) -> dict[str, Any]:
-    """Read the JSON Schema of the configuration, and add the detectors of the registry to it.
-
-    Parameters
-    ----------
-    path : Path
-        config.schema.json.
-    """
+    """Read config.schema.json, and add the detectors of the registry to it."""
     schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     schema["properties"]["detectors"] |= {
         "items": {"enum": list(DETECTORS)},
@@ -180,26 +149,11 @@ def faults_of(config: Settings, schema: Settings) -> set[tuple[str, str]]:
 def check_configuration(
     config: Settings, schema: Settings, sources: Mapping[str, Settings]
 ) -> dict[str, Any]:
-    """Return the configuration as it is used; raise an error if it cannot be.
+    """Return the configuration as it is used; raise an error with all faults if it cannot be.
 
     A key that is left out has the schema's ``default``, if it has one. Keys and values that the
-    schema lists under ``without_effect`` are left out.
-
-    Parameters
-    ----------
-    config : mapping
-        The configuration that results from all sources.
-    schema : mapping
-        The JSON Schema.
-    sources : mapping of str to mapping
-        The values that each file, or the command line, sets. A later source overrides an earlier
-        one. The message names the source of a faulty value.
-
-    Raises
-    ------
-    CapsuleError
-        The configuration breaks the schema or contradicts itself. Lists every fault on a line of
-        its own: file, key, value, what is allowed.
+    schema lists under ``without_effect`` are left out. `sources` gives the values that each file,
+    or the command line, sets; a later one overrides an earlier one, and a fault names its source.
     """
     config = _as_used(config, schema)
     faults = faults_of(config, schema) or set(_contradictions(config))
@@ -212,13 +166,8 @@ def check_configuration(
 def without_effect(config: Settings, schema: Settings) -> list[str]:
     """Return a line for each key or value that is accepted but no longer has an effect.
 
-    Parameters
-    ----------
-    config : mapping
-        The configuration as it was written.
-    schema : mapping
-        The JSON Schema. Its entry ``without_effect`` gives the values of each such key; an empty
-        list means the key itself.
+    The schema's entry ``without_effect`` gives the values of each such key; an empty list means the
+    key itself.
     """
     lines = []
     for path, values in schema["without_effect"].items():
@@ -322,15 +271,7 @@ def _hint(value: object, part: Settings) -> str:
 
 
 def allowed_values(part: Settings, schema: Settings) -> str:
-    """Return in words which values a key may hold.
-
-    Parameters
-    ----------
-    part : mapping
-        The key's part of the schema.
-    schema : mapping
-        The whole schema, with the definitions that its parts refer to.
-    """
+    """Return in words which values a key may hold, from its part of the schema."""
     if "$ref" in part:
         part = {**schema["$defs"][part["$ref"].rsplit("/", 1)[1]], **part}
     if "oneOf" in part:

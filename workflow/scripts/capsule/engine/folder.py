@@ -40,19 +40,9 @@ def told_as(kind: Callable[[str], Exception]) -> Iterator[None]:
 
 
 def refuse_folders(project: Path, here: Path) -> None:
-    """Raise an error if Snakemake cannot run in a folder with the steps of the project.
+    """Raise an error if Snakemake cannot run in the folder `here` with the steps of the project.
 
     It takes a brace in a name for a wildcard, and it keeps notes in the folder, even of a dry run.
-
-    Parameters
-    ----------
-    project, here : Path
-        The project's folder, and the one that holds raw/ and results/.
-
-    Raises
-    ------
-    CapsuleError
-        The message names the folder and the remedy.
     """
     for folder in (project, here):
         if set("{}") & set(str(folder)):
@@ -72,21 +62,9 @@ def refuse_folders(project: Path, here: Path) -> None:
 
 
 def refuse_unknown_results(results: Path, notes: Path) -> None:
-    """Raise an error if results are there, but not Snakemake's notes on them.
+    """Raise an error if results are there, but not Snakemake's notes on them, in .snakemake.
 
     Without its notes, or with those on other results, Snakemake takes any result for one that fits.
-
-    Parameters
-    ----------
-    results : Path
-        The folder of results.
-    notes : Path
-        The folder .snakemake.
-
-    Raises
-    ------
-    CapsuleError
-        The notes are missing, or on other results; the message says what to do.
     """
     if not results.is_dir() or not any(_made_in(results)):
         return
@@ -112,15 +90,7 @@ def _made_in(results: Path) -> Iterator[Path]:
 
 
 def sign_results(results: Path, notes: Path) -> None:
-    """Write a new sign into the results, and into a file beside Snakemake's notes on them.
-
-    Parameters
-    ----------
-    results : Path
-        The folder of results.
-    notes : Path
-        The folder .snakemake.
-    """
+    """Write a new sign into the results, and into a file beside Snakemake's notes on them."""
     before, sign = _read(notes / SIGN).partition(" ")[0], secrets.token_hex(8)
     # If this process is killed in between, the results still have the sign beside the notes.
     for path, text in (

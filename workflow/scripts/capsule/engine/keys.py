@@ -79,32 +79,18 @@ def files_of_code(
 ) -> list[Path]:
     """Return the files that a step's code is: the script, what it imports, and what it reads.
 
-    Parameters
-    ----------
-    script : Path
-        The script.
-    modules : iterable of str
-        Names of further modules, which the script imports by the names in a registry.
-    beside : iterable of Path
-        Other files of the project that the script reads, such as templates and weights.
+    `modules` are further ones, which the script imports by the names in a registry; `beside` are
+    other files that it reads, such as templates and weights.
     """
     return [script, *imported_files(script, modules), *beside]
 
 
 def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
-    """Return the files of the local modules that a script imports, directly or indirectly.
+    """Return the sorted files of the local modules that a script imports, directly or indirectly.
 
-    Parameters
-    ----------
-    script : Path
-        A script; local modules lie in its folder, and the package capsule there or installed.
-    modules : iterable of str
-        Names of further modules, which the script imports by the names in a registry.
-
-    Returns
-    -------
-    list of Path
-        Sorted paths, without the script itself, Python's modules and other installed packages.
+    Local modules lie in the script's folder, and the package capsule there or installed. `modules`
+    are further ones, which the script imports by the names in a registry. The script itself, and
+    Python's modules and other installed packages, are left out.
     """
     # Many scripts reach the same files, and texts are compared much faster than paths.
     folder, start = script.parent.as_posix(), script.as_posix()

@@ -67,22 +67,9 @@ else:
 
 
 def hold_run_lock(path: Path = RUN_LOCK) -> IO[bytes]:
-    """Take the lock of a folder until this process ends, and name this run to its jobs.
+    """Take the lock of a folder, and name this run to its jobs; an error names who holds it.
 
-    Parameters
-    ----------
-    path : Path
-        The file that carries the lock; it is created, and stays.
-
-    Returns
-    -------
-    binary file
-        The open file; the lock ends when this file is closed.
-
-    Raises
-    ------
-    CapsuleError
-        Another process holds the lock; the message names it.
+    The lock ends with the returned file, and with this process. The file that carries it stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     stream = path.open("a+b")
@@ -119,10 +106,7 @@ def is_job() -> bool:
 def refuse_replaced_run() -> None:
     """Raise an error if this is the job of a run that another run of the folder has replaced.
 
-    Raises
-    ------
-    CapsuleError
-        A later run holds the folder's lock, and makes this job's result again.
+    The later run makes this job's result again.
     """
     name = os.environ.get(_RUN)
     if name and (holder := _holder(RUN_LOCK)) not in (name, ""):

@@ -27,13 +27,7 @@ def config_file() -> Path:
 
 
 def require_project() -> None:
-    """Raise an error if the project's files are not there.
-
-    Raises
-    ------
-    CapsuleError
-        The library was installed without them; the message names the folder and the remedy.
-    """
+    """Raise an error if the library was installed without the project's files."""
     if not CONFIG.is_dir():
         raise CapsuleError(
             f"the folder {PROJECT} is missing beside the package capsule, so the library cannot "

@@ -42,16 +42,8 @@ class ProjectState:
 def read_project_state(root: Path) -> ProjectState:
     """Read the version from pyproject.toml, and the commit from git.
 
-    Parameters
-    ----------
-    root : Path
-        The folder of the project.
-
-    Returns
-    -------
-    ProjectState
-        The version is None without pyproject.toml; the commit is None without git, and outside a
-        clone or an archive of the project itself.
+    The version is None without pyproject.toml; the commit is None without git, and outside a
+    clone or an archive of the project itself.
     """
     note = root / ".git_archival.txt"
     # git fills this file in an archive that it makes; in a clone, it holds a format text.

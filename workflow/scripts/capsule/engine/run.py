@@ -206,18 +206,10 @@ def _tell(line: str) -> None:
 
 
 def unfinished_jobs(folder: Path) -> tuple[str, ...]:
-    """Return the Slurm jobs that Snakemake has submitted in a folder and that have not ended.
+    """Return the numbers of the Slurm jobs of runs in a folder that have not ended.
 
-    Parameters
-    ----------
-    folder : Path
-        The working directory of the runs.
-
-    Returns
-    -------
-    tuple of str
-        The numbers of the jobs; empty if nothing was submitted from this folder, or if Slurm does
-        not answer, which is printed.
+    There are none if nothing was submitted from the folder, or if Slurm does not answer, which is
+    printed.
     """
     squeue = shutil.which("squeue")
     if squeue is None or not (folder / LOGS).is_dir():

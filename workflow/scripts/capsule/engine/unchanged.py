@@ -24,18 +24,7 @@ def states_of(paths: Iterable[Path]) -> dict[str, State]:
 
 
 def refuse_changed_code(script: str) -> None:
-    """Raise an error if code of a script has changed since the run noted its state in `STATES`.
-
-    Parameters
-    ----------
-    script : str
-        The script that this job runs.
-
-    Raises
-    ------
-    CapsuleError
-        The message names the file.
-    """
+    """Raise an error if code of a script has changed since the run noted its state in `STATES`."""
     try:
         noted: Mapping[str, Mapping[str, State]] = json.loads(STATES.read_bytes())
     except FileNotFoundError:
