@@ -1,4 +1,4 @@
-"""Parts of capsule record: its command line, ports, boards and terminal display."""
+"""Parts of capsule record: its command line, ports and boards."""
 
 import contextlib
 import errno
@@ -32,8 +32,6 @@ from capsule.bench.bench_errors import (
 from capsule.bench.line import UsbPort
 from capsule.bench.protocol import Identity
 from capsule.bench.record_command import options_of
-from capsule.bench.state import State
-from capsule.bench.terminal import Terminal
 from capsule.commands import cli
 from capsule.errors import CapsuleError, WrongOptionError
 from capsule.recordings.names import Entry, classify, size_mm
@@ -344,81 +342,3 @@ def test_a_broken_configuration_is_explained(tmp_path):
     config.write_text("recording: {sensors: 4}")
     with pytest.raises(CapsuleError, match=r"config\.yaml: evaluation"):
         recorder.recover(chosen)
-
-
-class Screen(io.StringIO):
-    """A terminal that can redraw."""
-
-    encoding = "utf-8"
-
-    def isatty(self):
-        """Return True, as a terminal does."""
-        return True
-
-
-@pytest.fixture
-def state():
-    shown = State(0.1, samples=754, missing=12, gaps=2, damaged=3)
-    shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
-    return shown
-
-
-def test_summary(state):
-    state.wave = "wave 80 mm"
-    assert state.summary() == (
-        "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
-    )
-
-
-def test_the_terminal_shows_the_four_sensors(state):
-    screen = Screen()
-    terminal = Terminal(screen)
-    terminal.show(state)
-    lines = screen.getvalue().splitlines()
-    assert lines[0].startswith("01:15.4 | 754 samples")
-    assert [text.split()[1:3] for text in lines[1:]] == [
-        ["1", "12"],
-        ["2", "510"],
-        ["3", "512"],
-        ["4", "20"],
-    ]
-    assert lines[4].endswith("█ ▁")
-    terminal.note("the board was unplugged")
-    assert screen.getvalue().endswith("\x1b[5A\x1b[Jthe board was unplugged\n")
-
-
-def test_the_terminal_shows_the_verdicts_below_the_sensors(state):
-    state.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
-    screen = Screen()
-    terminal = Terminal(screen)
-    terminal.show(state)
-    *above, title, verdict = screen.getvalue().splitlines()
-    assert (len(above), title) == (5, "if the run ended now:")
-    # A longer line would break, and the terminal could not be drawn in its place again.
-    assert verdict.startswith("template  nodule") and len(verdict) < 1000
-
-
-def test_a_log_file_gets_plain_lines_now_and_then(state):
-    state.verdicts = ["if the run ended now:", "template  nodule"]
-    stream = io.StringIO()
-    terminal = Terminal(stream)
-    terminal.show(state)
-    assert stream.getvalue().splitlines() == [state.summary(), *state.verdicts]
-
-
-def test_a_quiet_sensor_looks_quiet():
-    terminal = Terminal(Screen())
-    assert terminal.sparkline([512, 513, 512, None], 1023) == "▁▁▁ "
-    assert terminal.sparkline([0, 512, 1023], 1023) == "▁▄█"
-    assert terminal.sparkline([], 1023) == ""
-
-
-def test_readings_in_volts_are_shown_too(state):
-    state.recent.append((0.0, 2.4951, 2.5, 5.0))
-    screen = Screen()
-    state.full_scale = 5.0
-    terminal = Terminal(screen)
-    assert terminal.sparkline([2.5, 2.51, 2.5, None], 5.0) == "▁▂▁ "
-    assert terminal.sparkline([0.0, 2.5, 5.0], 5.0) == "▁▄█"
-    terminal.show(state)
-    assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]

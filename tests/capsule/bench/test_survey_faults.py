@@ -61,21 +61,14 @@ def happened(pilot):
     return [event.event for event in pilot.log]
 
 
-def test_without_a_fault_the_nodule_is_confirmed_where_it_is():
-    bench = Bench()
+def test_without_a_fault_each_nodule_is_confirmed_where_it_is_and_for_itself():
+    bench = Bench(nodules=(3.0, 3.0))
     pilot = bench.lead()
-    assert statuses(pilot) == ["confirmed"]
-    place = next(place for place in pilot.suspects.places if place.status == "confirmed")
-    assert place.place_mm == pytest.approx(AT_MM, abs=4)
-    assert place.passes == 2
+    confirmed = [place for place in pilot.suspects.places if place.status == "confirmed"]
+    assert [place.place_mm for place in confirmed] == pytest.approx([AT_MM, AT_MM + 45], abs=5)
+    assert [place.passes for place in confirmed] == [2, 2]
     assert bench.folds[-1] == "unfolded"
     assert pilot.sensing.position_mm == pytest.approx(LENGTH_MM, abs=4)
-
-
-def test_a_second_nodule_is_confirmed_for_itself():
-    pilot = Bench(nodules=(3.0, 3.0)).lead()
-    places = [place.place_mm for place in pilot.suspects.places if place.status == "confirmed"]
-    assert places == pytest.approx([AT_MM, AT_MM + 45], abs=5)
 
 
 def test_a_sensor_that_dies_before_the_pass_again_gives_no_verdict():
