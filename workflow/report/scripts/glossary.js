@@ -10,10 +10,12 @@ const Glossary = (() => {
 
   /** Yield the page's text nodes in order. */
   function* pieces() {
-    const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+    const { SHOW_ELEMENT, SHOW_TEXT, FILTER_ACCEPT, FILTER_REJECT } = NodeFilter;
+    const apart = (node) => (node.nodeType === Node.ELEMENT_NODE && node.matches(APART) ? FILTER_REJECT : FILTER_ACCEPT);
+    const walker = document.createTreeWalker(document.querySelector("main"), SHOW_ELEMENT | SHOW_TEXT, apart);
     while (walker.nextNode()) {
-      const around = walker.currentNode.parentElement;
-      if (around.closest(TEXT) && !around.closest(APART)) yield walker.currentNode;
+      const { currentNode } = walker;
+      if (currentNode.nodeType === Node.TEXT_NODE && currentNode.parentElement.closest(TEXT)) yield currentNode;
     }
   }
 

@@ -56,7 +56,10 @@ const RecordingsTable = (() => {
       const sign = direction === "ascending" ? 1 : -1;
       keyed.sort((a, b) => isUnknown(a) - isUnknown(b) || sign * compare(a.value, b.value));
       ordered = keyed.map(({ row }) => row);
+      // Rows move much faster in a body that is not on the page.
+      body.remove();
       body.append(...ordered);
+      table.append(body);
       refresh();
     };
 
