@@ -10,14 +10,12 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
+from support.bench.closed_loop import HALF_STEPS_PER_MM
 from support.bench.page import board_of_the_page, conversation, hold
 from support.bench.talk import Talk
 from support.marks import missing_program, needs
 
 pytestmark = [pytest.mark.boards, emulated.needed]
-
-# docs/bench.md: 28BYJ-48 with its real gear, belted 60:20 to a cam shaft of one wave a turn.
-HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
 
 
 @pytest.fixture
@@ -96,7 +94,7 @@ def rates(talk, count):
     return 1e6 / np.diff(talk.board.step_times_us()[-count:])
 
 
-def test_default_speed_moves_the_wave_25_mm_a_second(motor):
+def test_default_speed_moves_the_wave_25_mm_a_second_in_even_steps(motor):
     motor.say("start")
     motor.wait(5)
     first = position(motor)
@@ -108,11 +106,6 @@ def test_default_speed_moves_the_wave_25_mm_a_second(motor):
     assert motor.board.illegal_steps == 0
     assert second.half_steps == pytest.approx(motor.board.half_steps, abs=20)
     assert second.position_mm == pytest.approx(second.half_steps / HALF_STEPS_PER_MM, abs=0.001)
-
-
-def test_steps_are_even_and_exact_in_the_long_run(motor):
-    motor.say("start")
-    motor.wait(12)
     steady = rates(motor, 2000)
     assert steady.mean() == pytest.approx(25 * HALF_STEPS_PER_MM, rel=1e-4)
     # Two ticks of the timer and an interrupt that has to wait, of 2355 us.
@@ -358,15 +351,6 @@ def test_the_index_is_where_a_bouncing_switch_first_closed(motor):
         motor.board.set_switch(emulated.PIN_3, closed)
         motor.wait(0.005)
     assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
-
-
-def test_a_damaged_command_is_not_obeyed(motor):
-    damaged = encode("start").replace(b"a", b"o")
-    motor.board.deliver(damaged)
-    (answer,) = motor.wait(0.03)
-    assert (answer.command, answer.reason) == ("line", "failed its check")
-    motor.wait(1)
-    assert motor.board.half_steps == 0
 
 
 ARDUINO = Path("/usr/share/arduino/hardware")

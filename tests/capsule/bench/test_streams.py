@@ -1,9 +1,13 @@
 """Samples from and to streams of the Lab Streaming Layer, over real streams on this computer."""
 
 import math
+import os
 import subprocess
 import sys
+import time
 import uuid
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pylsl
@@ -18,8 +22,6 @@ from capsule.errors import WrongOptionError
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder
-from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
-from support.bench.waiting import wait_until
 from support.bench.workbench import Workbench
 from support.bench.world import Clock
 from support.project import ROOT
@@ -27,6 +29,106 @@ from support.project import ROOT
 pytestmark = pytest.mark.boards
 
 RULES = {"sensors": 4, "rate_hz": 10}
+# A container may have no multicast. The session's name keeps other programs out.
+CONFIGURATION = f"""[ports]
+IPv6 = disable
+[multicast]
+ResolveScope = machine
+[lab]
+KnownPeers = {{127.0.0.1}}
+SessionID = {uuid.uuid4().hex}
+[log]
+level = -3
+"""
+PERIOD_S = 0.1
+pylsl.set_config_content(CONFIGURATION)
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """Return the environment variables of a program that receives the sources of this process."""
+    path = folder / "lsl_api.cfg"
+    path.write_text(CONFIGURATION, encoding="utf-8")
+    return {**os.environ, "LSLAPICFG": str(path)}
+
+
+def describe(
+    name: str, channels: int = 4, *, rate_hz: float = 10.0, source_id: str = "", **entries: object
+) -> pylsl.StreamInfo:
+    """Return the description of a stream, with ``labels``, ``units`` and ``board`` if given."""
+    kind = entries.get("kind", pylsl.cf_double64)
+    info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
+    listed = info.desc().append_child("channels")
+    labels = entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)])
+    for label, unit in zip(labels, entries.get("units", ["counts"] * channels), strict=True):
+        channel = listed.append_child("channel")
+        channel.append_child_value("label", label)
+        channel.append_child_value("unit", unit)
+    board = info.desc().append_child("capsule")
+    for key, text in entries.get("board", {}).items():
+        board.append_child_value(key, text)
+    return info
+
+
+class Source:
+    """A stream that a test feeds; sample n has the time of n periods.
+
+    Parameters
+    ----------
+    **description : object
+        Arguments of `describe`.
+    """
+
+    def __init__(self, name: str, **description: object) -> None:
+        self._description = {"name": name, **description}
+        self._from_s = pylsl.local_clock()
+        self._outlet: pylsl.StreamOutlet | None = None
+        self.begin()
+
+    def begin(self) -> None:
+        """Open the stream."""
+        self._outlet = pylsl.StreamOutlet(describe(**self._description))
+
+    def end(self) -> None:
+        """Close the stream, as a program that ends does."""
+        self._outlet = None
+
+    def wait_for_listener(self) -> None:
+        """Wait until a program receives the stream."""
+        assert self._outlet.wait_for_consumers(30.0), "nobody has listened to the stream in 30 s"
+
+    def send(self, numbers: Sequence[int], reading: Callable[[int], list] | None = None) -> None:
+        """Send the samples with these numbers at once."""
+        for number in numbers:
+            values = reading(number) if reading else readings_of(number)
+            self._outlet.push_sample(values, self._from_s + number * PERIOD_S)
+
+
+def readings_of(number: int) -> list[float]:
+    """Return the readings of sample n, which contain its number."""
+    return [float(number), number + 0.5, float(number % 7), 1000.0 - number]
+
+
+def wait_for_lines(folder: Path, lines: int) -> None:
+    """Wait until this number of samples, including missing ones, is on the disk."""
+
+    def are_there() -> bool:
+        text = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.part"))
+        return sum(line[:1].isdigit() for line in text.splitlines()) >= lines
+
+    wait_until(are_there, f"{lines} samples in the unfinished recording")
+
+
+_LONGEST_S = 30.0
+_ASK_EVERY_S = 0.02
+
+
+def wait_until(happened: Callable[[], bool], what: str) -> None:
+    """Wait for a condition; raise `TimeoutError` if it does not hold in time."""
+    until_s = time.monotonic() + _LONGEST_S
+    while not happened():
+        if time.monotonic() > until_s:
+            raise TimeoutError(f"in {_LONGEST_S:g} s there were no {what}")
+        time.sleep(_ASK_EVERY_S)
 
 
 @pytest.fixture
