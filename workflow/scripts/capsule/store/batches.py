@@ -23,15 +23,7 @@ DESCRIBED_TOGETHER = 100
 
 
 def batch_size(recordings: int, wanted: int | str) -> int:
-    """Return the largest number of recordings in one batch.
-
-    Parameters
-    ----------
-    recordings : int
-        Number of recordings of the archive.
-    wanted : int or str
-        ``recordings_per_job`` of the configuration: a number, or ``auto``.
-    """
+    """Return the largest number of recordings in a batch; `wanted` is ``recordings_per_job``."""
     if isinstance(wanted, int):
         return wanted
     if recordings <= _EACH_ALONE:

@@ -147,19 +147,9 @@ def read_whole(path: Path | str) -> bytes:
 
 
 def fingerprint(path: Path, max_bytes: int) -> str:
-    """Return the SHA-256 of a file's content, which does not depend on its time stamp.
+    """Return the SHA-256 of a file's content, or a text that says why it cannot be read.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    max_bytes : int
-        Limit of the size. A larger file is not read.
-
-    Returns
-    -------
-    str
-        The checksum, or a text that says why the file cannot be read.
+    It does not depend on the file's time stamp. A larger file than allowed is not read.
     """
     try:
         return fingerprint_of(read_limited(path, max_bytes))
@@ -296,21 +286,11 @@ def read_csv(path: Path) -> list[dict[str, str]]:
 
 
 def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
-    """Read the rows of the accepted recordings, in the order of their readings' checksums.
+    """Read the rows of the accepted recordings by name, in the order of their readings' checksums.
 
     The order must not depend on names. Sums in another order can differ in the last digit, and
     random numbers in another order belong to other recordings. Tables are written in the order of
     names.
-
-    Parameters
-    ----------
-    index : Path
-        results/recordings.csv.
-
-    Returns
-    -------
-    dict of str to dict
-        The rows, by the recording's name.
     """
     listed = read_or_explain(index, read_csv)
     rows = [row for row in listed if row["status"] == "accepted"]

@@ -61,12 +61,7 @@ _MOST_OPEN = 200
 def pattern(kind: str, *, alone: bool) -> str:
     """Return the path of one kind of file below results/, with ``{batch}`` in it.
 
-    Parameters
-    ----------
-    kind : str
-        `SIGNALS` to `PLOT_DATA`.
-    alone : bool
-        Whether each recording is a batch of its own.
+    `alone` says whether each recording is a batch of its own.
     """
     suffix = _SUFFIX.get(kind, ".npy" if alone else ".npz")
     return f"{kind}/{{batch}}{suffix}"
@@ -77,12 +72,7 @@ def read_checks(
 ) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, Any]]]:
     """Return the batches of each recording, by `BATCH_COLUMNS`, and the outcome of its check.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder of results.
-    described : mapping of str to iterable of str
-        The batches that each batch of the rule describe joins.
+    `described` gives the batches that each batch of the rule describe joins.
     """
     rows: dict[str, dict[str, str]] = {}
     checks: dict[str, dict[str, Any]] = {}
@@ -186,14 +176,7 @@ def left_over(
 ) -> list[str]:
     """Return the files under results/ that hold recordings or batches that are gone, sorted.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder of results.
-    size : int
-        Largest number of recordings in a batch.
-    now, described : mapping
-        The batches, and those of the rule describe, by their names.
+    `now` and `described` are the batches, and those of the rule describe, by their names.
     """
     found = []
     for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED):
@@ -209,12 +192,7 @@ def left_over(
 def changed_recordings(folder: Path, settings: Settings) -> list[str]:
     """Return the recordings that came, went or changed since the results were made from them.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder of results; the recordings are in the folder ``raw`` beside it.
-    settings : mapping
-        The configuration.
+    The recordings are in the folder ``raw`` beside the results.
     """
     raw, table = folder.resolve().parent / "raw", folder / OfArchive.RECORDINGS
     if not raw.is_dir() or not table.exists():
