@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 from draw_design import draw_capsule, draw_other_readings, figures, other_readings
-from matplotlib.text import Text
 
 from capsule.parts.files import read_design
 from capsule.phantom.origami import pitch
@@ -30,46 +29,12 @@ def test_the_capsule_is_drawn_with_its_dimensions_sensors_and_bench():
     assert {"20", "60", "cam, radius 9", "follower 2", "sheet 3", "wall 1"} <= texts(bench)
 
 
-def taken(part, choice):
-    return {name: value for name, value in choice.items() if hasattr(part, name)}
-
-
-def inked(figure):
-    """Return the boxes of all labels, in pixels."""
-    figure.draw_without_rendering()
-    return [
-        # Of a label with a leader the text alone.
-        (text.get_text(), Text.get_window_extent(text))
-        for axes in figure.axes
-        for text in axes.texts
-        if text.get_text().strip()
-    ]
-
-
-@pytest.mark.parametrize(
-    "choice",
-    [{}, {"fold_side": "tail"}, {"current": "halves"}, {"cut": "head"}, {"folding": "eyelets"}],
-    ids=str,
-)
-def test_no_label_lies_on_another_or_leaves_the_figure(choice):
-    origami, choices = DESIGN.phantom.origami, DESIGN.parts.choice
-    design = replace(
-        DESIGN,
-        phantom=replace(DESIGN.phantom, origami=replace(origami, **taken(origami, choice))),
-        parts=replace(DESIGN.parts, choice=replace(choices, **taken(choices, choice))),
-    )
-    figure = draw_capsule(design)
-    boxes = inked(figure)
-    for index, (text, box) in enumerate(boxes):
-        assert box.x0 >= 0, text
-        assert box.x1 <= figure.bbox.x1, text
-        overlapping = [
-            other for other, beside in boxes[index + 1 :] if box.padded(-1).overlaps(beside)
-        ]
-        assert overlapping == [], text
-
-
 def test_each_other_reading_lies_over_the_chosen_one_with_its_pitch():
+    for tip in ("bulb", "round", "curl"):
+        origami = replace(DESIGN.phantom.origami, tip=tip)
+        readings = other_readings(origami)
+        assert next(iter(readings.values())) == origami
+        assert len({str(each) for each in readings.values()}) == len(readings) == 5
     readings = other_readings(DESIGN.phantom.origami)
     figure = draw_other_readings(readings)
     titles = [axes.get_title(loc="center").split("\n") for axes in figure.axes]
@@ -78,12 +43,3 @@ def test_each_other_reading_lies_over_the_chosen_one_with_its_pitch():
     assert titles == [[words, f"pitch {each:.2f} mm"] for words, each in pitches.items()]
     assert pitches["A at the tail of BC"] == pytest.approx(5.38, abs=0.005)
     assert all(len(axes.lines) == 4 for axes in figure.axes)
-
-
-@pytest.mark.parametrize("tip", ["bulb", "round", "curl"])
-def test_the_other_readings_differ_from_the_choice_and_from_each_other(tip):
-    origami = replace(DESIGN.phantom.origami, tip=tip)
-    readings = other_readings(origami)
-    assert len(readings) == 5
-    assert next(iter(readings.values())) == origami
-    assert len({str(each) for each in readings.values()}) == len(readings)

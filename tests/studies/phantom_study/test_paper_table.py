@@ -31,12 +31,8 @@ def test_the_cells_are_those_that_the_paper_prints():
     kinds = [name.partition(" mm")[0].rpartition(" ")[0] for name in PAPER.cells]
     assert kinds[:18] == 5 * ["precision"] + 5 * ["recall"] + 4 * ["exact"] + 4 * ["within"]
     # The pie has slices of none, 1 mm and 2 mm.
-    assert list(PAPER.cells)[18:] == [
-        "specificity",
-        "no nodule as none",
-        "no nodule as 1 mm",
-        "no nodule as 2 mm",
-    ]
+    slices = [f"no nodule as {size}" for size in ("none", "1 mm", "2 mm")]
+    assert list(PAPER.cells)[18:] == ["specificity", *slices]
     # Rates of whole runs: 57.7 % is 15 of 26.
     assert PAPER.cells["precision 1 mm"] == 100 * 15 / 26
 
@@ -64,20 +60,22 @@ def test_another_print_gives_other_cells():
     assert paper.runs == 10
 
 
-def test_the_motion_counts_like_cells():
+def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
     rates = dict(zip(PAPER.motion, (75.0, 50.0), strict=True))
     # By Laplace's rule 15 and 10 of 20 runs make 16/22 and 11/22 likely.
     spreads = [np.sqrt(p * (1 - p) / 20) for p in (16 / 22, 11 / 22)]
     wanted = np.sqrt(((0.25 / spreads[0]) ** 2 + (0.5 / spreads[1]) ** 2) / 24)
-    assert distance(cells(LIKE_THE_PAPER, PAPER) | rates, PAPER) == pytest.approx(wanted)
-
-
-def test_a_rate_that_hardly_varies_is_sooner_far_off():
-    like_the_paper = PAPER.cells | PAPER.motion
-    sure = distance(like_the_paper | {"recall 2 mm": 100.0}, PAPER)
-    unsure = distance(like_the_paper | {"exact 3 mm": 40.0}, PAPER)
-    # Both are off by 15 points.
-    assert sure > 2 * unsure
+    assert distance(PAPER.cells | rates, PAPER) == pytest.approx(wanted)
+    # A rate that hardly varies is sooner far off, here by 15 points each.
+    paper = PAPER.cells | PAPER.motion
+    sure, unsure = ({"recall 2 mm": 100.0}, {"exact 3 mm": 40.0})
+    assert distance(paper | sure, PAPER) > 2 * distance(paper | unsure, PAPER)
+    # A precision of nothing found is missing and far off.
+    nothing = np.zeros((6, 6), dtype=int)
+    nothing[:, 0] = 20
+    rates = cells(nothing, PAPER)
+    assert np.isnan(rates["precision 5 mm"])
+    assert distance(rates | PAPER.motion, PAPER) > 10
 
 
 def test_cells_are_the_rates_counted_in_the_table():
@@ -95,14 +93,6 @@ def test_cells_are_the_rates_counted_in_the_table():
     assert rates["specificity"] == rates["no nodule as none"] == pytest.approx(5 * confusion[0, 0])
     for size in (1, 2):
         assert rates[f"no nodule as {size} mm"] == pytest.approx(5 * confusion[0, size])
-
-
-def test_a_precision_of_nothing_found_is_missing_and_far_off():
-    nothing = np.zeros((6, 6), dtype=int)
-    nothing[:, 0] = 20
-    rates = cells(nothing, PAPER)
-    assert np.isnan(rates["precision 5 mm"])
-    assert distance(rates | PAPER.motion, PAPER) > 10
 
 
 def test_summary_says_whether_the_paper_lies_in_the_central_range():

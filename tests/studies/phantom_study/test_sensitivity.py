@@ -37,21 +37,13 @@ def test_a_fault_spoils_one_sensor_of_each_run():
                     assert run.counts[sensor].max() == sound[sensor].max()
 
 
-def test_headline_rates_of_a_perfect_and_of_a_blind_detector():
+def test_the_headline_has_the_specificity_the_recalls_and_the_means_over_the_papers_sizes():
     perfect = draw.headline(20 * np.eye(6, dtype=int), PAPER)
     assert set(perfect.values()) == {100.0}
     blind = np.zeros((6, 6), dtype=int)
     blind[:, 0] = 20
-    assert draw.headline(blind, PAPER) == {
-        "specificity": 100.0,
-        "recall 1 mm": 0.0,
-        "recall 2 mm": 0.0,
-        "exact size": 0.0,
-        "within 1 mm": 0.0,
-    }
-
-
-def test_exact_and_tolerable_sizes_are_averaged_over_the_papers_sizes():
+    missed = dict.fromkeys(("recall 1 mm", "recall 2 mm", "exact size", "within 1 mm"), 0.0)
+    assert draw.headline(blind, PAPER) == {"specificity": 100.0} | missed
     confusion = 20 * np.eye(6, dtype=int)
     confusion[1] = [0, 0, 0, 20, 0, 0]
     confusion[2] = [0, 0, 0, 20, 0, 0]

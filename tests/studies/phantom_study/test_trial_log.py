@@ -34,23 +34,13 @@ def test_trials_are_made_once_and_then_read(tmp_path):
 
 def test_only_what_is_missing_is_made(tmp_path):
     path = tmp_path / "log.csv"
-    TrialLog(path, make).trials("first", CANDIDATES[:1], SEEDS[:1])
     asked = []
 
     def note(values, seeds):
         asked.extend(seeds)
         return make(values, seeds)
 
-    log = TrialLog(path, note)
-    assert len(log.trials("first", CANDIDATES, SEEDS)) == 3
-    assert asked == SEEDS[1:]
-    log.trials("second", CANDIDATES, SEEDS)
-    assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
-
-
-def test_every_trial_is_in_the_file_before_the_next_is_asked_for(tmp_path):
-    path = tmp_path / "log.csv"
-
+    # Every trial is in the file before the next is asked for.
     def interrupted(values, seeds):
         yield next(make(values, seeds))
         raise KeyboardInterrupt
@@ -58,6 +48,11 @@ def test_every_trial_is_in_the_file_before_the_next_is_asked_for(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         TrialLog(path, interrupted).trials("first", CANDIDATES, SEEDS)
     assert [row["archive_seed"] for row in read_csv(path)] == ["7"]
+    log = TrialLog(path, note)
+    assert len(log.trials("first", CANDIDATES, SEEDS)) == 3
+    assert asked == SEEDS[1:]
+    log.trials("second", CANDIDATES, SEEDS)
+    assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
 
 
 @pytest.mark.parametrize(

@@ -38,20 +38,18 @@ def same(some, others):
     return len(some) == len(others) and all(map(np.array_equal, some, others))
 
 
-def test_the_same_seed_draws_the_same_bench_and_recordings():
-    assert bench(3) == bench(3)
-    assert bench(3) != bench(4)
-    assert same(runs(3), runs(3))
-
-
 @pytest.mark.parametrize("number", range(12))
-def test_recordings_are_counts_of_four_sensors(number):
-    for counts in runs(number):
+def test_a_seed_draws_recordings_of_four_sensors_that_differ_by_the_nodule(number):
+    assert bench(number) == bench(number) != bench(number + 1)
+    healthy, *_, large = made = runs(number)
+    assert same(made, runs(number))
+    for counts in made:
         assert counts.dtype == np.int16
-        assert counts.shape[0] == 4
-        assert 250 <= counts.shape[1] <= 990
-        assert counts.min() >= 0
-        assert counts.max() <= 1023
+        assert counts.shape[0] == 4 and 250 <= counts.shape[1] <= 990
+        assert counts.min() >= 0 and counts.max() <= 1023
+    alone = runs(number, np.zeros(4))
+    assert np.array_equal(healthy, alone[0])
+    assert not np.array_equal(large, alone[3])
 
 
 @pytest.mark.parametrize("number", range(12))
@@ -60,15 +58,6 @@ def test_a_nodule_without_height_leaves_nothing(number):
     flat = replace(drawn, lump=replace(drawn.lump, height=0.0))
     healthy = simulate_bench(drawn, np.zeros(4), streams(number))
     assert same(simulate_bench(flat, SIZES_MM, streams(number)), healthy)
-
-
-def test_a_nodule_tells_a_recording_from_the_healthy_one():
-    for number in range(12):
-        healthy, small, _, large = simulate_bench(bench(number), SIZES_MM, streams(number))
-        alone = simulate_bench(bench(number), np.zeros(4), streams(number))
-        assert np.array_equal(healthy, alone[0])
-        assert not np.array_equal(large, alone[3])
-        assert small.shape[0] == large.shape[0]
 
 
 def test_a_high_nodule_makes_the_beats_deeper():
@@ -94,14 +83,11 @@ def test_every_form_of_the_wave_is_drawn():
     assert {bench(number).wave.form for number in range(60)} == set(WAVE_FORMS)
 
 
-@pytest.mark.parametrize("kind", [0, 1, 2])
-def test_smooth_noise_has_unit_variance(kind):
-    course = smooth_noise(streams(0)("noise"), (4000,), 100, 20.0, kind)
-    assert course.shape == (4000, 100)
-    assert course.var() == pytest.approx(1.0, rel=0.1)
-
-
-def test_jumps_come_as_often_as_they_should():
+def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
+    for kind in range(3):
+        course = smooth_noise(streams(0)("noise"), (4000,), 100, 20.0, kind)
+        assert course.shape == (4000, 100)
+        assert course.var() == pytest.approx(1.0, rel=0.1)
     courses = jumps(streams(0)("jumps"), (2000,), 500, 2.0, 1.0)
     assert np.count_nonzero(np.diff(courses), axis=1).mean() == pytest.approx(2.0, rel=0.1)
 
