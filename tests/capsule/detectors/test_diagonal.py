@@ -5,7 +5,6 @@ import pytest
 
 from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.search import UNKNOWN, Passage
-from capsule.seeding import generator
 from support.training import archive_of_passages, recordings_of
 
 LEARNING = {"specificity": 0.9, "prevalence": 0.5, "size_ridge": 1.0}
@@ -42,22 +41,3 @@ def test_a_recording_does_not_teach_its_own_verdict():
     assert without_a_size.estimate_mm == 1.0
     # No recording is left to predict the one other nodule.
     assert (without_a_size.estimate_low_mm, without_a_size.estimate_high_mm) == (1.0, np.inf)
-
-
-@pytest.mark.slow
-def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule():
-    held = []
-    for archive_number in range(12):
-        numbers = generator(1, f"coverage {archive_number}")
-        sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(160)}
-        passages = {
-            name: passage(0.8 * size + numbers.normal(), size + numbers.normal() / 2)
-            for name, size in sizes.items()
-        }
-        archive = archive_of_passages(passages, sizes, **LEARNING)
-        for name, size in sizes.items():
-            verdict = Diagonal.taught(archive, [name]).verdict(archive.recordings[name])
-            if size and verdict.predicted_mm:
-                held.append(verdict.estimate_low_mm <= size <= verdict.estimate_high_mm)
-    # About 900 sizes: the standard error is 0.01.
-    assert np.mean(held) == pytest.approx(0.9, abs=0.03)

@@ -5,7 +5,7 @@ import pytest
 
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
-from capsule.detectors.occlusion import STEP, WIDTH, score_stretches
+from capsule.detectors.occlusion import FIRST, STEP, WIDTH, score_stretches
 from capsule.engine.project import WEIGHTS
 
 
@@ -27,6 +27,7 @@ def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(s
 def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
     _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
     assert loss.size == max(beats - WIDTH, 0) // STEP + 1
+    assert np.arange(WIDTH).mean() == FIRST
 
 
 def test_what_cannot_be_scored_has_no_stretches(scorer):

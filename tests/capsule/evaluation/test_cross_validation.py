@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from capsule.detectors.base import TrainingArchive
 from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
 from capsule.detectors.search import Passage
-from capsule.detectors.unlike import because
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.evaluation import cross_validation
 from capsule.evaluation.cross_validation import (
@@ -286,6 +285,32 @@ def test_what_is_left_out_or_has_no_verdict_teaches_nothing(archive, detectors):
     assert stored["diagonal"]["threshold"] == by_threshold["threshold"]
 
 
+def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive):
+    usual = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
+    traits = {f"0mm/n{number}": usual for number in range(LEAST_PLACES)}
+    traits["0mm/x"] = replace(usual, period_s=9.0)
+    passages = {name: passage(float(number)) for number, name in enumerate(traits)}
+    matrices = dict.fromkeys(traits, archive.recordings["0mm/a"].matrix)
+    many = replace(
+        archive,
+        sizes_mm=dict.fromkeys(traits, 0.0),
+        recordings=recordings_of(passages, traits=traits, matrices=matrices),
+        # Nobody tells of a recording that no detector judges.
+        no_verdict={"0mm/silent": "no wave on sensor_1"},
+    )
+    many.recordings["0mm/silent"] = many.recordings["0mm/n0"]
+    told = Detectors(many)
+    for name, left_out, answer, because_of in (
+        ("0mm/x", [], "yes", ""),
+        ("0mm/x", ["0mm/x"], "no", "period_s step_s"),
+        ("0mm/n1", [], "yes", ""),
+        ("0mm/x", ["0mm/x", "0mm/n1"], "", TOO_FEW),
+        ("0mm/silent", [], "", ""),
+    ):
+        for row in told.rows([name], left_out):
+            assert (row["familiar"], row["unfamiliar_because"]) == (answer, because_of)
+
+
 def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fold(detectors):
     folds = folds_of({name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES)
     rows = cross_validate(detectors, folds)
@@ -326,31 +351,3 @@ def test_folds_that_differ_in_the_scheme_alone_are_judged_once_and_long_ones_in_
     names = list(SIZES_MM)
     assert judged == [*((name,) for name in names), *(tuple(names[i : i + 2]) for i in (0, 2, 4))]
     assert len(rows) == 2 * len(cross_validate(detectors, folds))
-
-
-def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive, detectors):
-    (first, *_) = detectors.rows(["0mm/a"], [])
-    assert first["familiar"] == ""
-    assert (first["unfamiliar_because"], first["unlike_value"]) == (TOO_FEW, 0)
-    assert because(first) == "only 0 places teach what is familiar; 49 are needed"
-    usual = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
-    strange = replace(usual, period_s=9.0)
-    names = [f"0mm/n{number}" for number in range(LEAST_PLACES)]
-    passages = dict(zip([*names, "0mm/x"], map(passage, range(60)), strict=False))
-    many = replace(
-        archive,
-        sizes_mm=dict.fromkeys(passages, 0.0),
-        recordings=recordings_of(
-            passages,
-            traits=dict.fromkeys(names, usual) | {"0mm/x": strange},
-            matrices=dict.fromkeys(passages, archive.recordings["0mm/a"].matrix),
-        ),
-    )
-    told = Detectors(many)
-    for left_out, answer in (([], "yes"), (["0mm/x"], "no"), (["0mm/x", "0mm/n1"], "")):
-        assert {row["familiar"] for row in told.rows(["0mm/x"], left_out)} == {answer}
-    assert {row["familiar"] for row in told.rows(["0mm/n1"], [])} == {"yes"}
-    # Nobody tells of a recording that no detector judges.
-    silent = Detectors(replace(many, no_verdict={"0mm/n0": "no wave on sensor_1"}))
-    unjudged = list(silent.rows(["0mm/n0"], []))
-    assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}
