@@ -24,19 +24,42 @@ def fill(part, count):
     for index in range(count):
         missing = index % 5 == 3
         part.add(format_sample(index / 10, None if missing else (index, 2, 3, 4)))
-
-
-def test_a_recording_appears_whole(final):
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 10)
     part.flush()
+    return part
+
+
+def part_of(final, count, **options):
+    return fill(growing_file.GrowingFile(final, head_of(HEADER, 4), **options), count)
+
+
+def refuse(*names):
+    raise OSError(errno.EPERM, "no links here")
+
+
+@pytest.mark.parametrize("link", [os.link, refuse], ids=["links", "a file system without links"])
+def test_a_recording_appears_whole_and_no_name_is_taken_twice(final, monkeypatch, link):
+    monkeypatch.setattr(growing_file.os, "link", link)
+    part = part_of(final, 10)
+    assert part.path.read_text().endswith("0.9,9,2,3,4\n")
+    assert growing_file.unfinished(final.parents[1]) == [part.path]
     assert not final.exists()
+    with pytest.raises(NameExistsError, match="unfinished"):
+        part_of(final, 0)
     assert part.finish() == final
     with final.open("rb") as stream:
         recording = read_recording(stream, 4)
     assert recording.time_s.size == 10
     assert recording.header["source"] == "the tests"
     assert list(final.parent.iterdir()) == [final]
+    with pytest.raises(NameExistsError, match="never overwrites"):
+        growing_file.check_free(final)
+    second = part_of(final.with_name("r02.csv"), 3)
+    # Somebody copies a recording of that name in while this one runs.
+    second.final.write_text("precious")
+    with pytest.raises(NameExistsError, match="samples are kept in r02"):
+        second.finish()
+    assert second.final.read_text() == "precious"
+    assert second.path.exists()
 
 
 # Kills: an entry that is written where the samples are, and one that a killed recorder loses.
@@ -54,14 +77,6 @@ def test_an_entry_is_amended_in_its_place_at_any_moment(final):
     assert final.read_text().endswith("\n0,0,2,3,4\n0.1,1,2,3,4\n0.2,2,2,3,4\n")
 
 
-def test_samples_are_in_the_file_once_flushed(final):
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 7)
-    part.flush()
-    assert part.path.read_text().endswith("0.6,6,2,3,4\n")
-    part.close()
-
-
 def test_synced_every_second_and_not_more_often(final, monkeypatch):
     synced = []
     now_s = [100.0]
@@ -76,43 +91,9 @@ def test_synced_every_second_and_not_more_often(final, monkeypatch):
     part.close()
 
 
-def test_a_name_is_never_taken_twice(final):
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    with pytest.raises(NameExistsError, match="unfinished"):
-        growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 3)
-    # Somebody copies a recording of that name in while this one runs.
-    final.write_text("precious")
-    with pytest.raises(NameExistsError, match="samples are kept in r01"):
-        part.finish()
-    assert final.read_text() == "precious"
-    assert part.path.exists()
-    with pytest.raises(NameExistsError, match="never overwrites"):
-        growing_file.check_free(final)
-
-
-def test_file_systems_without_links_serve_too(final, monkeypatch):
-    def refuse(*names):
-        raise OSError(errno.EPERM, "no links here")
-
-    monkeypatch.setattr(growing_file.os, "link", refuse)
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 3)
-    assert part.finish().exists()
-    assert not part.path.exists()
-    second = growing_file.GrowingFile(final.with_name("r02.csv"), head_of(HEADER, 4))
-    fill(second, 3)
-    second.final.write_text("precious")
-    with pytest.raises(NameExistsError):
-        second.finish()
-    assert second.final.read_text() == "precious"
-
-
 @pytest.mark.parametrize("room", range(0, 48, 5))
 def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 5)
-    part.flush()
+    part = part_of(final, 5)
     before = part.path.read_bytes()
     really_write = os.write
     left = [room]
@@ -125,9 +106,8 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
         return written
 
     monkeypatch.setattr(growing_file.os, "write", write)
-    fill(part, 5)
     with pytest.raises(DiskFullError, match="disk is full"):
-        part.flush()
+        fill(part, 5)
     part.close()
     after = part.path.read_bytes()
     assert after.startswith(before)
@@ -135,17 +115,9 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
     assert len(before) + room - len(after) < len("0.0,0,2,3,4\n")
 
 
-def whole_part(final):
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4))
-    fill(part, 6)
-    part.flush()
-    part.close()
-    return part.path.read_bytes()
-
-
-def test_unfinished_recordings_are_listed(tmp_path, final):
-    whole_part(final)
-    whole_part(tmp_path / "raw" / "unlabelled" / "r02.csv")
+def test_unfinished_recordings_are_listed(tmp_path):
+    for name in ("unlabelled/r02", "3mm/r01"):
+        part_of(tmp_path / f"raw/{name}.csv", 6).close()
     names = [part.name for part in growing_file.unfinished(tmp_path / "raw")]
     assert names == ["r01.csv.part", "r02.csv.part"]
     assert growing_file.unfinished(tmp_path / "nowhere") == []
@@ -157,14 +129,47 @@ def going_on(final, monkeypatch, tmp_path):
     monkeypatch.setattr(growing_file, "SYNC_EVERY_S", 0)
     monkeypatch.setattr(growing_file.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told = []
-    part = growing_file.GrowingFile(final, head_of(HEADER, 4), tell=told.append)
-    fill(part, 3)
-    part.flush()
-    return part, told
+    return part_of(final, 3, tell=told.append), told
 
 
-def finish_after(going_on, expected):
+def replace_file(path):
+    path.rename(path.with_name("other"))
+    path.write_text("precious")
+
+
+def replace_folder(path):
+    shutil.rmtree(path.parent)
+    path.parent.write_text("a file in place of the folder")
+
+
+@pytest.mark.parametrize(
+    ("disturb", "goes_on_as", "kept"),
+    [
+        (Path.unlink, "raw/3mm/r01", {}),
+        (lambda path: shutil.rmtree(path.parent), "raw/3mm/r01", {}),
+        (lambda path: shutil.rmtree(path.parents[1]), "raw/3mm/r01", {}),
+        (
+            lambda path: path.rename(path.with_name("other.part")),
+            "raw/3mm/r01",
+            {"raw/3mm/other.part": "0.2,2,2,3,4\n"},
+        ),
+        (
+            lambda path: path.parent.rename(path.parents[1] / "4mm"),
+            "raw/3mm/r01",
+            {"raw/4mm/r01.csv.part": "0.2,2,2,3,4\n"},
+        ),
+        (replace_file, "raw/3mm/r01-2", {"raw/3mm/r01.csv.part": "precious"}),
+        (replace_folder, "elsewhere/capsule-recordings/3mm/r01", {}),
+    ],
+    ids=["file deleted", "folder deleted", "raw deleted", "file renamed", "folder renamed",
+         "another file in its place", "a file in place of the folder"],
+)  # fmt: skip
+def test_what_was_lost_is_written_anew_and_nothing_overwritten(
+    tmp_path, going_on, disturb, goes_on_as, kept
+):
     part, told = going_on
+    expected = tmp_path / f"{goes_on_as}.csv"
+    disturb(part.path)
     part.sync()
     assert part.path == expected.with_name(expected.name + ".part")
     part.add(format_sample(0.3, (3, 2, 3, 4)))
@@ -175,40 +180,8 @@ def finish_after(going_on, expected):
         assert read_recording(stream, 4).values[0].tolist() == [0, 1, 2, 3]
     (text,) = told
     assert f"all samples so far were copied to {expected}.part, and go on there" in text
-
-
-@pytest.mark.parametrize("what", ["file", "folder", "raw"])
-def test_what_was_deleted_is_written_anew(final, going_on, what):
-    part, _ = going_on
-    if what == "file":
-        part.path.unlink()
-    else:
-        shutil.rmtree(final.parent if what == "folder" else final.parents[1])
-    finish_after(going_on, final)
-
-
-@pytest.mark.parametrize("what", ["file", "folder"])
-def test_what_was_renamed_is_written_anew_and_kept(final, going_on, what):
-    part, _ = going_on
-    renamed = final.with_name("other.part") if what == "file" else final.parents[1] / "4mm"
-    (part.path if what == "file" else final.parent).rename(renamed)
-    finish_after(going_on, final)
-    kept = renamed if what == "file" else renamed / "r01.csv.part"
-    assert kept.read_text().endswith("0.2,2,2,3,4\n")
-
-
-def test_another_file_in_the_place_is_left_alone(final, going_on):
-    part, _ = going_on
-    part.path.rename(final.with_name("other"))
-    part.path.write_text("precious")
-    finish_after(going_on, final.with_name("r01-2.csv"))
-    assert final.with_name("r01.csv.part").read_text() == "precious"
-
-
-def test_where_the_folder_cannot_be_made_again_another_disk_serves(final, going_on, tmp_path):
-    shutil.rmtree(final.parent)
-    final.parent.write_text("a file in place of the folder")
-    finish_after(going_on, tmp_path / "elsewhere" / "capsule-recordings" / "3mm" / "r01.csv")
+    for name, end in kept.items():
+        assert (tmp_path / name).read_text().endswith(end)
 
 
 def test_where_recordings_have_all_its_names_the_fault_says_so(final, going_on, tmp_path):
