@@ -159,6 +159,13 @@ READ = {
         f"rate in {line!r}": Read(f"{line}\n" + lines(*COUNTS, head="S1,S2,S3,S4"))
         for line in ("# fs: 10", "% Sampling rate (kHz) = 0.01", "sample_rate,10 Hz")
     },
+    "sample interval": Read("# Sample Interval: 100 ms\n" + lines(*COUNTS, head="S1,S2,S3,S4")),
+    **{
+        f"ohm as {name!r}": Read(
+            lines(TIME_S, *COUNTS, head="t," + ",".join(f"{each}{name}" for each in SENSORS))
+        )
+        for name in ("_\u03a9", " in \u2126")
+    },
     "row of units": Read(
         lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"), values=COUNTS / 1000
     ),
@@ -309,6 +316,8 @@ ASKED = {
             ("# readings: kPa", "kPa"),
             ("# values in grams-force", "grams-force"),
             ("Pressure in mmHg", "mmHg"),
+            ("Vertical Units,kPa", "kPa"),
+            ("# signals in nT", "nT"),
         )
     },
     **{
@@ -331,6 +340,9 @@ ASKED = {
             ("_uS", "uS"),
             (" *10", "*10"),
             ("_mV_x10", "mV_x10"),
+            (" in N", "N"),
+            ("_microstrain", "microstrain"),
+            (" / l/min", "l/min"),
         )
     },
     "rate beside other times": Asked(
@@ -338,6 +350,16 @@ ASKED = {
         "step of 0.1 s is 10 Hz, but the file states sampling rate = 20; give --time-unit s if the",
         "--time-unit s",
     ),
+    **{
+        f"{line!r} beside other times": Asked(
+            f"{line}\n{PLAIN}", f"but the file states {told} = 5; give", "--time-unit s"
+        )
+        for line, told in (
+            ("# Sampling interval (ms): 200", "Sampling interval"),
+            ("Sample Interval,0.2,s", "Sample Interval"),
+            ("# Acquisition rate = 5.0e0 Hz", "Acquisition rate"),
+        )
+    },
     "rate beside dates": Asked(
         "# rate: 20 Hz\n" + lines(clocks(NOON), *COUNTS),
         "is 10 Hz, but the file states rate = 20; give --time-unit clock if the times are right",
@@ -382,8 +404,53 @@ ASKED = {
             ("t [ticks]", "ticks", 1e7),
             ("ticks", "ticks", 1e7),
             ("time (0.1 ms)", "0.1 ms", 1e4),
+            ("time_hundredths", "hundredths", 100),
         )
     },
+    **{
+        f"unit of time in {line!r}": Asked(
+            f"{line}\n{in_time_unit('time', per_second)}",
+            f"the file names the unit {unit!r}, which is none of s, ms, us",
+            "--time none --rate 10",
+        )
+        for line, unit, per_second in (
+            ("# x-axis unit: cs", "cs", 100),
+            ("# time is in 1/256 s", "1/256 s", 256),
+            ("# Time base: 10 us", "10 us", 1e5),
+        )
+    },
+    **{
+        f"a clock without colons, {form}": Asked(
+            lines(
+                [f"{NOON + timedelta(seconds=s - 20):{form}}"[:-5] for s in TIME_S],
+                *COUNTS,
+                head="time,S1,S2,S3,S4",
+            ),
+            "seems to be a clock without colons",
+            "--time none --rate 10",
+        )
+        for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")
+    },
+    "ticks of 100 ns since 1601": Asked(
+        lines(
+            [f"{133 * 10**15 + round(s * 1e7)}" for s in TIME_S],
+            *COUNTS,
+            head="timestamp,S1,S2,S3,S4",
+        ),
+        "its usual step of 1e+06 is a rate between 2 and 4000 Hz in no unit; use --time-unit",
+        "--rate 10 --time none",
+    ),
+    "all counts with points": Asked(
+        lines(
+            *([german(v) for v in 4 * row] for row in (250 * TIME_S, *COUNTS)),
+            head="ms;S1;S2;S3;S4",
+            sign=";",
+        ),
+        "can be 1.876 (--decimal point) or 1876 (--thousands point); choose one",
+        "--unit counts --thousands point",
+        options="--unit counts",
+        values=4 * COUNTS,
+    ),
     "counts with points": Asked(
         lines(
             TIME_S * 1000,
@@ -504,6 +571,11 @@ def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
     before, after = values[2, [99, 101]]
     told = f"note: line 102: 5 of sensor_3 is far from {before:g} before and {after:g} after it"
     assert told in shown and shown.count("is far from") == 1
+    path.write_text(PLAIN.rpartition("\n")[0][:-2] + "\n")
+    shown = import_files(tmp_path / "cut", path).shown
+    assert (
+        f"note: line 526: {PLAIN[-4:-3]} of sensor_4 is far from {COUNTS[3, -2]:g} before" in shown
+    )
 
 
 def test_a_long_gap_is_named(tmp_path):

@@ -30,15 +30,16 @@ _FEWER_NUMBERS = 0.05
 _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
 # To look for labels in a longer line would take long.
 _LONGEST_LABELLED = 1000
-# If cells without a point are so many times those with one below them, it separates thousands.
-_THOUSANDFOLD = 30.0
+# If cells without a point are so many times those with one below them, it separates thousands; and
+# counts or ohms with three decimals are as large at least.
+_THOUSANDFOLD, _LEAST_READING = 30.0, 64.0
 # Number and text of a line.
 Line: TypeAlias = tuple[int, str]
 
 # By decimal sign and separator of thousands. A number with thousands never begins with 0: the comma
-# of 0,123 is a decimal sign.
+# of 0,123 is a decimal sign, and so is that of 4,690e+02.
 _NUMBERS = {
-    style: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?[0-9]+)?")
+    style: re.compile(rf"[+-]?(?:{digits}){'(?:[eE][+-]?[0-9]+)?' * (style[1] == 'none')}")
     for style, digits in {
         ("point", "none"): r"[0-9]+\.?[0-9]*|\.[0-9]+",
         ("comma", "none"): r"[0-9]+(?:,[0-9]+)?|,[0-9]+",
@@ -255,9 +256,13 @@ def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None
         whole = [float(cell) for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
         # A number with two points, or with a comma too, settles it.
         is_open = all(re.fullmatch(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}", cell) for cell in pointed)
-        if not (whole and pointed and is_open):
+        if not (pointed and is_open):
             continue
-        if np.median(whole) > _THOUSANDFOLD * np.median(list(map(float, pointed))):
+        usual = np.median(list(map(float, pointed)))
+        is_small = keys.unit in ("counts", "ohm") and len(pointed) == len(column)
+        if (whole and np.median(whole) > _THOUSANDFOLD * usual) or (
+            is_small and usual < _LEAST_READING
+        ):
             number = next(number for number, line in lines if pointed[0] in line)
             raise QuestionError(
                 f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "

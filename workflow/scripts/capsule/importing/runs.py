@@ -245,10 +245,11 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
             "another run begins behind it, give --run-gap-s"
         )
     for sensor, at in np.argwhere(is_lone(values))[:_MOST_LONE].tolist():
-        before, here, after = values[sensor, at - 1 : at + 2]
+        before, here, *after = values[sensor, at - 1 : at + 2]
+        behind = "".join(f" and {value:g} after" for value in after)
         yield (
             f"{reading.table.line(first + at)}: {here:g} of sensor_{sensor + 1} is far from "
-            f"{before:g} before and {after:g} after it; if digits were lost, correct the line"
+            f"{before:g} before{behind} it; if digits were lost, correct the line"
         )
     highest = np.nanmax(values, initial=0.0)
     if header["unit"] == "V" and "vref_v" not in header:

@@ -19,19 +19,25 @@ _LEAST_LONE, _LONE_STEPS = 50, 4.0
 UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
 # Names of a sampling rate, and of what turns stored numbers into readings.
 RATE = re.compile(
-    rf"(fs|s?rate|samp(le|ling)?[_ ]?(rate|freq(uency)?)|{UNSURE_RATE.pattern})([_ ]?hz)?",
+    r"(fs|s?rate|odr|(samp(le|ling)?|acquisition|scan|data|update)[_ ]?(rate|freq(uency)?)|"
+    rf"{UNSURE_RATE.pattern})([_ ]?hz)?",
     re.IGNORECASE,
 )
+# Names of the time between two samples.
+INTERVAL = re.compile("(samp(le|ling)?|scan)[_ ]?(interval|period)|dt|delta[_ ]?t", re.IGNORECASE)
 SCALE = re.compile(
     "(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier", re.IGNORECASE
 )
 # Other words for a scaling, which may be that of the recorder.
-_SCALING = re.compile(r"(scal|gain|offset|multipl|factor|lsb|calibrat).*", re.IGNORECASE)
+_SCALING = re.compile(
+    r"(scal|gain|offset|multipl|factor|lsb|calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi).*",
+    re.IGNORECASE,
+)
 
 
 def scales(key: str, value: str) -> bool:
     """Return whether a file's line tells a scaling of the readings, other than one by 1 and 0."""
-    neutral = "[+-]?0*[.]?0*" if "offset" in key.lower() else "[+]?1[.]?0*"
+    neutral = "[+-]?0*[.]?0*" if "offset" in key.lower() else "[+]?1[.]?0* ?[xX]?"
     told = SCALE.fullmatch(key) or _SCALING.fullmatch(key)
     return bool(told) and not re.fullmatch(neutral, value.strip())
 
@@ -306,13 +312,15 @@ def is_lone(values: np.ndarray) -> np.ndarray:
     lone = np.zeros(values.shape, dtype=bool)
     if values.shape[1] < _LEAST_LONE:
         return lone
-    before, here, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
+    # Behind the last reading, the one before it counts again.
+    padded = np.pad(values, ((0, 0), (0, 1)), mode="reflect")
+    before, here, after = padded[:, :-2], padded[:, 1:-1], padded[:, 2:]
     jump = np.fmin(np.abs(here - before), np.abs(here - after))
     steps = np.nan_to_num(np.abs(np.diff(values)))
     usual = np.percentile(steps, 99, axis=1, keepdims=True)
     low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
     is_far_off = (2 * np.abs(here) < low) | (np.abs(here) > 2 * high)
-    lone[:, 1:-1] = is_far_off & (jump > _LONE_STEPS * usual) & (high < 2 * low)
+    lone[:, 1:] = is_far_off & (jump > _LONE_STEPS * usual) & (high < 2 * low)
     return lone
 
 

@@ -27,16 +27,20 @@ from capsule.importing.dialects import (
 )
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import RATE, SCALE, Channel, Table, not_a_number, scales
+from capsule.importing.table import INTERVAL, RATE, SCALE, Channel, Table, not_a_number, scales
 from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
-_NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*(?:[\[(](k?Hz)[\])]\s*)?[:=]\s*(.+)")
-_STATED_RATE = re.compile(
-    r"([0-9]+\.?[0-9]*|\.[0-9]+)\s*(k?)(?:Hz|sps|s/s|/s|samples/s)?", re.IGNORECASE
+_NOTE = re.compile(
+    r"\s*([A-Za-z][A-Za-z0-9_ -]{0,40}?)\s*(?:[\[(](k?Hz|[mu]?s)[\])]\s*)?[:=]\s*(.+)"
 )
+_STATED_RATE = re.compile(
+    r"((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?)[\s:]*(k?)(?:Hz|sps|s/s|/s|samples/s)?",
+    re.IGNORECASE,
+)
+_STATED_STEP = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)[\s:]*([mu]?)(?:s|sec)?", re.IGNORECASE)
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
@@ -57,10 +61,13 @@ _LEAST_SHARE = 0.5
 _IN_UNIT = re.compile(
     r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
     r"pressures?|forces?|voltages?|resistances?))\b(?:.* in |[^,;|\t(\[:=]*[(\[:=] *)"
-    r"([^\s,;()\[\]]+?)[)\]]?\.?",
+    r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-z]+)[)\]]?\.?",
     re.IGNORECASE,
 )
-_UNIT_LINE = re.compile(r"\W*(units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE)
+_UNIT_LINE = re.compile(
+    r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
+)
+_TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
 # Keys of comments that tell a mark of missing samples.
 _MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
 # Number and cells of each row.
@@ -99,7 +106,10 @@ def read_text(content: bytes, keys: Keys) -> Table:
         for number, line in known[: dialect.first]:
             text = ": ".join(filter(None, dialect.split(line)))
             note = _NOTE.fullmatch(text)
-            if note and (RATE.fullmatch(note[1]) or SCALE.fullmatch(note[1])):
+            if note and (
+                any(way.fullmatch(note[1]) for way in (RATE, INTERVAL, SCALE))
+                or scales(note[1], note[3])
+            ):
                 comments[number] = text
             if any(way.fullmatch(line.strip()) for way in (_UNIT_LINE, _IN_UNIT)):
                 comments[number] = line.strip()
@@ -253,8 +263,9 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
         elif match := _NOTE.fullmatch(text):
             key, kind, value = match.groups("")
             value = f"{value} {kind}".rstrip()
-            if re.search("unit|einheit", key, re.IGNORECASE):
-                key = "time unit" if re.match("time|zeit", key, re.IGNORECASE) else "unit"
+            is_base = re.fullmatch("time ?base", key, re.IGNORECASE) and is_unit(value)
+            if is_base or re.search("unit|einheit", key, re.IGNORECASE):
+                key = "time unit" if _TIME_AXIS.match(key) else "unit"
             other, line = notes.get(key, (value, number))
             if (key in _DECISIVE or RATE.fullmatch(key)) and other != value:
                 raise CapsuleError(
@@ -379,6 +390,9 @@ def _stated_rates(notes: Mapping[str, str]) -> dict[str, float]:
         key: _STATED_RATE.fullmatch(text) for key, text in notes.items() if RATE.fullmatch(key)
     }
     rates = {key: float(m[1]) * (1000 if m[2] else 1) for key, m in stated.items() if m}
+    for key, text in notes.items():
+        if INTERVAL.fullmatch(key) and (m := _STATED_STEP.fullmatch(text)) and float(m[1]):
+            rates[key] = round({"": 1.0, "m": 1e3, "u": 1e6}[m[2].lower()] / float(m[1]), 9)
     return {key: rate for key, rate in rates.items() if rate > 0}
 
 

@@ -26,6 +26,10 @@ _POSSIBLE_HZ = (0.2, 100_000.0)
 _SAME_RATE = 0.05
 # Seconds since 1970 of the years 2000 and 2100.
 _EPOCH_S = (946_684_800.0, 4_102_444_800.0)
+# Seconds of a year: no clock of a bench runs so long.
+_YEAR_S = 31_557_600.0
+# Steps of numbers such as 120059.9 over a minute, an hour and a day, less the time that passes.
+_SKIPPED = (40.0, 4040.0, 764_040.0)
 # A counter of so many bits, in its own unit or in one a thousand or a million times larger, begins
 # again from 0.
 WRAPS = [2.0**bits / scale for bits in (32, 31, 16, 15) for scale in (1, 1e3, 1e6)]
@@ -248,6 +252,15 @@ def _unit(
     known = keys.rate or channel.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
     fitting = [unit for unit in _TRIED if low <= rates[unit] <= high]
+    # Other programs count 100 ns, from the year 1 or 1601 on.
+    if _YEAR_S < numbers[0] * _SECONDS["ns"] < _EPOCH_S[0]:
+        fitting = [unit for unit in fitting if unit != "ns"]
+    skips = np.abs(steps[:, None] - step - _SKIPPED) < 0.5 * step
+    if step < 1 and np.all(numbers % 100 < 60) and skips.any():
+        raise QuestionError(
+            f"{numbers[0]:.15g} seems to be a clock without colons, as 120059.9 for 12:00:59.9; "
+            "write it with colons, or give --time none and the sampling rate with --rate"
+        )
     configured = [unit for unit in fitting if abs(rates[unit] / keys.rate_hz - 1) <= _SAME_RATE]
     fitting = configured if len(configured) == 1 else fitting
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}

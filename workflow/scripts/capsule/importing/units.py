@@ -27,12 +27,16 @@ _WORDS = {
     "sample": "sample samples index frame frames",
 }
 _UNITS = {"": ""} | {word: unit for unit, words in _WORDS.items() for word in words.split()}
-# Units of other sensors, and of other clocks, that may stand behind a name.
+# Units of other sensors, and of other clocks, that may stand behind a name; also as a quotient.
+_ONE = (
+    r"(da|[pnuµμmcdhkgt])?(pa|bar|n|g|gf|m|m[23]|a|w|j|l|t|c|f|hz|nm|rad|strain|ε|e|oe|v|s|ω|ohms?)|"
+    r"psi|mmhg|inhg|torr|atm|[cm]mh2o|inh2o|lbf?|ozf?|kp|dyne?|gauss|ft|in|deg|°c?|%(fs)?|db|min|h|"
+    r"(hecto|kilo|mega)?pascals?|newtons?|(kilo|milli)?grams?([ -]force)?|(micro|milli)?teslas?|"
+    r"micro-?strain|(micro|nano|kilo)-?volts?|megaohms?|pct|per ?cent"
+)
 _OTHER = re.compile(
-    r"[hkm]?pa|m?bar|psi|mmhg|cmh2o|inhg|torr|atm|[mk]?n|[mk]?gf?|lbf?|mm|cm|[mun]?a|°?c|%|[pnuf]?f|"
-    r"(kilo|hecto)?pascals?|newtons?|(kilo)?grams?([ -]force)?|(micro|milli)?teslas?|"
-    r"k?hz|db|[unµμk]v|(micro|nano|kilo)-?volts?|[mµμu]?t|megaohms?|mohms?|mω|"
-    r"cs|ds|ps|ticks?|jiffies|[0-9./]+ ?([mnuµμ]?s|sec)"
+    rf"({_ONE})([/·*]({_ONE}))?|cs|ds|ps|(clock[ _]?)?ti(ck|c)s?|jiffies|tenths?|hundredths?|"
+    r"thousandths?|[0-9./]+ ?([mnuµμ]?s|sec)"
 )
 _NAMES_TIME = re.compile(
     r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
@@ -47,7 +51,8 @@ _BEHIND_NUMBER = re.compile(
     r"\D*[0-9]+[\s_/,:;-]*"
     r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|.+[\s_*][x\u00d7] ?[0-9.]+)"
 )
-_BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
+_BEHIND = re.compile(r"(.*?)[\s_.,/]+((?:[^\s_./]+/)?[^\s_./]+)")
+_IN = re.compile(r"(.+?)[\s_]+in[\s_]+(\S+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 # Least reading, and range of the largest one, that fit a unit.
@@ -74,9 +79,12 @@ def split_unit(name: str) -> tuple[str, str]:
     # data[0] and V(1) are numbered columns.
     if match and not match[2].isdecimal():
         return match[1], match[2]
-    match = _BEHIND.fullmatch(_NUMBER.sub("", name))
+    bare = _NUMBER.sub("", name)
+    if (match := _IN.fullmatch(bare)) and is_unit(match[2]):
+        return match[1], match[2]
+    match = _BEHIND.fullmatch(bare)
     # Most single letters after a blank are names, not units: sensor A, sensor R.
-    if match and (len(match[2]) > 1 or match[2] in "vVsS") and is_unit(match[2]):
+    if match and (len(match[2]) > 1 or match[2] in "vVsSΩΩ%") and is_unit(match[2]):
         return match[1], match[2]
     return name, ""
 
