@@ -6,10 +6,10 @@ import pytest
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import simulate_run
 from capsule.recordings.acceptance import readings_of
 from support.bench import emulated
 from support.bench.cable import TerminalCable
-from support.bench.closed_loop import ClosedLoop
 from support.bench.recorder import Recorder, check_complete
 from support.bench.workbench import Workbench
 
@@ -17,6 +17,43 @@ pytestmark = [
     pytest.mark.boards,
     emulated.needed,
 ]
+
+
+class ClosedLoop:
+    """A world that couples a peristalsis board to a logger through the phantom.
+
+    The wave is the phantom's clock: one run of the simulator advances by the time that the wave has
+    travelled, so it stands still while the motor does.
+    """
+
+    def __init__(self, phantom, nodule_mm, seed, motor, logger):
+        run = simulate_run(phantom, nodule_mm, seed, "closed loop")
+        self.time_s, self.counts = run.time_s, run.counts
+        electronics = phantom.electronics
+        # Voltage in the middle of a step of the converter.
+        self._voltages_mv = (run.counts + 0.5) * 1000 * electronics.vref_v / 2**electronics.adc_bits
+        self._speed_mm_s = phantom.wall.speed_mm_s
+        self._motor, self._logger = motor, logger
+        self._phantom_s = 0.0
+        self.progress_s = [(0.0, 0.0)]
+
+    def __call__(self, start_s, end_s):
+        """Move the capsule according to the motor's half-steps in the last stretch of time."""
+        before_s = self._phantom_s
+        travelled_mm = self._motor.half_steps / emulated.HALF_STEPS_PER_MM
+        self._phantom_s = travelled_mm / self._speed_mm_s
+        self._logger.set_voltages(self._at(before_s), self._at(self._phantom_s))
+        self._logger.set_end_stop(self._phantom_s >= self.time_s[-1])
+        self.progress_s.append((end_s, self._phantom_s))
+
+    def _at(self, phantom_s):
+        return np.array([np.interp(phantom_s, self.time_s, sensor) for sensor in self._voltages_mv])
+
+    def expected_counts(self, moments_s):
+        """Return the counts (S, K) of the sensors at moments of the bench."""
+        bench_s, phantom_s = np.array(self.progress_s).T
+        moments_s = np.interp(moments_s, bench_s, phantom_s)
+        return np.array([np.interp(moments_s, self.time_s, sensor) for sensor in self.counts])
 
 
 def test_a_run_over_a_3_mm_nodule_is_archived_and_accepted(tmp_path):

@@ -2,7 +2,6 @@
 
 import re
 import struct
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,8 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
-from support.bench.closed_loop import HALF_STEPS_PER_MM
-from support.bench.page import board_of_the_page, conversation, hold
+from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.talk import Talk
-from support.marks import missing_program, needs
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
@@ -351,59 +348,6 @@ def test_the_index_is_where_a_bouncing_switch_first_closed(motor):
         motor.board.set_switch(emulated.PIN_3, closed)
         motor.wait(0.005)
     assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
-
-
-ARDUINO = Path("/usr/share/arduino/hardware")
-BOARDS = {
-    "logger": "arduino:avr:mega:cpu=atmega2560",
-    "peristalsis": "arduino:avr:uno",
-    "fold": "arduino:avr:uno",
-}
-
-
-def build_with_arduino(name, folder, *options):
-    """Build a sketch as the Arduino IDE does; return the builder's output and status."""
-    folder.mkdir()
-    settings = {
-        "runtime.tools.avr-gcc.path": "/usr",
-        "tools.ctags.cmd.path": "/usr/bin/arduino-ctags",
-        # Debian's compiler lacks this constant, which the Arduino core's String uses.
-        "compiler.cpp.extra_flags": "-DDECIMAL_DIG=17",
-    }
-    command = ["arduino-builder", "-compile", "-fqbn", BOARDS[name], "-tools", "/usr/bin"]
-    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
-        command += ["-hardware", str(hardware)]
-    command += [f"-prefs={key}={value}" for key, value in settings.items()]
-    sketch = emulated.FIRMWARE / name / f"{name}.ino"
-    command += [*options, "-build-path", str(folder), str(sketch)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def missing_arduino():
-    if missing := missing_program("arduino-builder", packages="arduino-builder"):
-        return missing
-    return "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
-
-
-needs_arduino = needs(missing_arduino())
-
-
-@needs_arduino
-@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
-def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
-    name = board[0]
-    libraries = str(emulated.FIRMWARE / "libraries")
-    built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
-    assert built.returncode == 0, built.stderr
-    firmware = board_of_the_page(board, tmp_path / "build" / f"{name}.ino.elf")
-    assert hold(firmware, conversation(name)) == conversation(name)
-
-
-@needs_arduino
-def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
-    built = build_with_arduino("logger", tmp_path / "build")
-    assert built.returncode != 0
-    assert "Sketchbook location to workflow/firmware" in built.stderr
 
 
 def test_the_page_on_the_bench_has_the_firmwares_numbers():

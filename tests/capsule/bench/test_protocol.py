@@ -1,6 +1,8 @@
 """The serial protocol: docs/protocol.md, the computer's program and the firmware agree."""
 
 import re
+import subprocess
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -21,9 +23,43 @@ from capsule.bench.protocol import (
     encode,
 )
 from support.bench import emulated
-from support.bench.page import PAGE, board_of_the_page, conversation, hold
+from support.marks import missing_program, needs
 
+PAGE = (emulated.FIRMWARE / "test_vectors.md").read_text(encoding="utf-8")
+VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, from the page
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
+
+
+def board_of_the_page(board, image=None):
+    """Start a board with the inputs that the page gives for its conversation, and return it."""
+    started = emulated.EmulatedBoard(board, image)
+    if board == emulated.LOGGER:
+        started.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    if board == emulated.FOLD:
+        started.set_switch(emulated.PIN_2, closed=True)
+    return started
+
+
+def conversation(board):
+    """Read a conversation from the page: time in ms, direction, line."""
+    block = re.search(rf"^```{board}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
+    lines = re.findall(r"^ *(\d+) ms ([<>]) (.*)$", block, re.MULTILINE)
+    assert len(lines) == block.count("\n")
+    return [(int(ms), direction, line) for ms, direction, line in lines]
+
+
+def hold(board, lines):
+    """Send the lines of a conversation to a board, and return its answers at the page's times."""
+    held = []
+    for ms, direction, line in lines:
+        board.advance(ms * 1000)
+        if direction == ">":
+            board.deliver(line.encode() + b"\n")
+            held.append((ms, ">", line))
+        else:
+            answered = board.take_sent().decode().splitlines()
+            held += [(ms, "<", answer) for answer in answered]
+    return held
 
 
 def test_checksums_of_the_page():
@@ -56,6 +92,63 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
 def test_firmware_holds_the_conversation_of_the_page(board):
     lines = conversation(board[0])
     assert hold(board_of_the_page(board), lines) == lines
+
+
+ARDUINO = Path("/usr/share/arduino/hardware")
+BOARDS = {
+    "logger": "arduino:avr:mega:cpu=atmega2560",
+    "peristalsis": "arduino:avr:uno",
+    "fold": "arduino:avr:uno",
+}
+
+
+def build_with_arduino(name, folder, *options):
+    """Build a sketch as the Arduino IDE does; return the builder's output and status."""
+    folder.mkdir()
+    settings = {
+        "runtime.tools.avr-gcc.path": "/usr",
+        "tools.ctags.cmd.path": "/usr/bin/arduino-ctags",
+        # Debian's compiler lacks this constant, which the Arduino core's String uses.
+        "compiler.cpp.extra_flags": "-DDECIMAL_DIG=17",
+    }
+    command = ["arduino-builder", "-compile", "-fqbn", BOARDS[name], "-tools", "/usr/bin"]
+    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
+        command += ["-hardware", str(hardware)]
+    command += [f"-prefs={key}={value}" for key, value in settings.items()]
+    sketch = emulated.FIRMWARE / name / f"{name}.ino"
+    command += [*options, "-build-path", str(folder), str(sketch)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def missing_arduino():
+    if missing := missing_program("arduino-builder", packages="arduino-builder"):
+        return missing
+    return "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
+
+
+needs_arduino = needs(missing_arduino())
+
+
+@pytest.mark.boards
+@emulated.needed
+@needs_arduino
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
+def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
+    name = board[0]
+    libraries = str(emulated.FIRMWARE / "libraries")
+    built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
+    assert built.returncode == 0, built.stderr
+    firmware = board_of_the_page(board, tmp_path / "build" / f"{name}.ino.elf")
+    assert hold(firmware, conversation(name)) == conversation(name)
+
+
+@pytest.mark.boards
+@emulated.needed
+@needs_arduino
+def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
+    built = build_with_arduino("logger", tmp_path / "build")
+    assert built.returncode != 0
+    assert "Sketchbook location to workflow/firmware" in built.stderr
 
 
 def test_host_understands_every_answer_of_the_page():

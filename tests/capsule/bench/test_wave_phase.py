@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from capsule.bench.protocol import Position
 from capsule.bench.wave_phase import WavePhase
 from support.bench import emulated
-from support.bench.closed_loop import HALF_STEPS_PER_MM
+from support.bench.emulated import HALF_STEPS_PER_MM
 from support.marks import needs_programs
 
 WAVELENGTH_MM = 80.0

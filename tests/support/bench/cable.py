@@ -50,23 +50,9 @@ class Board(Protocol):
 class Cable:
     """A board on a cable, as the program at the other end sees it.
 
-    Parameters
-    ----------
-    board : Board
-        The board at the end of the cable.
-    spoil : callable, optional
-        Function that damages a frame: it returns the bytes that arrive.
-    resets : bool
-        Whether opening the port resets the board, and the port powers it.
-    sticks : bool
-        Whether a byte that comes too early blocks the boot loader, as on a Mega.
-
-    Attributes
-    ----------
-    whole : list of bytes
-        Frames that reached the program undamaged.
-    spoilt : int
-        Number of the other frames.
+    `spoil` returns the bytes that arrive of a frame. `resets`: opening the port resets the board,
+    and the port powers it; `sticks`: a byte that comes too early blocks the boot loader, as on a
+    Mega. `whole` holds the frames that reached the program undamaged, `spoilt` counts the others.
     """
 
     def __init__(

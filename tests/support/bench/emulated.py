@@ -22,6 +22,8 @@ FOLD = "fold", "atmega328p"
 BOARDS = LOGGER, PERISTALSIS, FOLD
 END_STOP, PIN_2, PIN_3 = range(3)  # the logger's switch, and those at an UNO's digital pins
 MHZ = 16
+# From docs/bench.md: half-steps of the motor for each mm of the wave.
+HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
 
 
 def missing_tools() -> str:
@@ -119,18 +121,10 @@ def _library() -> ctypes.CDLL:
 
 
 class EmulatedBoard:
-    """A board with its firmware; the caller advances its time.
+    """A board with its firmware, or another image of it; the caller advances its time.
 
-    Parameters
-    ----------
-    board : tuple of str
-        `LOGGER`, `PERISTALSIS` or `FOLD`: names of the firmware and the processor.
-    image : Path, optional
-        Another build of the firmware.
-    set_up : bool, optional
-        Whether the memory of a fold board holds its first record.
-    normally_closed : bool, optional
-        Whether the contacts of end switches are closed until they are pressed.
+    `set_up`: the memory of a fold board holds its first record; `normally_closed`: the contacts of
+    end switches are closed until they are pressed.
     """
 
     def __init__(
@@ -247,10 +241,7 @@ class EmulatedBoard:
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.
 
-        Parameters
-        ----------
-        turn, index, closed : float
-            Half-steps of the rotor: in a turn, at the index, and while the switch stays closed.
+        All are half-steps of the rotor: in a turn, at the index, and while the switch stays closed.
         """
         self._library.board_set_cam(self._board, turn, index, closed)
 

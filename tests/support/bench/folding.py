@@ -10,23 +10,10 @@ SWITCHES = {"unfolded": PIN_2, "folded": PIN_3}
 class FoldingOrigami:
     """A world in which the motor winds the thread, and the thread closes the end switches.
 
-    Parameters
-    ----------
-    board : EmulatedBoard
-        The fold board.
-    wound : float
-        Wound thread at the start, in half-steps; 0 is unfolded, `TRAVEL` is folded.
-
-    Attributes
-    ----------
-    stuck : dict of str to bool
-        Switches (``unfolded``, ``folded``) that are stuck, and whether closed.
-    stalled : bool
-        The motor hums, and does not turn what hangs on it.
-    broken : bool
-        The thread is broken: the origami springs back, whatever the motor does.
-    wound : float
-        Half-steps that the thread is wound; below 0 it is slack.
+    `wound` is in half-steps, from 0 (unfolded) to `TRAVEL` (folded); below 0 the thread is slack.
+    A test may set `stuck` (switches that say nothing true: the name, and whether it is closed),
+    `stalled` (the motor hums, and turns nothing) or `broken` (the thread is, so the origami springs
+    back whatever the motor does).
     """
 
     def __init__(self, board: EmulatedBoard, wound: float = 0) -> None:

@@ -2,21 +2,24 @@
 
 import csv
 import json
+from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Nodule
-from capsule.phantom.parameters import with_values
+from capsule.phantom.journey import Chance, Journey, Nodule
+from capsule.phantom.parameters import Phantom, with_values
 from support.bench import emulated
-from support.bench.closed_loop import HALF_STEPS_PER_MM
+from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
-from support.bench.gut import Gut
 from support.bench.surveyor import SteppedCable, Surveyor
 from support.bench.workbench import Workbench
 
 WAVELENGTH_MM = 80.0
+_AT_ONCE = 8
 
 
 class Cams:
@@ -51,19 +54,74 @@ class Thread:
         return min(max(way, 0.0), 1.0)
 
 
+class Gut:
+    """A world that couples three boards through a capsule in a gut.
+
+    The phantom is the simulator's journey, and the wave is its clock: it advances by a sample each
+    time the cams have carried the wave by the distance of a sample's time.
+
+    `length_mm` is the place of the end stop, `head_mm` the true place of the head, and `dead` holds
+    what sensors that have died read, in counts.
+    """
+
+    def __init__(
+        self,
+        phantom: Phantom,
+        motor: Cams,
+        thread: Thread,
+        logger: emulated.EmulatedBoard,
+        *,
+        length_mm: float,
+        nodules: Sequence[Nodule] = (),
+        seed: int = 7,
+    ) -> None:
+        electronics = phantom.electronics
+        samples = 12_000
+        chance = Chance(phantom, seed, "survey", list(nodules), 4, samples)
+        self._journey = Journey(phantom, chance, length_mm)
+        self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
+        self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
+        self._motor, self._thread, self._logger = motor, thread, logger
+        self._length_mm, self._cam_mm = length_mm, motor.cam_mm
+        # Samples that the wave has not reached yet.
+        self._ahead: deque[tuple[np.ndarray, float]] = deque()
+        self._before, self.head_mm = self._sample()
+        self._after, _ = self._sample()
+        self._before_mm = 0.0
+        self.dead: dict[int, float] = {}
+
+    def __call__(self, start_s: float, end_s: float) -> None:
+        """Move the capsule according to the motors in the last stretch of time."""
+        del start_s, end_s
+        way_mm = self._motor.cam_mm - self._cam_mm
+        while way_mm > self._before_mm + self._step_mm:
+            self._before_mm += self._step_mm
+            self._before = self._after
+            self._after, self.head_mm = self._sample()
+        share = (way_mm - self._before_mm) / self._step_mm
+        counts = self._before + share * (self._after - self._before)
+        for sensor, count in self.dead.items():
+            counts[sensor] = count
+        # Voltage in the middle of a step of the converter.
+        voltages_mv = (counts + 0.5) * self._mv
+        self._logger.set_voltages(voltages_mv, voltages_mv)
+        self._logger.set_end_stop(self.head_mm >= self._length_mm)
+
+    def _sample(self) -> tuple[np.ndarray, float]:
+        """Return the next counts, and the place of the head."""
+        if not self._ahead:
+            folded = self._thread.folded
+            self._journey.bend(folded)
+            # Several samples at once take less time, but not while the origami moves.
+            stretch = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
+            self._ahead.extend(zip(stretch.counts.T.astype(float), stretch.head_mm, strict=True))
+        return self._ahead.popleft()
+
+
 class Rig:
     """A bench of boards for surveys; their firmware runs in the emulator.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of ports and sessions.
-    length_mm : float
-        Length of the gut, in mm.
-    nodules : sequence of Nodule
-        Nodules under the wall.
-    **changes : float
-        Parameters of the phantom, such as ``folding__speed_mm_s``.
+    Further settings are parameters of the phantom, such as ``folding__speed_mm_s``.
     """
 
     # Time that the boards run before the world advances: no motor moves through a switch in it.

@@ -41,16 +41,7 @@ def identity_frame(**changes: object) -> bytes:
 class ScriptedBench:
     """A recorder whose line and clock follow a script, with Ctrl-C at the script's end.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the recording and of the log.
-    monkeypatch : pytest.MonkeyPatch
-        Patch that sets the clocks.
-    duration : int, optional
-        Number of rows of the recording.
-    patience_s : float
-        Value of ``--patience``, in s.
+    `duration` is the recording's number of rows, `patience_s` the value of ``--patience``.
     """
 
     port, baud = "scripted", 115200

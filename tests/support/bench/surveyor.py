@@ -85,18 +85,7 @@ class SteppedCable(TerminalCable):
 class Surveyor:
     """A running capsule survey, in step with a bench; call `end_all` after each test.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder in which it runs.
-    bench : Workbench
-        Bench of boards and world.
-    cables : sequence of SteppedCable
-        The boards' cables.
-    stretch_us : int
-        Longest time that the boards run before the world advances, in microseconds.
-    *options : str
-        The command line.
+    The boards run for `stretch_us` at most before the world advances.
     """
 
     started: ClassVar[list["Surveyor"]] = []

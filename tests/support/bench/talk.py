@@ -10,24 +10,7 @@ STRETCH_US = 5000
 
 
 class Talk:
-    """A conversation with a board: send commands, and receive all its messages.
-
-    Parameters
-    ----------
-    board : tuple of str
-        The board, in the form for `EmulatedBoard`.
-    world : callable, optional
-        Function that makes the world around the board.
-    **options
-        Further options of `EmulatedBoard`.
-
-    Attributes
-    ----------
-    greeting : list of Event
-        Messages of the board at its start.
-    now_us : int
-        The bench's time, in microseconds.
-    """
+    """A conversation with a board, in a world if one is given, with options of `EmulatedBoard`."""
 
     def __init__(
         self,

@@ -9,17 +9,10 @@ World = Callable[[float, float], None]
 
 
 class Workbench:
-    """A clock that runs the boards on their cables.
+    """A clock that runs the boards on their cables, at `speed` times real time or without a limit.
 
-    Parameters
-    ----------
-    *cables : Cable
-        The boards.
-    world : callable, optional
-        Function that sets voltages and switches. It is called before each stretch of time, with the
-        stretch's start and end in seconds.
-    speed : float, optional
-        Seconds of the bench per second of the wall clock; as fast as possible if left out.
+    The world sets voltages and switches: it is called before each stretch of time, with the
+    stretch's start and end in seconds.
     """
 
     def __init__(
