@@ -188,7 +188,7 @@ VOLTS = {"vref_v": "5", "adc_bits": "10"}
         (with_sensor(2, 512 + 1e-12 * INDEX), "sensor_2 reads 512 in all samples"),
         (with_sensor(2, 1e-200 * INDEX), "sensor_2 reads 0 in all samples"),
         (with_sensor(1, INDEX - 1), "sensor_1 reads -1, outside the ADC's"),
-        (with_sensor(1, INDEX + 725), "sensor_1 reads 1024, outside the ADC's"),
+        (with_sensor(1, np.where(INDEX, INDEX + 725, 0)), "sensor_1 reads 1024, outside the ADC's"),
         (recording(header={"adc_bits": "9" * 5000}), "adc_bits: '9999999.*', .* not a number"),
         (recording(header={"adc_bits": "33"}), "adc_bits: '33'; .* a whole number, 1 to 32"),
         (recording(header={"adc_bits": "10.5"}), "allowed is a whole number"),
