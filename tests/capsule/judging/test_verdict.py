@@ -8,7 +8,6 @@ import pytest
 
 from capsule.detectors import files as detectors_files
 from capsule.detectors.base import Verdict
-from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import LEAST_PLACES, Familiarity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
@@ -16,28 +15,25 @@ from capsule.errors import CapsuleError
 from capsule.judging.verdict import FinalVerdict, Judgement
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from support.learned import (
-    healthy_runs,
-    taught_by,
-    teach_familiar,
-    write_learned,
-    write_templates,
-)
+from support.learned import healthy_runs, taught_by, teach_familiar, write_learned
 
 HEADER = {"adc_bits": "10"}
+CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
+
+
+def final_in(folder):
+    return FinalVerdict(folder / "templates.npz", folder / "detectors.json", CONFIGURATION)
+
+
+def final_verdict(folder, archive):
+    write_learned(folder, CONFIGURATION, archive)
+    return final_in(folder)
 
 
 @pytest.fixture
-def templates(tmp_path):
-    """Make templates of one size, 3 mm."""
-    write_templates(tmp_path)
-
-
-@pytest.fixture
-def running(tmp_path, templates, configuration):
-    """Make a running verdict whose detectors have learned from a few passages."""
-    final = final_verdict(tmp_path, configuration, taught_by())
-    return final
+def final(tmp_path):
+    """Make detectors that have learned from a few passages, with templates of one size, 3 mm."""
+    return final_verdict(tmp_path, taught_by())
 
 
 def run_of_waves(bumps):
@@ -46,93 +42,65 @@ def run_of_waves(bumps):
     values = random.normal(500, 2, (4, 700)) + 3 * np.sin(2 * np.pi * phase)
     for sensor in range(4 if bumps else 0):
         values[sensor, 150 + 100 * sensor : 250 + 100 * sensor] += random.normal(0, 60, 100)
-    return [tuple(sample) for sample in values.round().astype(int).T.tolist()]
+    return samples_of(values.round())
 
 
-def simulated_run(size_mm):
-    run = simulate_run(read_phantom(DEFAULT_TABLE, []), size_mm, 1, f"{size_mm:g}mm/r01")
-    return run, [tuple(sample) for sample in run.counts.T.tolist()]
+def samples_of(values):
+    return [tuple(sample) for sample in values.astype(int).T.tolist()]
 
 
-def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
-    _, samples = simulated_run(4.0)
-    final = final_verdict(tmp_path, configuration, taught_by())
+RUN, STILL = run_of_waves(bumps=True), run_of_waves(bumps=False)
+NOISE = np.random.default_rng(2).normal(500, 20, (4, 700)).round()
+# Over 5 mm the capsule may be held until the run is stopped by hand.
+SIMULATED = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
+
+
+def test_a_run_is_judged_as_if_it_ended_now(final):
+    samples = samples_of(SIMULATED.counts)
     for count in (200, len(samples)):
-        so_far = running.judge_so_far(samples[:count], HEADER)
+        so_far = final.judge_so_far(samples[:count], HEADER)
         title, *table = so_far.lines_so_far()
         assert title == "if the run ended now:"
         values = np.array(samples[:count], float).T
         assert table == final.judge(values).table()
-        assert [line.split()[0] for line in table[2:]] == configuration["detectors"]
-        assert [each["detector"] for each in so_far.scores] == configuration["detectors"]
+        assert [line.split()[0] for line in table[2:]] == CONFIGURATION["detectors"]
+        assert [each["detector"] for each in so_far.scores] == CONFIGURATION["detectors"]
 
 
-def test_the_verdict_of_the_papers_detector_follows_the_run(running):
-    line = running.judge_so_far(run_of_waves(bumps=True), HEADER).lines_so_far()[3]
-    assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
-    line = running.judge_so_far(run_of_waves(bumps=False), HEADER).lines_so_far()[3]
-    assert re.fullmatch(r"template +no nodule +not given", line)
+@pytest.mark.parametrize(
+    ("samples", "told"),
+    [
+        (RUN, r"template +nodule +3\.0 mm +not given +[\d.]+ s"),
+        (STILL, r"template +no nodule +not given"),
+        ([*RUN[:300], *[None] * 10, *RUN[310:]], r"template +nodule +3\.0 mm .*"),
+    ],
+    ids=["bumps", "waves alone", "missing samples"],
+)
+def test_the_verdict_of_the_papers_detector_follows_the_run(final, samples, told):
+    assert re.fullmatch(told, final.judge_so_far(samples, HEADER).lines_so_far()[3])
 
 
-def test_verdict_passes_over_missing_samples(running):
-    samples = run_of_waves(bumps=True)
-    samples[300:310] = [None] * 10
-    assert running.judge_so_far(samples, HEADER).lines_so_far()[3].split()[:4] == [
-        "template",
-        "nodule",
-        "3.0",
-        "mm",
-    ]
+# Kills: a run that has just begun is said to have 0 samples, as if something had failed.
+@pytest.mark.parametrize(
+    ("samples", "reason"),
+    [
+        ([], r"the detectors judge from 8 s on$"),
+        (RUN[:83], r"the detectors judge from 8 s on$"),
+        (RUN * 2, r"no verdict yet: .*preprocessing\.length"),
+        ([(5, *sample[1:]) for sample in RUN], "no verdict yet: sensor_1 reads 5 in all sampl"),
+        ([*RUN[:200], *[None] * 100, *RUN[200:]], "no verdict yet: .*missing for 10 s"),
+        ([None] * 100, "no verdict yet: .*missing for 10 s"),
+        (samples_of(NOISE), "no verdict yet: no wave on sensor_1 and "),
+    ],
+)
+def test_without_a_verdict_so_far_there_is_its_reason(final, samples, reason):
+    so_far = final.judge_so_far(samples, HEADER)
+    assert re.match(reason, so_far.advice)
+    assert so_far.lines_so_far() == [so_far.advice]
 
 
-def test_noise_has_no_verdict(running):
-    noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
-    so_far = running.judge_so_far([tuple(sample) for sample in noise.T.tolist()], HEADER)
-    assert so_far.advice.startswith("no verdict yet: no wave on sensor_1 and ")
-
-
-def test_no_verdict_without_reason(running, tmp_path, configuration):
-    run = run_of_waves(bumps=True)
-
-    def reason(samples):
-        (said,) = running.judge_so_far(samples, HEADER).lines_so_far()
-        return said.removeprefix("no verdict yet: ")
-
-    # Kills: a run that has just begun is said to have 0 samples, as if something had failed.
-    assert reason([]) == reason(run[:83]) == "the detectors judge from 8 s on"
-    assert "preprocessing.length" in reason(run * 2)
-    assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")
-    assert "missing for 10 s" in reason([*run[:200], *[None] * 100, *run[200:]])
-    assert "missing for 10 s" in reason([None] * 100)
-    with pytest.raises(CapsuleError, match="snakemake"):
-        FinalVerdict(tmp_path / "none.npz", tmp_path / "detectors.json", configuration)
-
-
-def test_what_is_learned_survives_the_file():
-    for archive in (taught_by(), taught_by(healthy_scores=())):
-        model = Diagonal.taught(archive)
-        content = json.loads(json.dumps(model.stored(), allow_nan=False))
-        read = Diagonal.restored(content, archive.templates)
-        assert read.stored() == model.stored()
-        recording = archive.recordings["unlabelled/n"]
-        np.testing.assert_equal(vars(read.verdict(recording)), vars(model.verdict(recording)))
-
-
-@pytest.fixture
-def configuration():
-    return read_config_file(PROJECT / "config/config.yaml")
-
-
-def final_verdict(tmp_path, configuration, archive, **changes):
-    write_learned(tmp_path, configuration, archive, **changes)
-    return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-
-
-def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
-    final = final_verdict(tmp_path, configuration, taught_by())
-    # Over 5 mm the capsule may be held until the run is stopped by hand.
-    run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    lines = final.judge(run.counts.astype(float)).lines()
+def test_every_detector_judges_a_whole_run(final):
+    lines = final.judge(SIMULATED.counts.astype(float)).lines()
     unknown, _, by_rule, by_diagonal, by_taught, meant = lines
     assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
     assert by_taught.startswith("taught ")
@@ -144,74 +112,87 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     )
     assert meant.endswith("probability: of a nodule, if 10 % of all recordings have one")
     assert float(found[2]) <= float(found[1])
-    assert float(found[4]) == pytest.approx(run.nodule_at_mm, abs=4)
+    assert float(found[4]) == pytest.approx(SIMULATED.nodule_at_mm, abs=4)
 
 
-def test_a_probability_is_never_told_as_certain(configuration):
+def test_a_probability_is_never_told_as_certain():
     verdicts = {"diagonal": Verdict(0.0, 9.0, 1.0, 0.99999)}
-    _, told = Judgement(configuration, verdicts, Familiarity(True)).table()
+    _, told = Judgement(CONFIGURATION, verdicts, Familiarity(True)).table()
     assert told.endswith("> 99.9 %")
 
 
-def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
-    final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
-    noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    *_, by_diagonal, by_taught, _ = final.judge(noise).lines()
+def test_the_final_verdict_says_why_there_is_none(tmp_path):
+    *_, by_diagonal, by_taught, _ = (
+        final_verdict(tmp_path, taught_by(healthy_scores=())).judge(NOISE).lines()
+    )
     assert re.match("taught +no verdict: no score", by_taught)
     assert re.match("diagonal +no verdict: no threshold: labelled", by_diagonal)
 
 
-def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):
-    phantom = read_phantom(DEFAULT_TABLE, [])
-    write_learned(tmp_path, configuration, taught_by())
-    teach_familiar(tmp_path, healthy_runs(LEAST_PLACES), configuration)
-    path = tmp_path / "detectors.json"
-    final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
-    run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
+def test_a_run_of_another_kind_is_told_before_the_verdicts(tmp_path):
+    write_learned(tmp_path, CONFIGURATION, taught_by())
+    teach_familiar(tmp_path, healthy_runs(LEAST_PLACES), CONFIGURATION)
+    final = final_in(tmp_path)
+    run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 2, "4mm/r01").counts.astype(float)
     head, *verdicts, _ = final.judge(run).lines()
     assert head.split()[0] == "detector"
-    assert len(verdicts) == len(configuration["detectors"])
+    assert len(verdicts) == len(CONFIGURATION["detectors"])
     assert any(" %" in line for line in verdicts)
-    slow = np.repeat(run, 2, axis=1)[:, :900]
-    first, _, *verdicts, _ = final.judge(slow).lines()
+    first, _, *verdicts, _ = final.judge(np.repeat(run, 2, axis=1)[:, :900]).lines()
     assert first.startswith("unlike the recordings that teach: ")
-    assert len(verdicts) == len(configuration["detectors"])
+    assert len(verdicts) == len(CONFIGURATION["detectors"])
     assert not any(" %" in line for line in verdicts)
 
 
-def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):
-    with pytest.raises(CapsuleError, match=r"detectors\.json; make it first: snakemake"):
-        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-    with pytest.raises(CapsuleError, match=r"another configuration .* snakemake -c2"):
-        final_verdict(tmp_path, configuration, taught_by(), dwell=99)
+def rewrite(folder, lacking, **changes):
+    """Write what was learned without some entry or with others, and its checksum."""
+    path = folder / "detectors.json"
+    content = {
+        key: value
+        for key, value in (json.loads(path.read_text()) | changes).items()
+        if key not in ("checksum", lacking)
+    }
+    path.write_text(json.dumps(content | {"checksum": detectors_files._checksum(content)}))
+
+
+# Kills: a KeyError in place of a line that names the file and the remedy.
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda folder: (folder / "templates.npz").unlink(), r"templates\.npz; make it first: "),
+        (lambda folder: (folder / "detectors.json").unlink(), r"detectors\.json; make it first: "),
+        (
+            lambda folder: write_learned(folder, CONFIGURATION, taught_by(), dwell=99),
+            "another configuration or version; make it again: ",
+        ),
+        (lambda folder: rewrite(folder, "", scorer="of others"), "or version; make it again: "),
+        (
+            lambda folder: np.savez(folder / "templates.npz", **{"2mm": np.ones((4, 1000))}),
+            "were not made together, .*: ",
+        ),
+        *(
+            (lambda folder, lacking=lacking: rewrite(folder, lacking), r"detectors\.json .* ")
+            for lacking in ("templates", "scorer", "familiar", "settings")
+        ),
+    ],
+)
+@pytest.mark.usefixtures("final")
+def test_what_was_learned_elsewhere_or_not_is_refused_with_the_remedy(tmp_path, spoil, told):
+    spoil(tmp_path)
+    with pytest.raises(CapsuleError, match=f"{told}snakemake -c2"):
+        final_in(tmp_path)
+
+
+@pytest.mark.usefixtures("final")
+def test_what_was_learned_in_another_version_is_to_be_deleted(tmp_path):
     (tmp_path / "detectors.json").write_text("{}")
     with pytest.raises(CapsuleError, match="damaged, or of another version; delete it"):
-        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-
-
-def test_what_another_scorer_was_adapted_by_is_refused(
-    templates, tmp_path, configuration, monkeypatch
-):
-    (tmp_path / "other.npz").write_bytes(b"other weights")
-    with monkeypatch.context() as patch:
-        patch.setattr(detectors_files, "WEIGHTS", tmp_path / "other.npz")
-        write_learned(tmp_path, configuration, taught_by())
-    with pytest.raises(CapsuleError, match=r"or version; make it again: snakemake -c2"):
-        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-
-
-def test_templates_of_another_moment_are_refused(templates, tmp_path, configuration):
-    write_learned(tmp_path, configuration, taught_by())
-    np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "2mm": np.ones((4, 1000))})
-    with pytest.raises(CapsuleError, match=r"were not made together, .*: snakemake -c2"):
-        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+        final_in(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["templates.npz", "detectors.json"])
-def test_damage_anywhere_in_what_was_learned_is_one_error_with_the_remedy(
-    name, templates, tmp_path, configuration
-):
-    write_learned(tmp_path, configuration, taught_by())
+@pytest.mark.usefixtures("final")
+def test_damage_anywhere_in_what_was_learned_is_one_error_with_the_remedy(name, tmp_path):
     whole, random = (tmp_path / name).read_bytes(), np.random.default_rng(1)
     for _ in range(100):
         damaged = bytearray(whole)
@@ -219,24 +200,4 @@ def test_damage_anywhere_in_what_was_learned_is_one_error_with_the_remedy(
         damaged = damaged[: random.integers(1, len(whole))] if random.random() < 0.3 else damaged
         (tmp_path / name).write_bytes(damaged)
         with pytest.raises(CapsuleError, match="snakemake -c2"):
-            FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
-
-
-def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path, configuration):
-    unknown = configuration | {"detectors": ["template", "nearest"]}
-    with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):
-        final_verdict(tmp_path, unknown, taught_by())
-
-
-# Kills: a KeyError in place of a line that names the file and the remedy.
-@pytest.mark.parametrize("lacking", ["templates", "scorer", "familiar", "settings"])
-def test_what_an_older_version_learned_is_refused_with_the_remedy(
-    templates, tmp_path, configuration, lacking
-):
-    path = tmp_path / "detectors.json"
-    write_learned(tmp_path, configuration, taught_by())
-    content = json.loads(path.read_text())
-    del content["checksum"], content[lacking]
-    path.write_text(json.dumps(content | {"checksum": detectors_files._checksum(content)}))
-    with pytest.raises(CapsuleError, match=r"detectors\.json .* snakemake -c2"):
-        FinalVerdict(tmp_path / "templates.npz", path, configuration)
+            final_in(tmp_path)
