@@ -1,6 +1,7 @@
 """Decisions of a pilot if sensors fail, boards are silent or the origami does not obey."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -30,7 +31,9 @@ class Bench:
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
-        self.fault = fault or (lambda readings, state: readings)
+        self.fault = fault or (lambda bench, readings, state: readings)
+        self.began_s = {}
+        self.away = 0
         self.commands = []
         self.folds = []
 
@@ -43,7 +46,9 @@ class Bench:
                     self.tell(command)
             readings = self.bench.read(pilot.every)
             self.folds.append(readings.fold)
-            for command in pilot.tick(self.fault(readings, pilot.cycle.state)):
+            state = pilot.cycle.state
+            self.began_s.setdefault(state, readings.time_s[0])
+            for command in pilot.tick(self.fault(self, readings, state)):
                 self.tell(command)
         return pilot
 
@@ -51,10 +56,6 @@ class Bench:
         """Send the boards a command."""
         self.commands.append(command)
         self.bench.tell(command)
-
-
-def statuses(pilot):
-    return [place.status for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
 
 
 def happened(pilot):
@@ -71,78 +72,73 @@ def test_without_a_fault_each_nodule_is_confirmed_where_it_is_and_for_itself():
     assert pilot.sensing.position_mm == pytest.approx(LENGTH_MM, abs=4)
 
 
-def test_a_sensor_that_dies_before_the_pass_again_gives_no_verdict():
-    def die(readings, state):
-        dead = die.dead = die.dead or state == "returning"
-        if not dead:
-            return readings
-        values = readings.values.copy()
-        values[1] = 512.0
-        return replace(readings, values=values)
-
-    die.dead = False
-    pilot = Bench(die).lead()
-    assert statuses(pilot) == ["undecided"]
-    place = next(place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8)
-    assert np.isnan(place.evidence[1:]).all()
+def without(readings, name):
+    return replace(readings, **{name: np.full_like(getattr(readings, name), np.nan)})
 
 
-@pytest.mark.parametrize("missing", ["wave", "samples"])
-def test_a_pass_in_which_wave_or_samples_were_away_is_no_evidence_and_comes_again(missing):
-    def away(readings, state):
-        beyond_mm = bench.bench.head_mm[-1][-1] - AT_MM
-        away.judgements += state == "passing" and beyond_mm > 2
-        if not 0 < away.judgements <= 5:
-            return readings
-        if missing == "wave":
-            return replace(readings, wave_mm=np.full_like(readings.wave_mm, np.nan))
-        return replace(readings, values=np.full_like(readings.values, np.nan))
+def sensor_dies_before_the_pass_again(bench, readings, state):
+    values = readings.values.copy()
+    values[1] = 512.0
+    return replace(readings, values=values) if "returning" in bench.began_s else readings
 
-    away.judgements = 0
-    bench = Bench(away)
+
+def away_in_a_pass(bench, readings, state, name):
+    bench.away += state == "passing" and bench.bench.head_mm[-1][-1] > AT_MM + 2
+    return without(readings, name) if 0 < bench.away <= 5 else readings
+
+
+def never_folds(bench, readings, state):
+    return replace(readings, fold="folding") if state == "folding" else readings
+
+
+def never_unfolds(bench, readings, state):
+    return replace(readings, fold="unfolding") if "unfolding" in bench.began_s else readings
+
+
+def fold_board_falls_silent(bench, readings, state):
+    returning_s = readings.time_s[0] - bench.began_s.get("returning", np.inf)
+    return replace(readings, fold="unknown") if 10 < returning_s < 30 else readings
+
+
+def logger_was_away(bench, readings, state):
+    away = 100 < readings.time_s[0] < 115
+    return replace(without(readings, "values"), fold="unknown") if away else readings
+
+
+def phase_of_the_drive_is_lost(bench, readings, state):
+    return without(readings, "wave_mm") if readings.time_s[0] > 60 else readings
+
+
+# A pass without evidence is no verdict; one that was spoilt comes again.
+@pytest.mark.parametrize(
+    ("fault", "status", "unknown", "happens"),
+    [
+        (sensor_dies_before_the_pass_again, "undecided", [False, True, True], ""),
+        (partial(away_in_a_pass, name="wave_mm"), "confirmed", [False, True, False], ""),
+        (partial(away_in_a_pass, name="values"), "confirmed", [False, True, False], ""),
+        (never_folds, "undecided", [False], "late"),
+        (never_unfolds, "undecided", [False], "late late"),
+        (fold_board_falls_silent, "confirmed", [False, False], "let_go"),
+        (logger_was_away, "confirmed", [False, False], ""),
+        (phase_of_the_drive_is_lost, None, None, ""),
+    ],
+)
+def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(fault, status, unknown, happens):
+    bench = Bench(fault)
     pilot = bench.lead()
-    place = next(place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8)
-    assert [np.isnan(evidence) for evidence in place.evidence] == [False, True, False]
-    assert place.status == "confirmed"
-
-
-def test_a_fold_board_that_never_folds_is_given_up_after_three_tries():
-    def stuck(readings, state):
-        return replace(readings, fold="folding") if state == "folding" else readings
-
-    bench = Bench(stuck)
-    pilot = bench.lead()
-    assert bench.commands.count(FOLD) == 3
-    assert pilot.cycle.no_return
-    assert statuses(pilot) == ["undecided"]
-    assert bench.folds[-1] == "unfolded"
-
-
-def test_an_origami_that_does_not_unfold_ends_the_survey():
-    def stuck(readings, state):
-        stuck.now = stuck.now or state == "unfolding"
-        return replace(readings, fold="unfolding") if stuck.now else readings
-
-    stuck.now = False
-    bench = Bench(stuck)
-    pilot = bench.lead()
-    assert happened(pilot)[-2:] == ["late", "late"]
-    # It is told to unfold as long as anybody listens.
-    assert bench.commands[-1] == UNFOLD
-
-
-def test_a_fold_board_that_falls_silent_is_told_to_unfold():
-    def silent(readings, state):
-        silent.from_s = min(silent.from_s, readings.time_s[0] if state == "returning" else np.inf)
-        quiet = 10 < readings.time_s[0] - silent.from_s < 30
-        return replace(readings, fold="unknown") if quiet else readings
-
-    silent.from_s = np.inf
-    bench = Bench(silent)
-    pilot = bench.lead()
-    assert "let_go" in happened(pilot)
-    assert statuses(pilot) == ["confirmed"]
-    assert bench.folds[-1] == "unfolded"
+    places = [place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
+    found = [(place.status, np.isnan(place.evidence).tolist()) for place in places]
+    assert found == ([(status, unknown)] if status else [])
+    assert bool(pilot.suspects.places) == (FOLD in bench.commands) == bool(status)
+    assert happens in " ".join(happened(pilot))
+    if fault is never_folds:
+        assert bench.commands.count(FOLD) == 3
+        assert pilot.cycle.no_return
+    if fault is never_unfolds:
+        # It is told to unfold as long as anybody listens.
+        assert bench.commands[-1] == UNFOLD
+    else:
+        assert bench.folds[-1] == "unfolded"
 
 
 def test_a_lease_that_nobody_renews_unfolds_the_origami():
@@ -151,29 +147,6 @@ def test_a_lease_that_nobody_renews_unfolds_the_origami():
     bench.tell(FOLD)
     said = [bench.read(1).fold for _ in range(int(12 * LEASE_S))]
     assert "unfolding" in said[int(10 * LEASE_S) : int(10 * LEASE_S) + 3]
-
-
-def test_a_logger_that_was_away_leaves_a_gap_and_the_place_is_found_again():
-    def away(readings, state):
-        if 100 < readings.time_s[0] < 115:
-            gone = np.full_like(readings.values, np.nan)
-            return replace(readings, values=gone, fold="unknown")
-        return readings
-
-    pilot = Bench(away).lead()
-    assert statuses(pilot) == ["confirmed"]
-
-
-def test_a_drive_whose_phase_is_not_known_is_no_odometer():
-    def lost(readings, state):
-        if readings.time_s[0] > 60:
-            return replace(readings, wave_mm=np.full_like(readings.wave_mm, np.nan))
-        return readings
-
-    bench = Bench(lost)
-    pilot = bench.lead()
-    assert pilot.suspects.places == []
-    assert FOLD not in bench.commands
 
 
 def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
@@ -187,23 +160,24 @@ def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
     assert any(abs(first_mm - AT_MM - 135) < 8 for first_mm in later)
 
 
-def test_it_goes_back_to_a_target():
-    bench = Bench(folding__speed_mm_s=-0.8, nodules=())
-    pilot = bench.lead(targets_mm=[100.0, 60.0])
+@pytest.mark.parametrize(
+    ("changes", "targets_mm", "head_mm", "before"),
+    [
+        ({"folding__speed_mm_s": -0.8}, [100.0, 60.0], 60.0, "approaching"),
+        # Reckoned from the start, where nothing is felt.
+        ({}, [60.0, 1.0], 1.0, "finding"),
+    ],
+)
+def test_it_goes_back_to_a_target_and_stays(changes, targets_mm, head_mm, before):
+    bench = Bench(nodules=(), **changes)
+    pilot = bench.lead(targets_mm=targets_mm)
     assert happened(pilot)[-2:] == ["arrived", "tick"]
-    assert bench.bench.head_mm[-1][-1] == pytest.approx(60.0, abs=5)
+    assert pilot.log[-2].before == before
+    assert bench.bench.head_mm[-1][-1] == pytest.approx(head_mm, abs=5 if head_mm > 5 else 3)
     # The wave is stopped, so the capsule stays.
-    wave_mm, head_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
+    wave_mm, stands_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
     assert bench.bench.read(80).wave_mm[-1] == wave_mm
-    assert bench.bench.head_mm[-1][-1] == head_mm
-
-
-def test_a_target_at_the_start_is_reckoned_from_the_start():
-    bench = Bench(nodules=())
-    pilot = bench.lead(targets_mm=[60.0, 1.0])
-    arrival = pilot.log[-2]
-    assert (arrival.before, arrival.event) == ("finding", "arrived")
-    assert bench.bench.head_mm[-1][-1] == pytest.approx(1.0, abs=3)
+    assert bench.bench.head_mm[-1][-1] == stands_mm
 
 
 def test_a_target_behind_a_capsule_that_cannot_go_back_is_given_up():
