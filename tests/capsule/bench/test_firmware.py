@@ -9,7 +9,7 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
-from support.bench.emulated import HALF_STEPS_PER_MM
+from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard
 from support.bench.talk import Talk
 
 pytestmark = [pytest.mark.boards, emulated.needed]
@@ -66,19 +66,17 @@ def test_time_runs_on_through_a_pause(logger):
     assert after[0].device_ms % 100 == 0
 
 
-def test_end_stop_is_debounced(logger):
+def test_the_end_stop_is_debounced_and_its_broken_wire_reads_as_pressed(logger):
+    def told(seconds):
+        return [event.at_end for event in logger.wait(seconds) if isinstance(event, Sample)]
+
     logger.say("start")
     logger.board.set_end_stop(True)
-    first, second = [event for event in logger.wait(0.2) if isinstance(event, Sample)]
-    assert (first.at_end, second.at_end) == (False, True)
+    assert told(0.2) == [False, True]
     logger.board.set_end_stop(False)
-    assert not [event for event in logger.wait(0.2) if isinstance(event, Sample)][-1].at_end
-
-
-def test_a_broken_wire_of_the_end_stop_reads_as_pressed(logger):
-    logger.say("start")
+    assert not told(0.2)[-1]
     logger.board.break_wire(emulated.END_STOP)
-    assert [event for event in logger.wait(0.3) if isinstance(event, Sample)][-1].at_end
+    assert told(0.3)[-1]
 
 
 def position(talk):
@@ -226,52 +224,41 @@ def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     assert position(motor).state == "running"
 
 
-def test_a_board_that_hears_nothing_stops_after_a_minute(motor):
-    motor.say("start")
-    motor.wait(59)
-    assert motor.board.coils
-    motor.wait(3)
-    assert motor.board.coils == 0
-
-
 def test_the_position_goes_on_after_a_day_of_waves(motor):
     motor.say("start")
     motor.board.poke("half_steps", struct.pack("<i", 36_500_000))
-    (position,) = [event for event in motor.say("position") if isinstance(event, Position)]
-    assert position.half_steps >= 36_500_000
-    assert position.position_mm == pytest.approx(position.half_steps / HALF_STEPS_PER_MM, abs=0.002)
+    where = position(motor)
+    assert where.half_steps >= 36_500_000
+    assert where.position_mm == pytest.approx(where.half_steps / HALF_STEPS_PER_MM, abs=0.002)
 
 
-@pytest.mark.parametrize("interrupts", [True, False])
-def test_a_program_that_hangs_stops_the_motor_by_the_watchdog(motor, interrupts):
-    motor.say("lease,0")
-    motor.say("start")
-    motor.wait(2)
-    motor.board.hang(interrupts)
-    motor.wait(0.6)
-    assert motor.board.watchdog_resets == 1
-    assert motor.board.coils == 0
-    motor.wait(3)  # it restarts once, and at rest the watchdog is fed
-    assert motor.board.watchdog_resets == 1
-
-
-def test_a_timer_that_fails_restarts_the_board(motor):
-    motor.say("start")
-    motor.wait(2)
-    motor.board.stop_timer()
-    motor.wait(0.6)
-    assert (motor.board.watchdog_resets, motor.board.coils) == (1, 0)
-
-
-def test_the_lease_ends_though_the_main_program_hangs_and_feeds_the_watchdog(motor):
-    motor.say("lease,2")
+@pytest.mark.parametrize(
+    ("lease", "fault", "moves_s", "resets"),
+    [
+        # A board that hears nothing stops after a minute.
+        ("", lambda board: None, 58, 0),
+        # The watchdog restarts the board once; at rest it is fed.
+        ("lease,0", lambda board: board.hang(interrupts=True), 0, 1),
+        ("lease,0", lambda board: board.hang(interrupts=False), 0, 1),
+        ("lease,0", EmulatedBoard.stop_timer, 0, 1),
+        ("lease,2", lambda board: board.hang(interrupts=True, feeds_watchdog=True), 0.8, 0),
+    ],
+    ids=["nothing heard", "hangs", "hangs without interrupts", "timer fails", "hangs and feeds"],
+)
+def test_a_board_without_its_computer_or_program_stops_by_itself(
+    motor, lease, fault, moves_s, resets
+):
+    if lease:
+        motor.say(lease)
     motor.say("start")
     motor.wait(1)
-    motor.board.hang(interrupts=True, feeds_watchdog=True)
-    motor.wait(0.8)
+    fault(motor.board)
+    motor.wait(moves_s)
     assert motor.board.coils
-    motor.wait(1.5)
-    assert (motor.board.watchdog_resets, motor.board.coils) == (0, 0)
+    motor.wait(0.6 if resets else 3)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (resets, 0)
+    motor.wait(3)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (resets, 0)
 
 
 INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its switch, how long
