@@ -66,16 +66,6 @@ def test_a_file_says_that_it_is_simulated_and_reads_back():
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
 
 
-@pytest.mark.parametrize("nodule_mm", [0, 1, 2, 3, 4, 5])
-def test_every_run_fits_the_papers_matrix(nodule_mm):
-    for number in range(10):
-        run = simulate_run(PHANTOM, nodule_mm, 5, f"{nodule_mm}mm/r{number}")
-        assert 300 < run.time_s.size < 1000
-        assert run.counts.min() >= 0
-        assert run.counts.max() <= 1023
-        assert np.ptp(run.counts, axis=1).min() > 0
-
-
 def test_the_sensors_meet_the_nodule_in_order_at_the_lag_of_the_pitch():
     run = simulate_run(QUIET, 4.0, 1, "quiet")
     peaks = matrix_of(run).argmax(axis=1)
@@ -108,21 +98,6 @@ def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path):
     recordings = [read_recording(io.BytesIO(path.read_bytes()), 4) for path in files]
     assert {recording.header["site"] for recording in recordings} == {"simulated-1/3mm/r01"}
     assert len({recording.values.tobytes() for recording in recordings}) == 3
-
-
-def test_the_runs_over_one_nodule_share_the_height_at_which_it_was_set_up():
-    set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
-    pressed = np.array(
-        [
-            [
-                simulate_run(set_up, 1.0, seed, f"1mm/r{number:02d}").compression_mm.max()
-                for number in range(1, 5)
-            ]
-            for seed in range(12)
-        ]
-    )
-    within, between = pressed.std(axis=1).mean(), pressed.mean(axis=1).std()
-    assert between > 10 * within
 
 
 def headers_in(folder):
@@ -165,12 +140,18 @@ def test_each_set_up_of_a_size_has_its_own_draw_of_the_height(tmp_path):
         **{f"2mm/h{number:02d}": "simulated-1/2mm/3" for number in (6, 7)},
     }
     set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
-    names = [None, "2mm", "2mm/2", "2mm/3"]
-    pressed = [
-        simulate_run(set_up, 2.0, 1, "2mm/h01", setup=name).compression_mm.max() for name in names
-    ]
-    assert pressed[0] == pressed[1]
-    assert len(set(pressed)) == 3
+    pressed = np.array(
+        [
+            [
+                simulate_run(set_up, 2.0, 1, run, setup=name).compression_mm.max()
+                for run in ("2mm/h01", "2mm/h02")
+            ]
+            for name in (None, "2mm", "2mm/2", "2mm/3")
+        ]
+    )
+    np.testing.assert_array_equal(pressed[0], pressed[1])
+    within, between = np.ptp(pressed, axis=1).max(), np.diff(np.sort(pressed[1:, 0])).min()
+    assert between > 3 * within
 
 
 @pytest.mark.parametrize(
