@@ -11,7 +11,8 @@ import select
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+
+from support.bench.emulated import EmulatedBoard
 
 try:
     import fcntl
@@ -26,30 +27,10 @@ STUCK_BOOT_LOADER_US = 7_000_000
 BAUD_TOLERANCE = 0.04
 
 
-class Board(Protocol):
-    """The interface of a board; times in microseconds since the bench began."""
-
-    baud: int
-
-    def advance(self, until_us: int) -> None:
-        """Run to a point in time."""
-
-    def skip(self, until_us: int) -> None:
-        """Advance the time without running the firmware."""
-
-    def reset(self) -> None:
-        """Restart the firmware."""
-
-    def take_sent(self) -> bytes:
-        """Return the bytes that the board has sent, once."""
-
-    def deliver(self, received: bytes) -> None:
-        """Send bytes to the board."""
-
-
-class Cable:
+class TerminalCable:
     """A board on a cable, as the program at the other end sees it.
 
+    `link` is the permanent name of its pseudo-terminal, like one in /dev/serial/by-id.
     `spoil` returns the bytes that arrive of a frame. `resets`: opening the port resets the board,
     and the port powers it; `sticks`: a byte that comes too early blocks the boot loader, as on a
     Mega. `whole` holds the frames that reached the program undamaged, `spoilt` counts the others.
@@ -57,12 +38,13 @@ class Cable:
 
     def __init__(
         self,
-        board: Board,
+        board: EmulatedBoard,
+        link: Path,
         spoil: Callable[[bytes], bytes] | None = None,
         resets: bool = True,
         sticks: bool = True,
     ) -> None:
-        self.board = board
+        self.board, self.link = board, link
         self.spoil = spoil
         self.resets = resets
         self.sticks = sticks
@@ -77,8 +59,8 @@ class Cable:
 
     @property
     def port(self) -> str:
-        """The port's name, as a user types it."""
-        raise NotImplementedError
+        """The port's name for the command line."""
+        return str(self.link)
 
     def plug(self) -> None:
         """Plug the cable in; a board that the port powers starts."""
@@ -152,40 +134,6 @@ class Cable:
                 self.whole.append(frame)
             else:
                 self.spoilt += 1
-
-    def _open_port(self) -> None:
-        raise NotImplementedError
-
-    def _close_port(self) -> None:
-        raise NotImplementedError
-
-    def _is_opened(self) -> bool:
-        raise NotImplementedError
-
-    def _read(self) -> bytes:
-        raise NotImplementedError
-
-    def _write(self, content: bytes) -> bool:
-        raise NotImplementedError
-
-    def _host_baud(self) -> int:
-        return self.board.baud
-
-    def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read the bytes in the port."""
-
-
-class TerminalCable(Cable):
-    """A pseudo-terminal; `link` is its permanent name, like one in /dev/serial/by-id."""
-
-    def __init__(self, board: Board, link: Path, **settings: object) -> None:
-        self.link = link
-        super().__init__(board, **settings)
-
-    @property
-    def port(self) -> str:
-        """The port's name for the command line."""
-        return str(self.link)
 
     def _open_port(self) -> None:
         self._master, slave = os.openpty()

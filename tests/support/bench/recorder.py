@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from capsule.recordings.recording import Recording, read_recording
-from support.bench.cable import Cable
+from support.bench.cable import TerminalCable
 from support.bench.world import taken_at_s
 from support.command import CAPSULE
 
@@ -112,7 +112,7 @@ def check_times(recording: Recording, tolerance_s: float = 0.006) -> None:
     assert np.abs(error_s).max() <= tolerance_s, f"off by up to {np.abs(error_s).max():.3f} s"
 
 
-def check_complete(recording: Recording, cable: Cable, ended_early: bool = False) -> None:
+def check_complete(recording: Recording, cable: TerminalCable, ended_early: bool = False) -> None:
     """Check that a recording holds every complete sample once, and nothing else.
 
     With `ended_early`, the recording ended while samples still arrived.

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from support.bench.cable import Cable
+from support.bench.cable import TerminalCable
 
 World = Callable[[float, float], None]
 
@@ -16,7 +16,7 @@ class Workbench:
     """
 
     def __init__(
-        self, *cables: Cable, world: World | None = None, speed: float | None = None
+        self, *cables: TerminalCable, world: World | None = None, speed: float | None = None
     ) -> None:
         self._cables = cables
         self._world = world
