@@ -11,8 +11,8 @@ def rig(tmp_path):
     """Return a function that makes a bench with the real firmware of the boards with motors."""
     made = []
 
-    def make(**settings):
-        made.append(Rig(tmp_path, **settings))
+    def make():
+        made.append(Rig(tmp_path))
         return made[-1]
 
     yield make

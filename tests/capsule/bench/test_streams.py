@@ -70,13 +70,7 @@ def describe(
 
 
 class Source:
-    """A stream that a test feeds; sample n has the time of n periods.
-
-    Parameters
-    ----------
-    **description : object
-        Arguments of `describe`.
-    """
+    """A stream that a test feeds, described by `describe`; sample n has the time of n periods."""
 
     def __init__(self, name: str, **description: object) -> None:
         self._description = {"name": name, **description}

@@ -1,17 +1,14 @@
 """Make a complete bench for surveys: three boards, their cables, a capsule in a gut, a survey."""
 
-import csv
 import json
 from collections import deque
-from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Chance, Journey, Nodule
-from capsule.phantom.parameters import Phantom, with_values
+from capsule.phantom.journey import Chance, Journey
 from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
@@ -19,6 +16,7 @@ from support.bench.surveyor import SteppedCable, Surveyor
 from support.bench.workbench import Workbench
 
 WAVELENGTH_MM = 80.0
+GUT_MM = 80.0  # where the end stop is
 _AT_ONCE = 8
 
 
@@ -60,35 +58,29 @@ class Gut:
     The phantom is the simulator's journey, and the wave is its clock: it advances by a sample each
     time the cams have carried the wave by the distance of a sample's time.
 
-    `length_mm` is the place of the end stop, `head_mm` the true place of the head, and `dead` holds
-    what sensors that have died read, in counts.
+    `head_mm` is the true place of the head.
     """
 
     def __init__(
         self,
-        phantom: Phantom,
         motor: Cams,
         thread: Thread,
         logger: emulated.EmulatedBoard,
-        *,
-        length_mm: float,
-        nodules: Sequence[Nodule] = (),
-        seed: int = 7,
     ) -> None:
+        phantom = read_phantom(DEFAULT_TABLE, [])
         electronics = phantom.electronics
         samples = 12_000
-        chance = Chance(phantom, seed, "survey", list(nodules), 4, samples)
-        self._journey = Journey(phantom, chance, length_mm)
+        chance = Chance(phantom, 7, "survey", [], 4, samples)
+        self._journey = Journey(phantom, chance, GUT_MM)
         self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
         self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._motor, self._thread, self._logger = motor, thread, logger
-        self._length_mm, self._cam_mm = length_mm, motor.cam_mm
+        self._cam_mm = motor.cam_mm
         # Samples that the wave has not reached yet.
         self._ahead: deque[tuple[np.ndarray, float]] = deque()
         self._before, self.head_mm = self._sample()
         self._after, _ = self._sample()
         self._before_mm = 0.0
-        self.dead: dict[int, float] = {}
 
     def __call__(self, start_s: float, end_s: float) -> None:
         """Move the capsule according to the motors in the last stretch of time."""
@@ -100,12 +92,10 @@ class Gut:
             self._after, self.head_mm = self._sample()
         share = (way_mm - self._before_mm) / self._step_mm
         counts = self._before + share * (self._after - self._before)
-        for sensor, count in self.dead.items():
-            counts[sensor] = count
         # Voltage in the middle of a step of the converter.
         voltages_mv = (counts + 0.5) * self._mv
         self._logger.set_voltages(voltages_mv, voltages_mv)
-        self._logger.set_end_stop(self.head_mm >= self._length_mm)
+        self._logger.set_end_stop(self.head_mm >= GUT_MM)
 
     def _sample(self) -> tuple[np.ndarray, float]:
         """Return the next counts, and the place of the head."""
@@ -119,23 +109,12 @@ class Gut:
 
 
 class Rig:
-    """A bench of boards for surveys; their firmware runs in the emulator.
-
-    Further settings are parameters of the phantom, such as ``folding__speed_mm_s``.
-    """
+    """A bench of boards for surveys; their firmware runs in the emulator."""
 
     # Time that the boards run before the world advances: no motor moves through a switch in it.
     stretch_us = 50_000
 
-    def __init__(
-        self,
-        folder: Path,
-        *,
-        length_mm: float = 80.0,
-        nodules: Sequence[Nodule] = (),
-        seed: int = 7,
-        **changes: float,
-    ) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.logger = emulated.EmulatedBoard(emulated.LOGGER)
         self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
@@ -148,17 +127,7 @@ class Rig:
                 for name, board in boards.items()
             }
         )
-        phantom = read_phantom(DEFAULT_TABLE, [])
-        named = {name.replace("__", "."): value for name, value in changes.items()}
-        self.gut = Gut(
-            with_values(phantom, named),
-            self.wave,
-            self.fold,
-            self.logger,
-            length_mm=length_mm,
-            nodules=nodules,
-            seed=seed,
-        )
+        self.gut = Gut(self.wave, self.fold, self.logger)
         self._all = list(vars(self.cables).values())
         self.bench = Workbench(*self._all, world=self._go_on)
 
@@ -172,17 +141,15 @@ class Rig:
         """The bench's time in seconds."""
         return self.bench.now_s
 
-    def survey(self, *options: object, session: str = "tuesday") -> Surveyor:
+    def survey(self, *options: object) -> Surveyor:
         """Start capsule survey on these boards."""
         ports = ("--drive", self.cables.wave.port, "--fold", self.cables.fold.port)
-        where = ("--port", self.cables.logger.port, "--out", self.folder / session)
-        return Surveyor(
-            self.folder, self.bench, self._all, self.stretch_us, *ports, *where, *options
-        )
+        where = ("--port", self.cables.logger.port, "--out", self.folder / "tuesday")
+        return self._start(*ports, *where, *options)
 
-    def resume(self, *options: object, session: str = "tuesday") -> Surveyor:
-        """Start capsule survey to continue a session."""
-        return self._start("--resume", self.folder / session, *options)
+    def resume(self) -> Surveyor:
+        """Start capsule survey to continue the session."""
+        return self._start("--resume", self.folder / "tuesday")
 
     def _start(self, *options: object) -> Surveyor:
         return Surveyor(self.folder, self.bench, self._all, self.stretch_us, *options)
@@ -202,19 +169,14 @@ class Rig:
             if cable.plugged:
                 cable.unplug()
 
-    # Readers of a session's files.
+    # Readers of the session's files.
 
-    def events(self, session: str = "tuesday") -> list[dict]:
+    def events(self) -> list[dict]:
         """Read the log of events."""
-        (path,) = (self.folder / session).glob("events.jsonl*")
+        (path,) = (self.folder / "tuesday").glob("events.jsonl*")
         return [json.loads(line) for line in path.read_text().splitlines()]
 
-    def places(self, session: str = "tuesday") -> list[dict]:
-        """Read the table of places."""
-        lines = (self.folder / session / "places.csv").read_text().splitlines()
-        return list(csv.DictReader(lines))
-
-    def stream(self, session: str = "tuesday") -> list[list[str]]:
+    def stream(self) -> list[list[str]]:
         """Read the rows of the stream."""
-        (path,) = (self.folder / session).glob("stream.csv*")
+        (path,) = (self.folder / "tuesday").glob("stream.csv*")
         return [line.split(",") for line in path.read_text().splitlines()[1:]]
