@@ -106,7 +106,7 @@ def nwb(*series, **electrical):
     return write
 
 
-def tdms(rows, *, group="g", **properties):
+def tdms(rows, *, group="g", about=None, **properties):
     """Return what writes a channel for each row; a property can be a list, one for each."""
 
     def write(folder):
@@ -117,7 +117,9 @@ def tdms(rows, *, group="g", **properties):
             place = name if group is None else group
             channels.append(nptdms.ChannelObject(place, name, row.astype(float), own))
         with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
-            writer.write_segment(channels)
+            writer.write_segment(
+                [*([nptdms.GroupObject(group, about)] if about else []), *channels]
+            )
         return folder / "run.tdms"
 
     return write
@@ -281,6 +283,11 @@ SAID = {
         hdf(LATER, RATES | {(n, "started"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
+    "one start by its clock for each data set": Said(
+        hdf(LATER, RATES | {(n, "start_time"): 2.0 * at for at, n in enumerate(LATER)}),
+        LATER_READ,
+    ),
+    "an interval and a rate in words": Said(matlab(V=COUNTS.T, dt=0.1, fs="10")),
     "fs and freq alike": Said(matlab(V=COUNTS.T, freq=10.0, fs=10.0)),
     "packed": Said(netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
     "packed before NetCDF 4": Said(netcdf("scipy"), (TIME_S, COUNTS / 100)),
@@ -414,6 +421,56 @@ ASKED = {
         matlab(t=TIME_S, V=COUNTS.T, scale_factor=0.01),
         "the file states scale_factor = 0.01, and not whether it is applied already",
         "--unit counts",
+    ),
+    "a unit for each column of MATLAB": (
+        matlab(t=TIME_S, V=COUNTS.T, units=np.array(["kPa"] * 4, dtype=object)),
+        "the file names kPa of",
+        "--unit counts",
+    ),
+    "a unit of a compound": (
+        hdf({"run": FIELDS}, {("run", "units"): "kPa"}),
+        "the file names kPa of",
+        "--unit counts",
+    ),
+    "a unit of a group of TDMS": (
+        tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1),
+        "the file names kPa of",
+        "--unit counts",
+    ),
+    "a scale for each sensor": (
+        matlab(t=TIME_S, V=COUNTS.T, scale=np.array([0.01, 0.01, 0.01, 0.02])),
+        "the file states scale = 0.01, 0.02, and not whether it is applied already",
+        "--unit counts",
+    ),
+    "a scale of a data set": (
+        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "scale"): 0.01}),
+        "the file states scale = 0.01, and not whether it is applied already",
+        "--unit counts",
+    ),
+    "a scale of a compound": (
+        hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}),
+        "the file states scale_factor = 0.01, and not whether it is applied already",
+        "--unit counts",
+    ),
+    "a scale of TDMS": (
+        tdms(SENSORS, wf_increment=0.1, scale=0.01),
+        "the file states scale = 0.01, and not whether it is applied already",
+        "--unit counts",
+    ),
+    "an interval beside a rate": (
+        matlab(V=COUNTS.T, fs=10.0, dt=0.02),
+        "the file states fs = 10 and 1 / dt = 50; give the sampling rate in Hz with --rate",
+        "--rate 10",
+    ),
+    "a rate in words beside other times": (
+        matlab(t=TIME_S, V=COUNTS.T, Fs="50 Hz"),
+        "its usual step of 0.1 is in no unit the rate that the file states, Fs = 50",
+        "--time-unit s",
+    ),
+    "a rate of a group of TDMS": (
+        tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
+        "the file states 1 / wf_increment = 10 and sampling_rate = 50",
+        "--rate 10",
     ),
     "a unit above the table of a sheet": (
         sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),

@@ -15,7 +15,17 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import RATE, SCALE, UNSURE_RATE, Channel, Table, with_stamps
+from capsule.importing.table import (
+    INTERVAL,
+    RATE,
+    SCALE,
+    UNSURE_RATE,
+    Channel,
+    Table,
+    not_applied,
+    scales,
+    with_stamps,
+)
 from capsule.importing.times import later
 
 # The word for a table of these formats.
@@ -28,6 +38,13 @@ _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
 # A longer text is no unit and no date.
 _LONGEST_TEXT = 100
+# Attributes that name a unit, and the time of the first sample by the file's clock.
+UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
+_START = ("start_time", "start_s", "t0")
+# Attributes that are applied when an array is read.
+_APPLIED = ("scale_factor", "add_offset")
+# A longer time between two samples is hardly in seconds.
+_LONGEST_INTERVAL_S = 5.0
 # NetCDF writes an array under this name for an axis without values.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 
@@ -55,15 +72,19 @@ def array_tables(
     about |= {path: dict(said) for path, said in told.items()}
     places = {path: path.rpartition(separator) for path in arrays}
     for path, (parent, _, name) in places.items():
-        if arrays[path].size == 1 and arrays[path].dtype.kind in "iuf":
+        is_about_all = SCALE.fullmatch(name) or RATE.fullmatch(name)
+        most = keys.sensor_count if is_about_all else 1
+        if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
     groups: defaultdict[str, defaultdict[int, list[tuple[str, Channel]]]]
     groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
         scopes = _scopes(path, separator, about)
-        unit, _, date = _attribute(scopes[:1], "units", "unit").partition(" since ")
-        started, rates_hz = date or _attribute(scopes, "started"), _rates(scopes)
+        unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
+        started, rates_hz = date or attribute(scopes, "started"), stated_rates(scopes)
         how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
+        for start in _numbers(_nearest(scopes[:1], *_START))[:1]:
+            how["start_s"] = float(start)
         for channel in array_channels(name, arrays[path], **how):
             groups[parent][channel.values.size].append((path, channel))
     for parent, by_size in groups.items():
@@ -72,19 +93,14 @@ def array_tables(
         are_timed = len(with_own_times([each for _, each in whole], keys)) < len(whole)
         if are_timed or max(map(len, parts)) < keys.sensor_count:
             parts = [whole]
-        scopes = _scopes(parent, separator, about)
-        unit = _attribute(scopes, "units", "unit")
-        notes = {"unit": unit} if unit else {}
-        notes |= {
-            name: _decoded(np.ravel(value)[0])
-            for said in reversed(scopes)
-            for name, value in said.items()
-            if SCALE.fullmatch(name) and np.size(value) == 1
-        }
+        around = _scopes(parent, separator, about)
         for part in parts:
             label = parent if len(parts) == 1 and parent else part[0][0]
             channels = with_own_times([each for _, each in part], keys)
-            yield Table(channels, VARIABLE, label, notes=notes)
+            own = [_of_readings(about[path], arrays[path]) for path, _ in part]
+            unit = attribute([said for said in own if "" in said] + around, *UNIT)
+            notes = ({"unit": unit} if unit else {}) | scalings([*around[::-1], *own])
+            yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
 
 
 def _scopes(
@@ -98,20 +114,61 @@ def _scopes(
     return scopes
 
 
-def _attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
-    """Return the nearest attribute with one of the names as a text; empty if there is none."""
+def _of_readings(said: Mapping[str, Any], array: np.ndarray) -> dict[str, Any]:
+    """Return the attributes of an array that are not applied to it yet; "" marks a compound."""
+    if array.dtype.names:
+        return {"": "compound", **said}
+    return {name: value for name, value in said.items() if name not in _APPLIED}
+
+
+def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return what attributes say of a scaling of the readings; the last scope is the nearest."""
+    told = {name: _text(value) for said in scopes for name, value in said.items()}
+    return {name: value for name, value in told.items() if value and scales(name, value)}
+
+
+def _nearest(scopes: Iterable[Mapping[str, Any]], *names: str) -> Any:
     found = (said[key] for said in scopes for name in names for key in said if key.lower() == name)
-    return _decoded(next(found, ""))
+    return next(found, "")
 
 
-def _rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
+def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
+    """Return the nearest attribute with one of the names as a text; empty if there is none."""
+    return _text(_nearest(scopes, *names))
+
+
+def _text(value: Any) -> str:
+    """Return an attribute as a text; of several values, each different one once."""
+    return ", ".join(
+        dict.fromkeys(_decoded(each).strip() for each in np.ravel(value)[:_MOST_COLUMNS])
+    )
+
+
+def _numbers(value: Any) -> np.ndarray:
+    """Return the different numbers of an attribute; a text can be one, such as ``50 Hz``."""
+    try:
+        numbers = np.ravel(value)
+        if numbers.dtype.kind not in "iuf":
+            numbers = np.array([float(_text(value).lower().removesuffix("hz"))])
+    except ValueError:
+        return np.empty(0)
+    return np.unique(numbers[np.isfinite(numbers)])
+
+
+def stated_rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
     """Return the sampling rates in the nearest scope that states one surely, by their names."""
     rates: dict[str, float] = {}
     for said in scopes:
         for name, value in said.items():
-            numbers = np.ravel(value) if RATE.fullmatch(name) else np.empty(0)
-            if numbers.size == 1 and numbers.dtype.kind in "iuf" and numbers[0] > 0:
-                rates.setdefault(name, float(numbers[0]))
+            numbers = _numbers(value) if RATE.fullmatch(name) else np.empty(0)
+            if INTERVAL.fullmatch(name):
+                steps = _numbers(value)
+                name, numbers = (
+                    f"1 / {name}",
+                    1 / steps[(steps > 0) & (steps < _LONGEST_INTERVAL_S)],
+                )
+            for at, number in enumerate(numbers[numbers > 0].tolist()):
+                rates.setdefault(f"another {name}" if at else name, number)
         if any(not UNSURE_RATE.fullmatch(name) for name in rates):
             break
     return rates
@@ -186,8 +243,8 @@ def _matlab_parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray | str
     for field in getattr(value, "_fieldnames", ()):
         yield from _matlab_parts(f"{name}.{field}", getattr(value, field))
     array = np.asarray(value)
-    if isinstance(value, str):
-        yield name, value
+    if array.size and all(isinstance(each, str) for each in array.flat):
+        yield name, _text(array)
     elif array.dtype.kind in "iufb":
         yield name, array
     elif array.ndim and all(hasattr(each, "_fieldnames") for each in array.flat):
@@ -269,7 +326,7 @@ def read_netcdf(content: bytes, keys: Keys) -> Iterator[Table]:
 def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray:
     """Return the numbers that stored ones stand for, by the conventions of NetCDF; NaN for none."""
     marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
-    scaling = [key for key in ("scale_factor", "add_offset") if key in said]
+    scaling = [key for key in _APPLIED if key in said]
     if array.dtype.kind not in "iuf" or not (marks or scaling):
         return array
     values = array.astype(float)

@@ -24,18 +24,22 @@ from capsule.errors import CapsuleError
 from capsule.importing.array_formats import (
     MOST_UNPACKED,
     TOO_LARGE,
+    UNIT,
     VARIABLE,
     array_tables,
+    attribute,
     read_hdf,
     read_matlab,
     read_netcdf,
     read_numpy,
     read_nwb,
     refuse_unpacked,
+    scalings,
+    stated_rates,
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.table import Channel, Table, with_stamps
+from capsule.importing.table import Channel, Table, not_applied, with_stamps
 from capsule.importing.text import read_rows, read_text
 from capsule.store.files import read_limited
 
@@ -121,20 +125,25 @@ def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
     """Read LabVIEW's TDMS; the channels of a group that can be of the same run are a table."""
     import nptdms
 
-    for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
+    file = nptdms.TdmsFile.read(io.BytesIO(content))
+    for group in file.groups():
         series = [each for each in group.channels() if len(each) > 1 and each.dtype.kind in "iufM"]
         lengths = sorted({len(each) for each in series})
         firsts = [n for before, n in pairwise([0, *lengths]) if n > _MOST_LONGER * before]
         for first, end in pairwise([*firsts, np.inf]):
-            channels = [_tdms_channel(each) for each in series if first <= len(each) < end]
+            around = [group.properties, file.properties]
+            channels = [_tdms_channel(each, around) for each in series if first <= len(each) < end]
             label = group.name if len(firsts) == 1 else f"{group.name}, {first} samples"
-            yield Table(channels, VARIABLE, label)
+            notes = scalings([*around[::-1], *(each.properties for each in series)])
+            if unit := attribute(around, *UNIT):
+                notes["unit"] = unit
+            yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
 
 
-def _tdms_channel(channel: Any) -> Channel:
+def _tdms_channel(channel: Any, around: list[dict[str, Any]]) -> Channel:
     """Return a channel of TDMS, with its own start and sampling rate."""
     data, said = channel[:], channel.properties
-    unit, step = str(said.get("unit_string", "")), said.get("wf_increment")
+    unit, step = attribute([said], *UNIT), said.get("wf_increment")
     if data.dtype.kind == "M":
         # In seconds since 1970, with a resolution of 1 microsecond.
         data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
@@ -143,6 +152,7 @@ def _tdms_channel(channel: Any) -> Channel:
         offset = np.timedelta64(round(1e6 * start_s), "us")
         started, start_s = f"{np.datetime64(start, 'us') + offset}Z", 0.0
     rates_hz = {"1 / wf_increment": 1.0 / step} if step else {}
+    rates_hz |= stated_rates([said, *around])
     values = np.asarray(data, dtype=float)
     return Channel(channel.name, values, unit, started=started, start_s=start_s, rates_hz=rates_hz)
 
@@ -195,7 +205,7 @@ def _read_zip(content: bytes, keys: Keys) -> Iterator[Table]:
         yield from _read_excel(content, keys, has_formulas=formulas)
     elif names and all(name.endswith(".npy") for name in names):
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            told = {name: str(each) for name, each in arrays.items() if each.dtype.kind == "U"}
+            told = {name: each for name, each in arrays.items() if each.dtype.kind == "U"}
             yield from array_tables(dict(arrays), "/", keys, {"": told})
     elif {"xl/workbook.bin", "content.xml"} & {*names}:
         raise CapsuleError("it is a workbook of another kind than .xlsx; save it as .xlsx")

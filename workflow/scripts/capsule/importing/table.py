@@ -42,6 +42,12 @@ def scales(key: str, value: str) -> bool:
     return bool(told) and not re.fullmatch(neutral, value.strip())
 
 
+def not_applied(notes: Mapping[str, str]) -> str:
+    """Return the note on the scalings that a file tells; empty if it tells none."""
+    told = [f"{key}: {value[:60]}" for key, value in notes.items() if scales(key, value)]
+    return f"the file says {'; '.join(told)}; that is not applied to the readings" if told else ""
+
+
 @contextlib.contextmanager
 def naming(place: str) -> Iterator[None]:
     """Put the place of an error in front of its message; none if it is empty."""

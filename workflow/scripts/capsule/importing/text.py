@@ -27,7 +27,16 @@ from capsule.importing.dialects import (
 )
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import INTERVAL, RATE, SCALE, Channel, Table, not_a_number, scales
+from capsule.importing.table import (
+    INTERVAL,
+    RATE,
+    SCALE,
+    Channel,
+    Table,
+    not_a_number,
+    not_applied,
+    scales,
+)
 from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
@@ -129,8 +138,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
         notes=_notes(comments),
         reading=reading,
     )
-    if told := [f"{key}: {value[:60]}" for key, value in table.notes.items() if scales(key, value)]:
-        said_so = f"the file says {'; '.join(told)}; that is not applied to the readings"
+    if said_so := not_applied(table.notes):
         table = replace(table, remark="; ".join(filter(None, (table.remark, said_so))))
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
