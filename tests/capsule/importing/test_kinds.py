@@ -463,6 +463,24 @@ ASKED = {
         options="--unit counts",
         values=2 * COUNTS,
     ),
+    **{
+        f"decimals that jump a thousandfold, {options}": Asked(
+            lines(
+                TIME_S * 1000,
+                *([german(v) for v in 2 * row] for row in COUNTS),
+                head="ms;S1;S2;S3;S4",
+                sign=";",
+            ),
+            words,
+            "--unit counts --thousands point",
+            options=options,
+            values=2 * COUNTS,
+        )
+        for options, words in (
+            ("--decimal point", "from 1 to 998 can be mV (--unit mV) or kohm (--unit kohm)"),
+            ("--decimal point --unit counts", "'1.002' beside 938 is no count; use --thousands"),
+        )
+    },
     "commas and the unit at once": Asked(
         lines(
             TIME_S * 1000,

@@ -248,7 +248,7 @@ def _ambiguity(lines: Sequence[Line], ways: Sequence[Dialect]) -> QuestionError:
 
 def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None:
     """Raise an error if points can separate thousands: numbers with one jump a thousandfold."""
-    if "point" not in dialect.style or keys.thousands or keys.decimal:
+    if "point" not in dialect.style or keys.thousands or (keys.decimal and keys.unit != "counts"):
         return
     rows = [row for _, line in lines if len(row := dialect.split(line)) == dialect.cells]
     for column in zip(*rows, strict=True):
@@ -259,11 +259,15 @@ def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None
         if not (pointed and is_open):
             continue
         usual = np.median(list(map(float, pointed)))
+        jumps = bool(whole) and np.median(whole) > _THOUSANDFOLD * usual
         is_small = keys.unit in ("counts", "ohm") and len(pointed) == len(column)
-        if (whole and np.median(whole) > _THOUSANDFOLD * usual) or (
-            is_small and usual < _LEAST_READING
-        ):
-            number = next(number for number, line in lines if pointed[0] in line)
+        number = next(number for number, line in lines if pointed[0] in line)
+        if jumps and keys.decimal:
+            raise QuestionError(
+                f"line {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "
+                "point in place of --decimal point, or give another --unit"
+            )
+        if not keys.decimal and (jumps or (is_small and usual < _LEAST_READING)):
             raise QuestionError(
                 f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
                 f"or {pointed[0].replace('.', '')} (--thousands point); choose one",

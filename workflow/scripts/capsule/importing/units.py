@@ -64,8 +64,9 @@ _FITS = {
     "kohm": (0.1, 0.1, 1e4),
 }
 _HIGHEST_COUNT = 65_535.0
-# If the largest reading is below this, the readings are probably not counts.
-_LEAST_COUNT = 64.0
+# If the largest reading is below this, the readings are probably not counts; nor are decimals with
+# a largest reading so many times the smallest.
+_LEAST_COUNT, _JUMP = 64.0, 30.0
 # The unit's name in a recording, and the factor on the readings.
 WRITTEN = {unit: (unit, 1.0) for unit in ("counts", "V", "ohm", "kohm")} | {"mV": ("V", 1e-3)}
 
@@ -173,6 +174,7 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
         raise CapsuleError("it has no reading; name other columns with --sensors")
     low, high = float(known.min()), float(known.max())
     whole, below_scale = bool(np.all(known % 1.0 == 0)), _LEAST_COUNT <= high < full_scale
+    jumps = below_scale and not whole and high > _JUMP * low
     span = f"readings from {low:.6g} to {high:.6g}"
     if low >= 0 and whole and below_scale:
         reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
@@ -181,7 +183,7 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
         return "V", f"{span}, within diagonal.full_scale {full_scale:g}"
     likely = {
         # Averaged counts are not whole, and kilo-ohms hardly ever are.
-        "counts": high <= _HIGHEST_COUNT if whole else below_scale,
+        "counts": high <= _HIGHEST_COUNT if whole else below_scale and not jumps,
         "kohm": not whole or high < _LEAST_COUNT,
     }
     fitting = [
@@ -189,7 +191,7 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
         for unit, (least, lowest, highest) in _FITS.items()
         if least <= low and lowest <= high <= highest and likely.get(unit, True)
     ]
-    if len(fitting) == 1:
+    if len(fitting) == 1 and not jumps:
         return fitting[0], f"{span} fit no other unit"
     if not fitting:
         raise QuestionError(
@@ -197,4 +199,5 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
             "else give the unit with --unit"
         )
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
-    raise QuestionError(f"{span} can be {options}; choose one")
+    other = ", or --thousands point if points separate thousands" if jumps else ""
+    raise QuestionError(f"{span} can be {options}; choose one{other}")
