@@ -298,6 +298,33 @@ SAID = {
         hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=-9).T}, {("V", "_FillValue"): -9.0}),
         (TIME_S, LOST),
     ),
+    **{
+        f"{beyond} beyond the {key}": Said(
+            hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=beyond).T}, {("V", key): limit}),
+            (TIME_S, LOST),
+        )
+        for key, limit, beyond in (
+            ("valid_range", [0, 1023], 9999),
+            ("valid_range", [0, 1023], -1),
+            ("valid_min", 0, -1),
+            ("valid_max", 1023, 9999),
+        )
+    },
+    "a range of what packed numbers stand for": Said(
+        hdf(
+            {"t": TIME_S, "V": np.nan_to_num(LOST, nan=9999).T.astype("i2")},
+            {("V", "scale_factor"): 0.01, ("V", "valid_range"): [0.0, 10.23], ("V", "units"): "V"},
+        ),
+        (TIME_S, LOST / 100),
+    ),
+    "numbers without a sign": Said(
+        hdf(
+            {"t": TIME_S, "V": (COUNTS.T + 33_000).astype("u2").view("i2")},
+            {("V", "_Unsigned"): "true"},
+        ),
+        (TIME_S, COUNTS + 33_000),
+        options="--unit counts --adc-bits 16",
+    ),
     "a scale for each channel": Said(
         nwb(rate=10.0, conversion=0.001, channel_conversion=[1.0, 2.0, 1.0, 0.5]),
         (TIME_S, COUNTS * [[0.001], [0.002], [0.001], [0.0005]]),
@@ -577,6 +604,25 @@ def test_floats_come_in_to_the_bit_as_pandas_reads_them(tmp_path):
         imported = import_files(tmp_path / path[:4], tmp_path / path, "--unit", "kohm")
         oracle = read(tmp_path / path).to_numpy()[:, 1:].T
         np.testing.assert_array_equal(imported.the_recording().values, oracle)
+
+
+def test_numbers_that_a_workbook_stores_as_text_are_read_from_csv(tmp_path):
+    rows = [[f"{value:.3f}".replace(".", ",") for value in row] for row in [TIME_S, *COUNTS / 200]]
+    table = pandas.DataFrame(
+        dict(zip(("t (s)", *(f"S{n} (V)" for n in "1234")), rows, strict=True))
+    )
+    table.to_excel(tmp_path / "run.xlsx", index=False)
+    assert "as text, save it as CSV" in import_files(tmp_path, tmp_path / "run.xlsx").refused
+    table.to_csv(tmp_path / "run.csv", index=False, sep=";")
+    read = import_files(tmp_path, tmp_path / "run.csv").the_recording()
+    assert np.allclose(read.values, COUNTS / 200, atol=5e-4)
+
+
+def test_labchart_for_matlab_is_refused_by_its_name(tmp_path):
+    ends = {"datastart": np.arange(4) * 525 + 1, "dataend": np.arange(1, 5) * 525}
+    path = matlab(data=COUNTS.ravel(), samplerate=np.full(4, 10.0), **ends)(tmp_path)
+    refused = import_files(tmp_path, path, "--unit", "counts").refused
+    assert "it is LabChart's export for MATLAB; export it as text" in refused
 
 
 def test_numpy_that_holds_no_table_is_refused(tmp_path):

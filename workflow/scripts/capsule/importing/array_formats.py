@@ -43,6 +43,8 @@ UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_un
 _START = ("start_time", "start_s", "t0")
 # Attributes that are applied when an array is read.
 _APPLIED = ("scale_factor", "add_offset")
+# So are limits, beyond which a sample is missing, with as many numbers.
+_LIMITS = {"valid_range": 2, "valid_min": 1, "valid_max": 1}
 # A longer time between two samples is hardly in seconds.
 _LONGEST_INTERVAL_S = 5.0
 # NetCDF writes an array under this name for an axis without values.
@@ -208,6 +210,8 @@ def read_matlab(content: bytes, keys: Keys) -> list[Table]:
     refuse_unpacked(_matlab_size(content))
     variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
+    if {"data", "datastart", "dataend"} <= named.keys():
+        raise CapsuleError("it is LabChart's export for MATLAB; export it as text from LabChart")
     parts = [part for name, value in named.items() for part in _matlab_parts(name, value)]
     arrays = {path: value for path, value in parts if not isinstance(value, str)}
     told: defaultdict[str, dict[str, str]] = defaultdict(dict)
@@ -327,11 +331,14 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
     """Return the numbers that stored ones stand for, by the conventions of NetCDF; NaN for none."""
     marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
     scaling = [key for key in _APPLIED if key in said]
-    if array.dtype.kind not in "iuf" or not (marks or scaling):
+    limits = {key: np.ravel(said[key]) for key in _LIMITS if key in said}
+    is_unsigned = _decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i"
+    if array.dtype.kind not in "iuf" or not (marks or scaling or limits or is_unsigned):
         return array
     values = array.astype(float)
-    if _decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i":
+    if is_unsigned:
         values = array.view(f"{array.dtype.byteorder}u{array.itemsize}").astype(float)
+    stored = values.copy()
     for key in scaling:
         factor = np.ravel(said[key])
         if factor.size != 1:
@@ -340,6 +347,16 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
                 "the readings without packing"
             )
         values = values * factor if key == "scale_factor" else values + factor
+    for key, limit in limits.items():
+        if limit.size != _LIMITS[key] or limit.dtype.kind not in "iuf":
+            raise CapsuleError(
+                f"{key} of {path} is {_text(limit)[:60]!r}, and {_LIMITS[key]} numbers are "
+                "understood; export the readings without it"
+            )
+        # Limits of packed numbers are whole; decimals are limits of what they stand for.
+        of = values if array.dtype.kind != "f" and limit.dtype.kind == "f" else stored
+        is_least, is_most = key != "valid_max", key != "valid_min"
+        values[(is_least & (of < limit[0])) | (is_most & (of > limit[-1]))] = np.nan
     for mark in marks:
         values[np.isin(array, mark)] = np.nan
     return values

@@ -268,7 +268,11 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
         if all(timed) and len(channels) >= keys.sensor_count:
             return [replace(tables[0], channels=with_stamps(channels), label=", ".join(labels))]
     if not fitting:
-        raise CapsuleError(f"no {kind} holds {keys.sensor_count} columns of numbers; {held}")
+        as_text = "; if its numbers are stored as text, save it as CSV, and import that"
+        raise CapsuleError(
+            f"no {kind} holds {keys.sensor_count} columns of numbers; {held}"
+            f"{as_text if kind == 'sheet' else ''}"
+        )
     if len(fitting) > 1 and wanted != "all":
         raise QuestionError(
             f"{len(fitting)} of its parts can be the recording: "
