@@ -136,11 +136,13 @@ def test_the_passes_over_a_site_stay_together(archive):
 
 
 def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive):
-    judged = capsule.judge(archive, capsule.DetectorEstimator("taught", archive.settings))
     of_all = capsule.judge(archive).predictions
-    own = of_all[(of_all["detector"] == "taught") & (of_all["scheme"] == "leave_one_out")]
-    for column in ("predicted_mm", "score", "threshold", "probability", "estimate_high_mm"):
-        np.testing.assert_array_equal(judged.predictions[column], own[column])
+    for detector in archive.settings["detectors"]:
+        own = of_all[(of_all["detector"] == detector) & (of_all["scheme"] == "leave_one_out")]
+        judged = capsule.judge(archive, capsule.DetectorEstimator(detector, archive.settings))
+        for column in ("predicted_mm", "score", "threshold", "probability", "estimate_high_mm"):
+            # The workflow leaves recordings out of sums; an estimator adds the others up anew.
+            np.testing.assert_allclose(judged.predictions[column], own[column], rtol=1e-9)
 
 
 def test_the_groups_are_the_places(archive):
