@@ -99,8 +99,9 @@ def array_tables(
         for part in parts:
             label = parent if len(parts) == 1 and parent else part[0][0]
             channels = with_own_times([each for _, each in part], keys)
+            compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
             own = [_of_readings(about[path], arrays[path]) for path, _ in part]
-            unit = attribute([said for said in own if "" in said] + around, *UNIT)
+            unit = attribute(compounds + around, *UNIT)
             notes = ({"unit": unit} if unit else {}) | scalings([*around[::-1], *own])
             yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
 
@@ -117,10 +118,9 @@ def _scopes(
 
 
 def _of_readings(said: Mapping[str, Any], array: np.ndarray) -> dict[str, Any]:
-    """Return the attributes of an array that are not applied to it yet; "" marks a compound."""
-    if array.dtype.names:
-        return {"": "compound", **said}
-    return {name: value for name, value in said.items() if name not in _APPLIED}
+    """Return the attributes of an array that are not applied to it yet."""
+    is_compound = array.dtype.names is not None
+    return {name: value for name, value in said.items() if is_compound or name not in _APPLIED}
 
 
 def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -338,7 +338,7 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
     values = array.astype(float)
     if is_unsigned:
         values = array.view(f"{array.dtype.byteorder}u{array.itemsize}").astype(float)
-    stored = values.copy()
+    stored = values
     for key in scaling:
         factor = np.ravel(said[key])
         if factor.size != 1:

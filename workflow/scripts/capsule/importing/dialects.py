@@ -16,7 +16,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError
-from capsule.importing.units import is_time_name
+from capsule.importing.units import LEAST_COUNT, THOUSANDFOLD, is_time_name
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
@@ -30,9 +30,6 @@ _FEWER_NUMBERS = 0.05
 _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
 # To look for labels in a longer line would take long.
 _LONGEST_LABELLED = 1000
-# If cells without a point are so many times those with one below them, it separates thousands; and
-# counts or ohms with three decimals are as large at least.
-_THOUSANDFOLD, _LEAST_READING = 30.0, 64.0
 # Number and text of a line.
 Line: TypeAlias = tuple[int, str]
 
@@ -259,7 +256,7 @@ def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None
         if not (pointed and is_open):
             continue
         usual = np.median(list(map(float, pointed)))
-        jumps = bool(whole) and np.median(whole) > _THOUSANDFOLD * usual
+        jumps = bool(whole) and np.median(whole) > THOUSANDFOLD * usual
         is_small = keys.unit in ("counts", "ohm") and len(pointed) == len(column)
         number = next(number for number, line in lines if pointed[0] in line)
         if jumps and keys.decimal:
@@ -267,7 +264,7 @@ def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None
                 f"line {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "
                 "point in place of --decimal point, or give another --unit"
             )
-        if not keys.decimal and (jumps or (is_small and usual < _LEAST_READING)):
+        if not keys.decimal and (jumps or (is_small and usual < LEAST_COUNT)):
             raise QuestionError(
                 f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
                 f"or {pointed[0].replace('.', '')} (--thousands point); choose one",

@@ -65,8 +65,8 @@ _FITS = {
 }
 _HIGHEST_COUNT = 65_535.0
 # If the largest reading is below this, the readings are probably not counts; nor are decimals with
-# a largest reading so many times the smallest.
-_LEAST_COUNT, _JUMP = 64.0, 30.0
+# a largest reading so many times the smallest: there a point separates thousands.
+LEAST_COUNT, THOUSANDFOLD = 64.0, 30.0
 # The unit's name in a recording, and the factor on the readings.
 WRITTEN = {unit: (unit, 1.0) for unit in ("counts", "V", "ohm", "kohm")} | {"mV": ("V", 1e-3)}
 
@@ -173,8 +173,8 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
     if known.size == 0:
         raise CapsuleError("it has no reading; name other columns with --sensors")
     low, high = float(known.min()), float(known.max())
-    whole, below_scale = bool(np.all(known % 1.0 == 0)), _LEAST_COUNT <= high < full_scale
-    jumps = below_scale and not whole and high > _JUMP * low
+    whole, below_scale = bool(np.all(known % 1.0 == 0)), LEAST_COUNT <= high < full_scale
+    jumps = below_scale and not whole and high > THOUSANDFOLD * low
     span = f"readings from {low:.6g} to {high:.6g}"
     if low >= 0 and whole and below_scale:
         reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
@@ -184,7 +184,7 @@ def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
     likely = {
         # Averaged counts are not whole, and kilo-ohms hardly ever are.
         "counts": high <= _HIGHEST_COUNT if whole else below_scale and not jumps,
-        "kohm": not whole or high < _LEAST_COUNT,
+        "kohm": not whole or high < LEAST_COUNT,
     }
     fitting = [
         unit
