@@ -14,6 +14,7 @@ from capsule.evaluation import measures, rates
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.intervals import Units, lower_bound, rate, rate_of, ratio_interval
 from capsule.evaluation.rates import ANY
+from support.like_the_paper import LIKE_THE_PAPER
 from support.verdicts import index_of, verdicts
 
 UNKNOWN = float("nan")
@@ -64,18 +65,9 @@ def ends_of(row, name):
 
 # The paper's numbers.
 
-# Verdicts that give every number the paper prints: none/1/2/3/4/5 mm per true size.
-PAPER_COUNTS = [
-    [6, 11, 3, 0, 0, 0],
-    [5, 9, 6, 0, 0, 0],
-    [3, 6, 6, 5, 0, 0],
-    [0, 3, 3, 11, 3, 0],
-    [0, 1, 2, 2, 14, 1],
-    [0, 0, 2, 4, 11, 3],
-]
 PAPER = [
     (true, predicted)
-    for true, row in enumerate(PAPER_COUNTS)
+    for true, row in enumerate(LIKE_THE_PAPER)
     for predicted, of_size in enumerate(row)
     for _ in range(of_size)
 ]
@@ -105,7 +97,7 @@ def test_the_definitions_give_the_numbers_of_the_paper_and_the_specificity_it_le
     assert [row["within_rate"] for row in rows[1:]] == [0.85, 0.85, 0.85, 0.70]
     assert [row["one_sided"] for row in rows] == [True, False, False, False, True]
     counts = {(row["size_mm"], row["predicted_mm"]): row["count"] for row in made["confusion"]}
-    assert counts == {(t, p): n for t, row in enumerate(PAPER_COUNTS) for p, n in enumerate(row)}
+    assert counts == {(t, p): n for t, row in enumerate(LIKE_THE_PAPER) for p, n in enumerate(row)}
     assert ends_of(made["confusion"][0], "share") == list(rate(6, 20, 0.95))
 
 
