@@ -1,0 +1,88 @@
+"""Record for a day on a line that is lost a hundred times, and count samples and memory.
+
+    python tests/benchmarks/record_long.py --hours 24 --lost 100
+
+The recorder, its file and its log are real; the serial line and the clock follow a script, so a day
+takes less than a minute. The board restarts after each loss, as an Arduino does when its port is
+opened.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
+
+from capsule.bench.bench_errors import LineLostError
+from capsule.bench.board import Board
+from capsule.bench.protocol import Identity
+from support.bench.scripted import ENTRIES, ScriptedBench, sample_frame
+
+RATE_HZ = 10
+# Samples that no line carries while the board is away.
+AWAY = 30
+
+
+def resident_mb() -> float:
+    """Return the memory that this process uses now."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * 4096 / 1e6
+
+
+def script(samples: int, lost: int, seen: dict) -> Iterator[tuple[float, bytes | Exception]]:
+    """Yield what arrives and when; count in ``seen`` what was sent, and look at the memory."""
+    between, since = samples // (lost + 1), 0
+    number = 0
+    while number < samples:
+        if number - since == between:
+            yield number / RATE_HZ, LineLostError()
+            number += AWAY
+            since = number
+        if number % (samples // 8) == 0:
+            seen["memory_mb"].append(resident_mb())
+        seen["sent"] += 1
+        yield number / RATE_HZ, sample_frame(number, 100 * (number - since), number - since)
+        number += 1
+
+
+def come_back(bench: ScriptedBench) -> tuple[ScriptedBench, Identity]:
+    """Return the board's line after a loss: the board has just started."""
+    bench.now_s += (AWAY - 1) / RATE_HZ
+    return bench, Identity("logger", ENTRIES)
+
+
+def main() -> None:
+    """Record, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--hours", type=float, default=24.0)
+    parser.add_argument("--lost", type=int, default=100, help="how often the line is lost")
+    options = parser.parse_args()
+    samples = round(options.hours * 3600 * RATE_HZ)
+    seen = {"sent": 0, "memory_mb": []}
+    with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
+        bench = ScriptedBench(Path(folder), patch)
+        patch.setattr(Board, "come_back", lambda *_: come_back(bench))
+        begun = time.process_time()
+        bench.run(script(samples, options.lost, seen))
+        cpu_s = time.process_time() - begun
+        rows = bench.rows()
+    kept = sum(1 for row in rows if row[1])
+    late = sum(1 for row in rows if row[1] and int(row[1]) != round(float(row[0]) * RATE_HZ) % 1024)
+    print("| hours | times lost | sent | kept | rows | memory, MB | CPU, us a sample |")
+    print("|---|---|---|---|---|---|---|")
+    memory = " ".join(f"{each:.0f}" for each in seen["memory_mb"])
+    print(
+        f"| {options.hours:g} | {options.lost} | {seen['sent']} | {kept} | {len(rows)} | {memory} "
+        f"| {1e6 * cpu_s / seen['sent']:.0f} |"
+    )
+    print(f"samples whose time is not their own: {late}")
+
+
+if __name__ == "__main__":
+    main()
