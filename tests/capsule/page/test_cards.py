@@ -64,7 +64,7 @@ def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_p
 
 def said_of(card):
     """Return the words of a card."""
-    drawn = cards.with_sketches(card, StoredResults().felt, cards.Known([0.1, 0.2, 1.5], [3.0]))
+    drawn = cards.with_sketches(card, StoredResults().felt, [0.1, 0.2, 1.5], [3.0])
     page = {"cards": [drawn], "lead": Lead("taught", False, NAN, 2), "most_listed": 20}
     page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
     return " ".join(section("cards", **page, most_cards=6).split())

@@ -19,14 +19,6 @@ def test_the_page_names_the_scheme_that_it_stands_on(scheme):
     assert values["figure_series"] == f"template ({words.scheme(scheme)}) and the paper"
 
 
-def test_the_leading_detector_stands_first_and_the_others_keep_their_order():
-    detectors = ["template", "diagonal", "taught"]
-    lead = Lead("diagonal", False, 0.9, 3)
-    assert detector_sections.lead_first(detectors, lead) == ["diagonal", "template", "taught"]
-    # One that has judged nothing can lead, if the configuration names it.
-    assert detector_sections.lead_first(detectors[:1], lead) == ["diagonal", "template"]
-
-
 def test_no_section_names_a_scheme_by_itself():
     for path in sorted((ROOT / "workflow/report").rglob("*.j2")):
         if path.name == "glossary.html.j2":  # which says what both of them are

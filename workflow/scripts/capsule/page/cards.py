@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -25,23 +24,6 @@ _FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
 _ORDER = list(VerdictWord)
 
 
-@dataclass(frozen=True)
-class Known:
-    """The scores of the leading detector on labelled places, which taught it nothing, ascending."""
-
-    healthy: Sequence[float]
-    nodules: Sequence[float]
-
-    @classmethod
-    def of(cls, predictions: pd.DataFrame, lead: str, settings: Settings) -> "Known":
-        """Return the scores in results/evaluation/predictions.csv."""
-        schemes = [choosing_scheme(settings["evaluation"]["schemes"]), HELD_OUT]
-        rows = predictions[predictions["detector"].eq(lead) & predictions["scheme"].isin(schemes)]
-        known = rows.dropna(subset="score").sort_values("score")
-        healthy = known["size_mm"] == 0
-        return cls(list(known.loc[healthy, "score"]), list(known.loc[~healthy, "score"]))
-
-
 def page_values(
     tables: Tables,
     lead: str,
@@ -53,9 +35,9 @@ def page_values(
     predictions = tables.evaluation.predictions
     made = patient_cards(tables.index, tables.detections, tables.sites, lead, qualities)
     made = made or example_cards(predictions, lead, scheme)
-    known = Known.of(predictions, lead, tables.settings)
+    known = known_scores(predictions, lead, tables.settings)
     counted = Counter(card["word"] for card in made)
-    drawn = [with_sketches(card, felt_of, known) for card in made[:CARDS]]
+    drawn = [with_sketches(card, felt_of, *known) for card in made[:CARDS]]
     return {
         "cards": drawn + made[CARDS:],
         "verdict_counts": [(str(word), counted[word]) for word in VerdictWord if counted[word]],
@@ -92,8 +74,7 @@ def patient_cards(
         if status == "accepted":
             cards.append(_told(label_of(name), [name], judged.get(name, []), lead, qualities))
         else:
-            rejected = {"detector": lead, "score": None, "threshold": None}
-            rejected["no_verdict"] = f"rejected: {reason}"
+            rejected = {"detector": lead, "no_verdict": f"rejected: {reason}"}
             cards.append(_told(label_of(name), [], [rejected], lead, qualities))
     return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
 
@@ -116,7 +97,26 @@ def example_cards(predictions: pd.DataFrame, lead: str, scheme: str) -> list[Cel
     return cards
 
 
-def with_sketches(card: Cells, felt_of: Callable[[str], Felt | None], known: Known) -> Cells:
+def known_scores(
+    predictions: pd.DataFrame, lead: str, settings: Settings
+) -> tuple[list[float], list[float]]:
+    """Return the leading detector's scores of healthy places and of nodules, which taught it not.
+
+    They are ascending, from results/evaluation/predictions.csv.
+    """
+    schemes = [choosing_scheme(settings["evaluation"]["schemes"]), HELD_OUT]
+    rows = predictions[predictions["detector"].eq(lead) & predictions["scheme"].isin(schemes)]
+    known = rows.dropna(subset="score").sort_values("score")
+    healthy = known["size_mm"] == 0
+    return known.loc[healthy, "score"].tolist(), known.loc[~healthy, "score"].tolist()
+
+
+def with_sketches(
+    card: Cells,
+    felt_of: Callable[[str], Felt | None],
+    healthy: Sequence[float],
+    nodules: Sequence[float],
+) -> Cells:
     """Return a card with ``felt``, what each sensor felt, and ``strip``, its score among others.
 
     Also ``deepest``, how deep each sensor was pressed at most, in its usual depths;
@@ -124,18 +124,16 @@ def with_sketches(card: Cells, felt_of: Callable[[str], Felt | None], known: Kno
     are known. Without signals ``felt`` and ``deepest`` are None, without a score ``strip``.
     """
     felt = felt_of(card["names"][0]) if card["names"] else None
-    found = card["word"] in _FOUND
-    score, threshold = card["score"], card["threshold"]
+    score, threshold = card["row"]["score"], card["row"]["threshold"]
     judged = words.is_known(score) and words.is_known(threshold)
-    healthy = np.asarray(known.healthy)
     of_beats = felt is not None and felt.in_depths
     return card | {
-        "felt": felt_sketch(felt, diagonal=found) if felt else None,
+        "felt": felt_sketch(felt, diagonal=card["word"] in _FOUND) if felt else None,
         "deepest": sorted(np.nanmax(felt.rows, axis=1).tolist()) if felt and of_beats else None,
-        "strip": score_strip(known.healthy, known.nodules, threshold, score) if judged else None,
+        "strip": score_strip(healthy, nodules, threshold, score) if judged else None,
         "healthy": len(healthy),
-        "healthy_above": int((healthy > threshold).sum()) if judged else 0,
-        "healthy_higher": int((healthy >= score).sum()) if judged else 0,
+        "healthy_above": sum(each > threshold for each in healthy) if judged else 0,
+        "healthy_higher": sum(each >= score for each in healthy) if judged else 0,
     }
 
 
@@ -156,13 +154,11 @@ def _told(
     Passes judged together count as `passes`, a single recording as 0.
     """
     told = {row["detector"]: row for row in rows}
-    nothing: Row = {"score": None, "threshold": None}
-    row = dict(told.get(lead, nothing))
+    row = {"score": None, "threshold": None, **told.get(lead, {})}
     word = row_verdict(row)
     row["probability"] = words.stated_probability(row)
     reason = row.get("no_verdict")
-    score, threshold = row["score"], row["threshold"]
-    found = word is not VerdictWord.NO_VERDICT and score > threshold
+    found = word is not VerdictWord.NO_VERDICT and row["score"] > row["threshold"]
     others = [(name, row_verdict(each)) for name, each in told.items() if name != lead]
     faults = {label_of(name): qualities[name] for name in names if qualities[name] != NO_FAULT}
     return {
@@ -172,8 +168,6 @@ def _told(
         "code": word.code,
         "found": found,
         "row": row,
-        "score": score,
-        "threshold": threshold,
         # Passes judged together have no probability: they stand before single ones.
         "chance": row["probability"] if words.is_known(row["probability"]) else float(found),
         "others": others,

@@ -129,9 +129,10 @@ def page_values(
     judged = settings["evaluation"]
     verdicts = judgements["summary"].query("scheme == @schemes[0]")
     # By resubstitution a detector is better the more it remembers: it compares nothing.
-    honest = [name for name in schemes if name != RESUBSTITUTION] or list(schemes)
+    honest = [name for name in schemes if name != RESUBSTITUTION] or schemes
+    compared = [_by_scheme(judgements, name, judged, lead) for name in honest]
     return {
-        "compared": _compared(judgements, honest, judged, lead),
+        "compared": [tables for tables in compared if tables],
         "silent": [
             name for name in settings["detectors"] if name not in verdicts["detector"].array
         ],
@@ -140,61 +141,55 @@ def page_values(
     }
 
 
-def _compared(
-    judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
-) -> list[Cells]:
-    compared_schemes = []
-    sentences = {row.name: row.sentence for row in DETECTORS.values()}
-    for scheme in schemes:
-        tables = {
-            name: table[table["scheme"] == scheme]
-            for name, table in judgements.items()
-            if "scheme" in table
-        }
-        judged = list(of_any(tables["summary"])["detector"])
-        if judged:
-            # Differences are from the first in the configuration.
-            names = judged[:1] + sorted(judged, key=lambda name: name != lead)
-            count = int(tables["summary"]["recordings"].max())
-            compared_schemes.append(
-                {
-                    "scheme": scheme,
-                    "title": words.scheme(scheme),
-                    "recordings": words.plural(count, "recording"),
-                    "detectors": [
-                        {"name": name, "words": BASELINE if name == ALWAYS else sentences[name]}
-                        for name in names[1:]
-                    ],
-                    "groups": _filled(GROUPS, tables, names, settings),
-                    "folded_groups": _filled(FOLDED_GROUPS, tables, names, settings),
-                    "calibration": [
-                        _calibrated(row)
-                        for row in tables["calibration"].to_dict("records")
-                        if words.is_known(row["stated_low"])
-                    ],
-                }
-            )
-    return compared_schemes
-
-
-def _calibrated(row: Row) -> Cells:
-    """Return a row of stated and observed frequencies of nodules."""
+def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: str) -> Cells | None:
+    """Return what compares the detectors by one scheme; None if it judged nothing."""
+    tables = {
+        name: table[table["scheme"] == scheme]
+        for name, table in judgements.items()
+        if "scheme" in table
+    }
+    judged = list(of_any(tables["summary"])["detector"])
+    if not judged:
+        return None
+    # Differences are from the first in the configuration.
+    reference = judged[0]
+    detectors = sorted(judged, key=lambda name: name != lead)
+    differences = tables["comparison"]
+    differences = differences[differences["first"] == reference]
+    tables["comparison"] = differences.rename(columns={"second": "detector"})
+    # As no size stands for any nodule, a bin without ends stands for all probabilities.
+    of_bins = tables["calibration"]["stated_low"].notna()
+    bins, tables["calibration"] = (tables["calibration"][which] for which in (of_bins, ~of_bins))
+    filled = partial(_filled, tables, reference, detectors, settings)
+    sentences = {row.name: row.sentence for row in DETECTORS.values()} | {ALWAYS: BASELINE}
     return {
-        "detector": row["detector"],
-        "stated": words.interval(row["stated_low"], row["stated_high"]),
-        "recordings": int(row["recordings"]),
-        "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
-        "observed": rate_cell_of(row, "observed"),
+        "scheme": scheme,
+        "title": words.scheme(scheme),
+        "recordings": words.plural(int(tables["summary"]["recordings"].max()), "recording"),
+        "detectors": [{"name": name, "words": sentences[name]} for name in detectors],
+        "groups": filled(GROUPS),
+        "folded_groups": filled(FOLDED_GROUPS),
+        "calibration": [
+            {
+                "detector": row["detector"],
+                "stated": words.interval(row["stated_low"], row["stated_high"]),
+                "recordings": int(row["recordings"]),
+                "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
+                "observed": rate_cell_of(row, "observed"),
+            }
+            for row in bins.to_dict("records")
+        ],
     }
 
 
 def _filled(
-    groups: Mapping[str, tuple[Measure, ...]],
     tables: Judgements,
-    names: Sequence[str],
+    reference: str,
+    detectors: Sequence[str],
     settings: Settings,
+    groups: Mapping[str, tuple[Measure, ...]],
 ) -> list[Cells]:
-    """Return the filled rows of groups; `names` are the reference, and the columns."""
+    """Return the filled rows of groups, with a column for each detector."""
     sizes_mm = sorted(tables["summary"]["size_mm"].dropna().unique())
     sizes_of: dict[str, list[float | None]] = {
         "all": [None],
@@ -203,7 +198,7 @@ def _filled(
         "smallest": sizes_mm[:1],
     }
     filled_in = {
-        "reference": names[0],
+        "reference": reference,
         "tolerance": f"{settings['tolerance_mm']:g} mm",
         "prevalence": words.percent(settings["prevalence"]),
     }
@@ -213,10 +208,11 @@ def _filled(
             "rows": [
                 {
                     "title": row.title.format(**filled_in, size=words.size(size_mm)),
-                    "cells": _cells(tables[row.table], row, size_mm, names, settings),
+                    "cells": [made.get(name, NOT_APPLICABLE) for name in detectors],
                 }
                 for row in rows
                 for size_mm in sizes_of[row.sizes]
+                for made in [_cells(tables[row.table], row, size_mm, reference, settings)]
             ],
         }
         for title, rows in groups.items()
@@ -224,22 +220,16 @@ def _filled(
 
 
 def _cells(
-    table: pd.DataFrame,
-    row: Measure,
-    size_mm: float | None,
-    names: Sequence[str],
-    settings: Settings,
-) -> list[Cells]:
-    """Return a row's cells, one per detector."""
-    reference, *detectors = names
-    by_detector = {}
+    table: pd.DataFrame, row: Measure, size_mm: float | None, reference: str, settings: Settings
+) -> dict[str, Cells]:
+    """Return a row's cells by detector."""
+    cells = {}
     if row.measure:
-        table = table[(table["first"] == reference) & (table["measure"] == row.measure)]
-        table = table.rename(columns={"second": "detector"})
-        by_detector[reference] = REFERENCE
-    # As no size stands for any nodule, a bin without ends stands for all probabilities.
-    part = pd.to_numeric(table["size_mm" if "size_mm" in table else "stated_low"])
-    table = table[part.isna() if size_mm is None else part == size_mm]
+        table = table[table["measure"] == row.measure]
+        cells[reference] = REFERENCE
+    if "size_mm" in table:
+        sizes_mm = pd.to_numeric(table["size_mm"])
+        table = table[sizes_mm.isna() if size_mm is None else sizes_mm == size_mm]
     for values in table.to_dict("records"):
         cell = rate_cell_of(values, row.cell) if isinstance(row.cell, str) else row.cell(values)
         if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):
@@ -248,8 +238,8 @@ def _cells(
             cell = NOT_APPLICABLE if row.measure else plain_cell(None, f"set to {wanted}")
         # The baseline has no score and no size, so its cells without a value do not apply.
         if values["detector"] != ALWAYS or cell["value"] is not None:
-            by_detector[values["detector"]] = cell
-    return [by_detector.get(name, NOT_APPLICABLE) for name in detectors]
+            cells[values["detector"]] = cell
+    return cells
 
 
 def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:

@@ -1,23 +1,20 @@
 """Collect what the page says of each detector: answers, rates beside the paper's, and methods."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation import paper
-from capsule.evaluation.answers import (
-    Answers,
-    answers_of,
-    set_specificity,
-)
+from capsule.evaluation.answers import Answers, answers_of, set_specificity
 from capsule.evaluation.archive_rates import Rates, table_note
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
 from capsule.evaluation.lead import Lead, headline_confidence
-from capsule.kinds import Cells, Settings
+from capsule.kinds import Cells
 from capsule.page.cells import plain_cell, rate_table
+from capsule.page.recordings import known_or_none
 from capsule.recordings.origin import origin_of
 
 _SCHEMES = {
@@ -54,14 +51,10 @@ def page_values(rates: Rates, lead: Lead) -> Cells:
     }
 
 
-def lead_first(detectors: Iterable[str], lead: Lead) -> list[str]:
-    """Return the detectors in the order of the page: the leading one, then the others."""
-    return list(dict.fromkeys([lead.detector, *detectors]))
-
-
 def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
     """Return a detector's confusions and rates by one scheme, the rates beside the paper's."""
     sizes_mm = rates.evaluation.sizes_mm()
+    tolerance_mm = rates.settings["evaluation"]["tolerance_mm"]
     tables = {
         name: rows[rows["scheme"].isin([scheme, paper.NAME])]
         for name in RATES
@@ -69,7 +62,7 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
     }
     return {
         "confusion": confusion_rows(tables["confusion"], scheme, sizes_mm),
-        "rates": _rates_by_size(tables, sizes_mm, rates.settings["evaluation"]),
+        "rates": _rates_by_size(tables, scheme, sizes_mm, tolerance_mm),
         "negatives": rate_table(
             paper.negative_points(tables["confusion"]),
             {"classified": "Share of the recordings without a nodule"},
@@ -85,48 +78,45 @@ def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[floa
     ``count``, its ``share`` of the row in tenths (for its shade), and whether it is ``right``.
     """
     chosen = confusion[confusion["scheme"] == scheme]
-    of_none = chosen[chosen["predicted_mm"].isna()].set_index("size_mm")["count"]
-    counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
+    counts = {
+        (row.size_mm, known_or_none(row.predicted_mm)): int(row.count)
+        for row in chosen.itertuples(index=False)
+    }
+    silent = any(count for (_, predicted), count in counts.items() if predicted is None)
+    verdicts = [*sizes_mm, None] if silent else sizes_mm
     rows = []
     for actual in sizes_mm:
-        row = [counts.get((actual, predicted), 0) for predicted in sizes_mm]
-        row += [int(of_none.get(actual, 0))] if of_none.any() else []
-        total = sum(row)
+        row = {predicted: counts.get((actual, predicted), 0) for predicted in verdicts}
+        total = sum(row.values())
         cells = [
             {
                 "count": count,
                 "share": round(10 * count / total) if total else 0,
                 "right": actual == predicted,
             }
-            for predicted, count in zip([*sizes_mm, None], row, strict=False)
+            for predicted, count in row.items()
         ]
         rows.append({"size": words.size(actual), "cells": cells, "total": total})
     return rows
 
 
 def _rates_by_size(
-    tables: dict[str, pd.DataFrame], sizes_mm: Sequence[float], settings: Settings
+    tables: dict[str, pd.DataFrame], scheme: str, sizes_mm: Sequence[float], tolerance_mm: float
 ) -> Cells:
     """Return the table of rates of detection and sizing by size, ours and the paper's."""
-    sizing, tolerance = tables["sizing"], settings["tolerance_mm"]
+    sizing = tables["sizing"]
     points = [paper.detection_points(tables["detection"]), paper.sizing_points(sizing)]
     measures = {"precision": "Precision", "recall": "Recall"}
-    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance_mm:g} mm"}
     table = rate_table(pd.concat(points), measures, sizes_mm[1:])
-    ours = sizing[sizing["scheme"] != paper.NAME]
-    schemes = list(dict.fromkeys(ours["scheme"]))
-    errors = ours.set_index(["scheme", "size_mm"])["mean_absolute_error_mm"].to_dict()
-    titles = list(map(words.scheme, schemes))
-    table["groups"].append({"title": "Mean absolute error", "schemes": titles})
+    ours = sizing[sizing["scheme"] == scheme]
+    errors_mm = ours.set_index("size_mm")["mean_absolute_error_mm"].astype(float).to_dict()
+    table["groups"].append({"title": "Mean absolute error", "schemes": [words.scheme(scheme)]})
     for row in table["rows"]:
-        row["cells"] += [_error_cell(errors.get((name, row["size_mm"])), name) for name in schemes]
+        error_mm = known_or_none(errors_mm.get(row["size_mm"]))
+        text = words.UNKNOWN if error_mm is None else f"{words.number(error_mm)} mm"
+        row["cells"].append(plain_cell(error_mm, text, scheme=scheme))
     return table
-
-
-def _error_cell(value: float | None, scheme: str) -> Cells:
-    if not words.is_known(value):
-        return plain_cell(None, words.UNKNOWN, scheme=scheme)
-    return plain_cell(float(value), f"{words.number(value)} mm", scheme=scheme)
 
 
 def methods_values(rates: Rates, ours: Answers) -> Cells:
@@ -152,13 +142,13 @@ def methods_values(rates: Rates, ours: Answers) -> Cells:
             f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
             for size_mm, each in ours.found.items()
         ],
-        "bounded": "estimate_low_mm" in rows and rows["estimate_low_mm"].notna().any(),
+        "bounded": rows["estimate_low_mm"].notna().any(),
     }
 
 
 def _threshold(rows: pd.DataFrame) -> str:
     """Return a learned threshold with its range over the folds; empty if it is not known."""
-    known = rows["threshold"].dropna() if "threshold" in rows else rows.iloc[:0, 0]
+    known = rows["threshold"].dropna()
     if known.empty:
         return ""
     low, high = (words.significant(float(end)) for end in (known.min(), known.max()))

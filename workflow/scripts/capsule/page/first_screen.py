@@ -1,7 +1,8 @@
 """How often the leading detector is right: counts with intervals, by size, and the paper's."""
 
+import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 
 import pandas as pd
 
@@ -21,8 +22,8 @@ from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.kinds import Cells
 from capsule.page.sketches import size_chart
 
-# Nodules below this are counted apart: they are harder to find.
-LARGE_FROM_MM = 2.0
+# The nodules that are counted together, from a size in mm to below another: small ones are harder.
+_SIZES = {"large": (2.0, math.inf), "small": (0.0, 2.0)}
 
 
 def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
@@ -32,18 +33,19 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
     verdicts = rates.verdicts(lead.detector, scheme)
     paper, paper_quiet = found_and_quiet(rates.evaluation.paper["detection"])
     counts = []
-    for what, some in (("large", _large), ("small", _small)):
-        mine = {size: each for size, each in ours.found.items() if some(size)}
+    for what, (least_mm, end_mm) in _SIZES.items():
+        mine, theirs = (
+            {size_mm: each for size_mm, each in found.items() if least_mm <= size_mm < end_mm}
+            for found in (ours.found, paper)
+        )
         if mine:
             counts.append(
                 {
                     "what": what,
-                    "sizes": _range(list(mine)),
+                    "sizes": _range(mine),
                     "ours": pooled(rates, verdicts, mine, level),
-                    "paper": together(
-                        [each for size, each in paper.items() if some(size)], confidence
-                    ),
-                    "split": _split(verdicts[verdicts["size_mm"].isin(list(mine))]),
+                    "paper": together([*theirs.values()], confidence),
+                    "split": _split(verdicts[verdicts["size_mm"].isin([*mine])]),
                 }
             )
     if ours.specificity.of:
@@ -56,21 +58,15 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
                 "split": _split(verdicts[verdicts["size_mm"] == 0]),
             }
         )
-    sizes_mm = [size for size in rates.evaluation.sizes_mm() if size > 0]
-    series = [(words.scheme(name), _found(rates, lead.detector, name)) for name in _charted(rates)]
-    series.append(("paper", paper))
+    charted = [name for name in (HELD_OUT, LEAVE_ONE_OUT) if name in rates.schemes]
+    series = {
+        words.scheme(name): found_and_quiet(rates.of(lead.detector, name)["detection"])[0]
+        for name in charted or [scheme]
+    }
+    nodules_mm = [size_mm for size_mm in rates.evaluation.sizes_mm() if size_mm > 0]
     return {
         "counts": counts,
-        "chart": size_chart(
-            [{"name": name, "rates": _points(found, sizes_mm)} for name, found in series],
-            [words.size(size) for size in sizes_mm],
-        ),
-        "chart_series": [
-            (name, [found[size].text() if size in found else words.NOT_GIVEN for size in sizes_mm])
-            for name, found in series
-        ],
-        "chart_sizes": [words.size(size) for size in sizes_mm],
-        "chart_confidence": words.percent(level),
+        "chart": size_chart(series | {"paper": paper}, nodules_mm),
     }
 
 
@@ -92,15 +88,7 @@ def meaning_values(ours: Answers, prevalence: float) -> Cells:
     return {"meaning": {"prevalence": prevalence, "ppv": ppv, "npv": npv}, "missed": missed}
 
 
-def _large(size_mm: float) -> bool:
-    return size_mm >= LARGE_FROM_MM
-
-
-def _small(size_mm: float) -> bool:
-    return 0 < size_mm < LARGE_FROM_MM
-
-
-def _range(sizes_mm: Sequence[float]) -> str:
+def _range(sizes_mm: Iterable[float]) -> str:
     first, last = words.size(min(sizes_mm)), words.size(max(sizes_mm))
     return first if first == last else f"{min(sizes_mm):g} to {last}"
 
@@ -110,24 +98,3 @@ def _split(verdicts: pd.DataFrame) -> list[tuple[int, str]]:
     counted = Counter(verdicts["verdict"])
     both = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
     return [(counted[word], str(word)) for word in both if counted[word]]
-
-
-def _charted(rates: Rates) -> list[str]:
-    schemes = [name for name in (HELD_OUT, LEAVE_ONE_OUT) if name in rates.schemes]
-    return schemes or rates.schemes[:1]
-
-
-def _found(rates: Rates, detector: str, scheme: str) -> dict[float, Estimate]:
-    found, _ = found_and_quiet(rates.of(detector, scheme)["detection"])
-    return found
-
-
-def _points(
-    found: Mapping[float, Estimate], sizes_mm: Sequence[float]
-) -> list[tuple[float, float, float] | None]:
-    return [
-        (each.value, each.low, each.high)
-        if (each := found.get(size)) and words.is_known(each.low)
-        else None
-        for size in sizes_mm
-    ]

@@ -38,7 +38,7 @@ def page_values(
         judged["schemes"],
         settings["report"]["lead"],
     )
-    detectors = detector_sections.lead_first(evaluation.detectors(), lead)
+    detectors = list(dict.fromkeys([lead.detector, *evaluation.detectors()]))
     compared = comparison.page_values(evaluation.tables, schemes, settings, lead.detector)
     listed = recordings.page_values(
         index,

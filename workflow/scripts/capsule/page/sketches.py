@@ -3,12 +3,14 @@
 The templates draw them with the page's colours; no drawing needs a script.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from capsule import words
 from capsule.arrays import FloatArray
+from capsule.evaluation.answers import Estimate
 from capsule.kinds import Cells, Row
 from capsule.page.packing import unpack
 
@@ -54,9 +56,7 @@ def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
     most = max(float(np.nanmax(felt.rows)) - base, _LEAST_RANGE)
     last_s = float(felt.time_s[-1]) or 1.0
     height = _TOP + ROW * len(felt.rows)
-
-    def across(seconds: float) -> float:
-        return round(LEFT + (RIGHT - LEFT) * seconds / last_s, 1)
+    across = _scale(0.0, last_s, LEFT, RIGHT)
 
     def down(sensor: int, value: float) -> float:
         return round(_TOP + ROW * (sensor + 0.95) - 0.85 * ROW * (value - base) / most, 1)
@@ -94,12 +94,7 @@ def score_strip(
 ) -> Cells:
     """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach."""
     every = [*healthy, *nodules, threshold, score]
-    low, high = min(every), max(every)
-    left = LEFT + 84
-
-    def across(value: float) -> float:
-        return round(left + (RIGHT - left) * (value - low) / ((high - low) or 1.0), 1)
-
+    across = _scale(min(every), max(every), LEFT + 84, RIGHT)
     return {
         "width": RIGHT + 50,
         "height": _MARKS[1] + _MARK + 18,
@@ -113,27 +108,33 @@ def score_strip(
     }
 
 
-def size_chart(series: Sequence[Row], sizes: Sequence[str]) -> Cells:
-    """Return the chart of the nodules found by size."""
+def size_chart(series: Mapping[str, Mapping[float, Estimate]], sizes_mm: Sequence[float]) -> Cells:
+    """Return the chart of the share of nodules found by size in mm, of each series by its name."""
     width, height, left, top = 360.0, 170.0, 44.0, 12.0
-    step = (width - left) / max(len(sizes), 1)
-
-    def down(rate: float) -> float:
-        return round(top + (height - top) * (1 - rate), 1)
-
+    step = (width - left) / max(len(sizes_mm), 1)
+    middles = {size: left + step * (place + 0.5) for place, size in enumerate(sizes_mm)}
+    down = _scale(1.0, 0.0, top, height)
     drawn = []
-    for number, each in enumerate(series):
-        points = []
-        for place, rate in enumerate(each["rates"]):
-            if rate is not None:
-                off = 11.0 * (number - (len(series) - 1) / 2)
-                points.append((round(left + step * (place + 0.5) + off, 1), *map(down, rate)))
-        drawn.append({"name": each["name"], "points": points})
+    for number, (name, found) in enumerate(series.items()):
+        off = 11.0 * (number - (len(series) - 1) / 2)
+        points = [
+            (round(middle + off, 1), *map(down, (rate.value, rate.low, rate.high)))
+            for size, middle in middles.items()
+            if (rate := found.get(size)) and words.is_known(rate.low)
+        ]
+        texts = [found[size].text() if size in found else words.NOT_GIVEN for size in sizes_mm]
+        drawn.append({"name": name, "points": points, "texts": texts})
     return {
         "width": width,
         "height": height + 20,
         "left": left,
         "grid": [(down(share / 100), share) for share in (100, 50, 0)],
-        "sizes": [(round(left + step * (n + 0.5), 1), size) for n, size in enumerate(sizes)],
+        "sizes": [(round(middle, 1), words.size(size)) for size, middle in middles.items()],
         "series": drawn,
     }
+
+
+def _scale(low: float, high: float, start: float, end: float) -> Callable[[float], float]:
+    """Return what places the values from low to high in a drawing, between its start and end."""
+    span = (high - low) or 1.0
+    return lambda value: round(float(start + (end - start) * (value - low) / span), 1)
