@@ -25,9 +25,12 @@ class StoredResults:
 
     def __init__(self, matrix=None):
         self._matrix = np.zeros((4, 1000)) if matrix is None else matrix
-        self.drawn = Named(lambda name: deflated(to_json({"recording": name, "peaks": []})))
-        self.qualities = Named(lambda name: f"{name}: no gap, no loose sensor")
-        self.measures = {}
+        self.described = Named(
+            lambda name: {
+                "drawn": deflated(to_json({"recording": name, "peaks": []})),
+                "quality": f"{name}: no gap, no loose sensor",
+            }
+        )
 
     def matrix(self, name):
         """Return the same matrix for every recording."""

@@ -26,10 +26,10 @@ def made_of(**changes):
     ]
     rows = [[f"unlabelled/{name}", NAN, "accepted", NAN, "", "aa", 70.0] for name in changes]
     rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
-    qualities = {f"unlabelled/{name}": NO_FAULT for name in changes}
+    described = {f"unlabelled/{name}": {"quality": NO_FAULT} for name in changes}
     sites = pd.DataFrame(columns=["site", "size_mm", "detector"])
     detected = pd.DataFrame(detections)
-    return cards.patient_cards(index_of(*rows), detected, sites, "taught", qualities)
+    return cards.patient_cards(index_of(*rows), detected, sites, "taught", described)
 
 
 CHANGES = {
@@ -54,8 +54,9 @@ def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_p
     place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
     place["probability"] = NAN
     detected = pd.DataFrame([{"recording": name, "detector": "taught"} | ROW for name in names])
-    qualities = dict(zip(names, ("sensor 2 is loose", NO_FAULT), strict=True))
-    first, second = cards.patient_cards(index, detected, pd.DataFrame([place]), "taught", qualities)
+    described = [{"quality": "sensor 2 is loose"}, {"quality": NO_FAULT}]
+    described = dict(zip(names, described, strict=True))
+    first, second = cards.patient_cards(index, detected, pd.DataFrame([place]), "taught", described)
     assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
     assert (second["patient"], second["passes"]) == ("b", 0)
     assert first["quality"] == "sensor 2 is loose"

@@ -186,18 +186,14 @@ def stored(tmp_path):
         parameters = {key: [1.0] * length for key, length in PARAMETERS.items()}
         fit = {"recording": name, "lag": 7, "parameters": None if no_verdict else parameters}
         files.write_json(results.file(FITS, name), fit)
-        drawn = {
-            each: {"quality": f"{each}: no gap", "measures": {"rail": [0.5]}, "drawn": each}
-            for each in RECORDINGS
-        }
+        drawn = {each: {"quality": f"{each}: no gap", "drawn": each} for each in RECORDINGS}
         files.write_json(results.file(PLOT_DATA, name), drawn)
     return StoredRecordings(results, SETTINGS)
 
 
 def test_every_recording_has_its_signals_and_a_nodule_of_known_size_its_fit(stored):
     for name in RECORDINGS:
-        assert (stored.drawn[name], stored.qualities[name]) == (name, f"{name}: no gap")
-        assert stored.measures[name] == {"rail": [0.5]}
+        assert stored.described[name] == {"quality": f"{name}: no gap", "drawn": name}
     # Without a wave there is none, even where one was asked for by hand.
     assert [name for name in RECORDINGS if stored.fit(name)] == ["3mm/r01"]
     numbers, particle = stored.fit("3mm/r01")

@@ -39,15 +39,17 @@ def on_sensor_3(disturbance):
     ],
 )
 def test_a_sensor_that_is_worse_than_those_of_the_other_recordings_is_named(key, spoilt):
-    archive = {f"0mm/r{number:02}": measured(name=f"0mm/r{number:02}") for number in range(9)}
-    archive["0mm/r09"] = measured(**spoilt)
+    names = [f"0mm/r{number:02}" for number in range(9)]
+    archive = {name: {"measures": measured(name=name)} for name in names}
+    archive["0mm/r09"] = {"measures": measured(**spoilt)}
     cells, place = quality_cells(archive), list(MEASURES).index(key)
     shown = cells["0mm/r09"]["cells"][place]
-    worst = max(archive["0mm/r09"][key], key=lambda value: MEASURES[key].sign * value)
+    of_sensors = archive["0mm/r09"]["measures"][key]
+    worst = max(of_sensors, key=lambda value: MEASURES[key].sign * value)
     assert shown == {"value": worst, "text": MEASURES[key].text(worst), "shade": SHADES}
-    assert worst == archive["0mm/r09"][key][2]
+    assert worst == of_sensors[2]
     assert f"sensor 3 {MEASURES[key].meaning}" in cells["0mm/r09"]["remarks"]
-    assert not any(cells[f"0mm/r{number:02}"]["remarks"] for number in range(9))
+    assert not any(cells[name]["remarks"] for name in names)
 
 
 def test_drift_and_noise_count_in_depths_of_the_wave():
@@ -61,6 +63,6 @@ def test_drift_and_noise_count_in_depths_of_the_wave():
 
 def test_a_recording_without_a_wave_and_an_archive_of_none_have_empty_cells():
     assert sensor_measures(None, [0.0, 0.5]) == {"rail": [0.0, 0.5]}
-    cells = quality_cells({"0mm/r01": {"rail": [0.0]}})["0mm/r01"]["cells"]
+    cells = quality_cells({"0mm/r01": {"measures": {"rail": [0.0]}}})["0mm/r01"]["cells"]
     assert [cell["text"] for cell in cells] == ["", "", "0", ""]
     assert quality_cells({}) == {}

@@ -28,12 +28,12 @@ def page_values(
     tables: Tables,
     lead: str,
     scheme: str,
-    qualities: Mapping[str, str],
+    described: Mapping[str, Row],
     felt_of: Callable[[str], Felt],
 ) -> Cells:
     """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts."""
     predictions = tables.evaluation.predictions
-    made = patient_cards(tables.index, tables.detections, tables.sites, lead, qualities)
+    made = patient_cards(tables.index, tables.detections, tables.sites, lead, described)
     made = made or example_cards(predictions, lead, scheme)
     known = known_scores(predictions, lead, tables.settings)
     counted = Counter(card["word"] for card in made)
@@ -52,7 +52,7 @@ def patient_cards(
     detections: pd.DataFrame,
     sites: pd.DataFrame,
     lead: str,
-    qualities: Mapping[str, str],
+    described: Mapping[str, Row],
 ) -> list[Cells]:
     """Return the verdicts on unlabelled recordings and places, the most urgent first.
 
@@ -64,7 +64,7 @@ def patient_cards(
     for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
         names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
         of_sites.update(names)
-        cards.append(_told(str(site), names, rows.to_dict("records"), lead, qualities))
+        cards.append(_told(str(site), names, rows.to_dict("records"), lead, described))
     judged: dict[str, list[Row]] = {}
     for row in detections.to_dict("records"):
         judged.setdefault(row["recording"], []).append(row)
@@ -72,10 +72,10 @@ def patient_cards(
         if folder_of(name) != UNLABELLED or name in of_sites:
             continue
         if status == "accepted":
-            cards.append(_told(label_of(name), [name], judged.get(name, []), lead, qualities))
+            cards.append(_told(label_of(name), [name], judged.get(name, []), lead, described))
         else:
             rejected = {"detector": lead, "no_verdict": f"rejected: {reason}"}
-            cards.append(_told(label_of(name), [], [rejected], lead, qualities))
+            cards.append(_told(label_of(name), [], [rejected], lead, described))
     return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
 
 
@@ -92,7 +92,7 @@ def example_cards(predictions: pd.DataFrame, lead: str, scheme: str) -> list[Cel
             name = some["recording"].iloc[(len(some) - 1) // 2]
             of_name = predictions["recording"].eq(name) & predictions["scheme"].eq(scheme)
             verdicts = predictions[of_name].to_dict("records")
-            card = _told(name, [name], verdicts, lead, {name: NO_FAULT})
+            card = _told(name, [name], verdicts, lead, {name: {"quality": NO_FAULT}})
             cards.append(card | {"example_of": words.size(verdicts[0]["size_mm"])})
     return cards
 
@@ -147,7 +147,7 @@ def _told(
     names: Sequence[str],
     rows: Sequence[Row],
     lead: str,
-    qualities: Mapping[str, str],
+    described: Mapping[str, Row],
 ) -> Cells:
     """Return the verdict on a patient or place, from the rows of its detectors.
 
@@ -160,7 +160,8 @@ def _told(
     reason = row.get("no_verdict")
     found = word is not VerdictWord.NO_VERDICT and row["score"] > row["threshold"]
     others = [(name, row_verdict(each)) for name, each in told.items() if name != lead]
-    faults = {label_of(name): qualities[name] for name in names if qualities[name] != NO_FAULT}
+    qualities = {label_of(name): described[name]["quality"] for name in names}
+    faults = {name: fault for name, fault in qualities.items() if fault != NO_FAULT}
     return {
         "patient": patient,
         "names": list(names),

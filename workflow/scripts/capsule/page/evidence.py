@@ -4,8 +4,7 @@ What neither its fit nor another recording changes is made by jobs of its own
 (`capsule.page.plot_data`). The report adds the fit, the verdicts and the nearest template.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -28,15 +27,12 @@ from capsule.store.results import PLOT_DATA, OfArchive, Results
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
-# Recordings of which one process makes what the page shows, in turn.
-_IN_TURN = 100
 
 
 class StoredRecordings:
     """The stored results of the accepted recordings of a run of the workflow.
 
-    Of each recording, `drawn` is deflated JSON, `qualities` is in words, and `measures` are from
-    `capsule.page.quality_map.sensor_measures`.
+    `described` is what `capsule.page.plot_data` has collected of each recording.
     """
 
     def __init__(self, results: Results, settings: Settings) -> None:
@@ -45,18 +41,11 @@ class StoredRecordings:
         fitted = teaching(accepted, settings["evaluation"]["held_out"])
         self._fits = results.fits(name for name in fitted if names.size_mm(name))
         self._particles = particles_of(self._fits)
-        plot_data = results.described(PLOT_DATA, accepted, files.read_json)
-        self.drawn: Mapping[str, str] = {name: each["drawn"] for name, each in plot_data.items()}
-        self.qualities: Mapping[str, str] = {
-            name: each["quality"] for name, each in plot_data.items()
-        }
-        self.measures: Mapping[str, Mapping[str, Sequence[float]]] = {
-            name: each["measures"] for name, each in plot_data.items()
-        }
+        self.described: Mapping[str, Row] = results.described(PLOT_DATA, accepted, files.read_json)
 
     def felt(self, name: str) -> Felt:
         """Return what each sensor felt in a recording."""
-        return Felt.of(inflated(self.drawn[name]))
+        return Felt.of(inflated(self.described[name]["drawn"]))
 
     def matrix(self, name: str) -> FloatArray:
         """Return the recording's matrix V, (S, L)."""
@@ -78,43 +67,35 @@ def archive_evidence(
     stored: StoredRecordings,
     settings: Settings,
     spread: Spread = map,
-) -> Iterator[tuple[str, str]]:
-    """Yield the name of each accepted recording, and JSON of what the page shows of it.
+) -> Iterable[tuple[str, str]]:
+    """Return the name of each accepted recording, and JSON of what the page shows of it.
 
     The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
-    both are deflated. `spread` calls a function with each part of the work, like `map`.
+    both are deflated. `spread` calls a function with each recording, like `map`.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
     named = particles_of({str(each["size_mm"]): each for each in templates})
     averaged = {float(size_mm): particle for size_mm, particle in named.items()}
+    rendered = {
+        size_mm: RepeatedParticle(render(particle, first_peak, length))
+        for size_mm, particle in averaged.items()
+    }
     largest_mm = max((each["size_mm"] for each in templates), default=None)
-
-    @cache
-    def rendered(size_mm: float) -> RepeatedParticle:
-        return RepeatedParticle(render(averaged[size_mm], first_peak, length))
-
-    def nearest_to(name: str) -> Cells | None:
-        size_mm = nearest_nodule_mm(verdicts.get(name, []))
-        if size_mm not in averaged:
-            return None
-        _, lag = SlidingComparison(stored.matrix(name)).gain_of(rendered(size_mm))
-        return {"size_mm": size_mm, **surface(averaged[size_mm], first_peak, lag, length)}
+    tolerance_mm = settings["evaluation"]["tolerance_mm"]
 
     def shown(row: Row) -> tuple[str, str]:
-        name = row["recording"]
-        said = [
-            in_words(each, row["size_mm"], settings["evaluation"]["tolerance_mm"], largest_mm)
-            for each in verdicts.get(name, [])
-        ]
-        content = evidence_among_others(row, said, nearest_to(name), stored.fit(name), length)
-        return name, to_json({"drawn": stored.drawn[name], "judged": deflated(to_json(content))})
+        name, nearest = row["recording"], None
+        judged = verdicts.get(name, [])
+        size_mm = nearest_nodule_mm(judged)
+        if size_mm in averaged:
+            _, lag = SlidingComparison(stored.matrix(name)).gain_of(rendered[size_mm])
+            nearest = {"size_mm": size_mm, **surface(averaged[size_mm], first_peak, lag, length)}
+        said = [in_words(each, row["size_mm"], tolerance_mm, largest_mm) for each in judged]
+        content = evidence_among_others(row, said, nearest, stored.fit(name), length)
+        drawn = stored.described[name]["drawn"]
+        return name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
 
-    def in_turn(some: Sequence[Row]) -> list[tuple[str, str]]:
-        return [shown(row) for row in some]
-
-    parts = [rows[start : start + _IN_TURN] for start in range(0, len(rows), _IN_TURN)]
-    for part in spread(in_turn, parts):
-        yield from part
+    return spread(shown, rows)
 
 
 def nearest_nodule_mm(verdicts: Sequence[Row]) -> float:

@@ -9,7 +9,7 @@ from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.wave import Wave
 from capsule.detectors.wave_traits import depths, log_odds, noises, wave_shares
-from capsule.kinds import Cells
+from capsule.kinds import Cells, Row
 
 # From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
 STANDS_OUT = 5.0
@@ -73,8 +73,12 @@ def sensor_measures(wave: Wave | None, at_ends: Sequence[float]) -> dict[str, li
     return {name: [float(f"{each:.3g}") for each in values] for name, values in found.items()}
 
 
-def quality_cells(measured: Mapping[str, Mapping[str, Sequence[float]]]) -> dict[str, Cells]:
-    """Return the cells of each recording's worst sensor, and a remark on each that stands out."""
+def quality_cells(described: Mapping[str, Row]) -> dict[str, Cells]:
+    """Return the cells of each recording's worst sensor, and a remark on each that stands out.
+
+    The ``measures`` of each recording are from `sensor_measures`.
+    """
+    measured = {name: row["measures"] for name, row in described.items()}
     shown: dict[str, Cells] = {name: {"cells": [], "remarks": []} for name in measured}
     for key, measure in MEASURES.items():
         known = {name: np.array(of[key]) for name, of in measured.items() if of.get(key)}

@@ -56,15 +56,12 @@ def page_values(
     """Return the page's values that list the recordings; the verdicts are the first detector's."""
     rows = recording_rows(index, verdicts, detectors[0], tolerance_mm, quality)
     accepted = [row for row in rows if row["accepted"]]
-    # A recording with a nodule shows more at first sight than one without.
-    first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
     present = {row["outcome"] for row in rows}
     return {
         "recordings": rows,
         "rows_listed": len(rows) if len(rows) <= MAX_ROWS else FIRST_ROWS,
         "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
         "outcomes": [name for name in OUTCOMES if name in present],
-        "first_shown": first["recording"] if first else "",
         "tolerance": f"{tolerance_mm:g} mm",
         "measures": [(measure.title, "number") for measure in MEASURES.values()],
         "data": page_data(accepted, verdicts, detectors, sizes_mm, compared),

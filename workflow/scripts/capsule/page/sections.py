@@ -47,15 +47,16 @@ def page_values(
         sizes_mm,
         [each["scheme"] for each in compared["compared"]],
         judged["tolerance_mm"],
-        quality_cells(stored.measures),
+        quality_cells(stored.described),
     )
     rows = listed["recordings"]
     of_detectors = detector_sections.page_values(tables, lead)
     ours = of_detectors["ours"]
-    shown = cards.page_values(tables, lead.detector, schemes[0], stored.qualities, stored.felt)
-    # The viewer begins with the recording of the first card.
-    first = next((name for card in shown["cards"] for name in card["names"]), listed["first_shown"])
+    shown = cards.page_values(tables, lead.detector, schemes[0], stored.described, stored.felt)
     accepted = [row for row in rows if row["accepted"]]
+    # The viewer begins with the recording of the first card.
+    on_cards = [name for card in shown["cards"] for name in card["names"]]
+    viewed = on_cards + [row["recording"] for row in accepted]
     return {
         "archive": overview.archive_name(index),
         **overview.overview(index, tables.passed_over, tables.held_out),
@@ -76,7 +77,7 @@ def page_values(
         "templates": tables.templates,
         "largest_mm": sizes_mm[-1],
         **listed,
-        "first_shown": first,
+        "first_shown": viewed[0] if viewed else "",
         "data": to_json(listed["data"]),
         # Made while the page is written: of a large archive it takes 100 MB.
         "evidence": evidence.archive_evidence(
