@@ -4,8 +4,10 @@ import argparse
 import json
 from pathlib import Path
 
+import pandas as pd
+
 from capsule.engine.jobs import run
-from capsule.figures.draw_survey import frame_of, survey_drawing, unreadable_drawing
+from capsule.figures.draw_survey import draw_survey, draw_unreadable, frame_of, track_table
 from capsule.figures.style import render_figure
 from capsule.page.surveys import player, survey_values, title_of
 from capsule.store import files
@@ -31,18 +33,18 @@ def main() -> None:
     except SessionError as error:
         print(f"{name}: {error}")
         content = {"name": name, "problem": str(error)}
-        table, draw = unreadable_drawing(name, str(error))
+        table, figure = pd.DataFrame([{"problem": str(error)}]), draw_unreadable(name, str(error))
     else:
         track, pins = track_of(session), pins_of(session)
         crest_mm = crest_at_mm(session, detector)
         content = survey_values(session, track, pins)
         content["player"] = player(session, track)
         wave = detector["wavelength_mm"], crest_mm
-        table, draw = survey_drawing(session, title_of(session), track, pins, wave)
+        table = track_table(track)
+        figure = draw_survey(session, title_of(session), track, pins, wave)
     # A survey that was changed after the first look may have been read.
     refuse_changed(arguments.session, arguments.content)
     for kind in ("pdf", "svg"):
-        figure = draw()
         with files.write_whole(output / f"picture.{kind}", "wb") as stream:
             stream.write(render_figure(figure, kind, name))
     content["frame"] = frame_of(figure)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.figures.draw_survey import survey_drawing
+from capsule.figures.draw_survey import draw_survey
 from capsule.figures.style import render_figure
 from capsule.page.packing import unpack
 from capsule.page.surveys import page_values, player, survey_values, title_of
@@ -136,8 +136,8 @@ def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
     track, crest_mm, pins = track_of(session), crest_at_mm(session, DETECTOR), pins_of(session)
     content = survey_values(session, track, pins)
     content["player"] = player(session, track)
-    _, draw = survey_drawing(session, "two", track, pins, (80.0, crest_mm))
-    picture = render_figure(draw(), "svg", "two")
+    figure = draw_survey(session, "two", track, pins, (80.0, crest_mm))
+    picture = render_figure(figure, "svg", "two")
     (shown,) = page_values([content | {"frame": {}, "picture": ""}], {})["shown"]
     assert len(session.places) == len(PLACES)
     assert len(shown["data"]) + 1.1 * len(picture) < 300_000

@@ -101,12 +101,11 @@ def draw_rates(
     Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
     """
     narrow = width_in <= COLUMN_WIDTH_IN
-    stacked = narrow and len(panels) > 1
     looks = rate_looks(detectors)
     with figure_style():
-        height = 1.75 * len(panels) + 0.85 if stacked else 2.6
+        height = 1.75 * len(panels) + 0.85 if narrow else 2.6
         figure = Figure(figsize=(width_in, height), layout="constrained")
-        shape = (len(panels), 1) if stacked else (1, len(panels))
+        shape = (len(panels), 1) if narrow else (1, len(panels))
         grid = figure.subplots(*shape, squeeze=False, sharey=True)
         for axes, (measure, title) in zip(grid.flat, panels.items(), strict=True):
             axes.set_title(title)

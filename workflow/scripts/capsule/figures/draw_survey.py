@@ -5,9 +5,8 @@ went back and looked again. The evidence is beside the map; enlarged suspected p
 """
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,8 +33,8 @@ from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
-# A survey's data, and a function that draws its picture.
-SurveyDrawing = tuple[pd.DataFrame, Callable[[], Figure]]
+# The suspected places, and the interval in which the survey examined each.
+_Places = Sequence[tuple[StoredPlace, Pin]]
 
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
@@ -71,34 +70,17 @@ _LABEL_PT, _MAP_PT = 9.5, 220
 class _Picture:
     """What the panels of a survey's picture show; `length_mm` is the length of the distance."""
 
-    title: str
     track: Track
-    # The suspected places, and the interval in which the survey examined each.
-    places: Sequence[tuple[StoredPlace, Pin]]
+    places: _Places
     length_mm: float
     # Length of the wave, and a crest before the drive moved it; NaN if no wave was felt.
     wavelength_mm: float
     crest_mm: float
 
 
-def survey_drawing(
-    session: Session,
-    title: str,
-    track: Track,
-    pins: Sequence[Pin],
-    wave: tuple[float, float],
-) -> SurveyDrawing:
-    """Return the drawing of a survey, with a row of data per judgement.
-
-    The wave is its wavelength in mm, and the position of a crest in mm before the drive moved it.
-    """
-    told = session.about.get("metres")
-    length_mm = 1000 * told if isinstance(told, int | float) else 0.0
-    known = track.head_mm[track.known]
-    length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
-    pairs = list(zip(session.places, pins, strict=False))
-    picture = _Picture(title, track, pairs, length_mm, *wave)
-    table = pd.DataFrame(
+def track_table(track: Track) -> pd.DataFrame:
+    """Return the data of a survey's picture, with a row per judgement."""
+    return pd.DataFrame(
         {
             "time_s": track.time_s,
             "head_mm": np.round(track.head_mm, 2),
@@ -109,20 +91,15 @@ def survey_drawing(
             "wave_mm": track.wave_mm,
         }
     )
-    return table, partial(_draw, picture)
 
 
-def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
-    """Return the drawing of a survey that cannot be read, with the reason."""
-
-    def draw() -> Figure:
-        with figure_style():
-            figure = Figure(figsize=(PAGE_WIDTH_IN, 1.0), layout="constrained")
-            text = textwrap.fill(f"{name} cannot be read: {problem}", 100)
-            say_nothing_to_show(figure.subplots(), text)
-        return figure
-
-    return pd.DataFrame([{"problem": problem}]), draw
+def draw_unreadable(name: str, problem: str) -> Figure:
+    """Draw that a survey cannot be read, with the reason."""
+    with figure_style():
+        figure = Figure(figsize=(PAGE_WIDTH_IN, 1.0), layout="constrained")
+        text = textwrap.fill(f"{name} cannot be read: {problem}", 100)
+        say_nothing_to_show(figure.subplots(), text)
+    return figure
 
 
 def frame_of(figure: Figure) -> dict[str, Any]:
@@ -146,23 +123,33 @@ def frame_of(figure: Figure) -> dict[str, Any]:
     return told
 
 
-def _draw(picture: _Picture) -> Figure:
-    """Draw the picture; its first axes are the map, and its second axes the evidence."""
-    shown = _places_shown(picture, _ACROSS)
-    rows = 1 if shown else 0
+def draw_survey(
+    session: Session, title: str, track: Track, pins: Sequence[Pin], wave: tuple[float, float]
+) -> Figure:
+    """Draw a survey; the first axes are the map, and the second axes the evidence.
+
+    The wave is its wavelength in mm, and the position of a crest in mm before the drive moved it.
+    """
+    told = session.about.get("metres")
+    length_mm = 1000 * told if isinstance(told, int | float) else 0.0
+    known = track.head_mm[track.known]
+    length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
+    pairs = list(zip(session.places, pins, strict=False))
+    picture = _Picture(track, pairs, length_mm, *wave)
+    shown = _places_shown(pairs)
+    heights_in = [_MAP_IN, _ROW_IN] if shown else [_MAP_IN]
     with figure_style():
-        size = PAGE_WIDTH_IN, _MAP_IN + _ROW_IN * rows + 0.35
+        size = PAGE_WIDTH_IN, sum(heights_in) + 0.35
         figure = Figure(figsize=size, layout="constrained")
-        figure.suptitle(picture.title, x=0.01, ha="left", fontsize=8.5)
-        made = figure.subfigures(1 + rows, 1, height_ratios=[_MAP_IN, _ROW_IN][: 1 + rows])
-        parts = np.atleast_1d(np.asarray(made, dtype=object))
+        figure.suptitle(title, x=0.01, ha="left", fontsize=8.5)
+        parts = figure.subfigures(len(heights_in), 1, squeeze=False, height_ratios=heights_in)[:, 0]
         space, evidence = parts[0].subplots(1, 2, sharey=True, width_ratios=[4.6, 1])
-        if picture.track.time_s.size == 0 or not picture.track.known.any():
+        if not known.size:
             say_nothing_to_show(space, "the survey never knew where the capsule was")
             say_nothing_to_show(evidence, "")
             return figure
         _draw_map(space, picture)
-        _draw_evidence(evidence, picture)
+        _draw_evidence(evidence, track)
         for part in parts[1:]:
             panels = part.subplots(1, _ACROSS, squeeze=False)[0]
             for axes in panels[len(shown) :]:
@@ -170,20 +157,20 @@ def _draw(picture: _Picture) -> Figure:
             for axes, (place, pin) in zip(panels, shown, strict=False):
                 _draw_place(axes, picture, place, pin)
             panels[0].set_ylabel("time (s)")
-        _add_legend(figure, picture)
+        _add_legend(figure, pairs)
     return figure
 
 
-def _places_shown(picture: _Picture, most: int) -> list[tuple[StoredPlace, Pin]]:
+def _places_shown(places: _Places) -> _Places:
     """Return the places that have room, nodules before others, in the order of their numbers."""
-    order = {"confirmed": 0, "undecided": 1, "dismissed": 2}
+    order = ("confirmed", "undecided", "dismissed")
     ranked = sorted(
-        picture.places, key=lambda pair: (order[pair[0].status], -np.nan_to_num(pair[0].height))
+        places, key=lambda pair: (order.index(pair[0].status), -np.nan_to_num(pair[0].height))
     )
-    return sorted(ranked[:most], key=lambda pair: pair[0].place)
+    return sorted(ranked[:_ACROSS], key=lambda pair: pair[0].place)
 
 
-def _add_legend(figure: Figure, picture: _Picture) -> None:
+def _add_legend(figure: Figure, places: _Places) -> None:
     handles = [Line2D([], [], **look) for look in _LOOKS.values()]
     handles += [
         Line2D([], [], label="position not measured", color=MUTED, linestyle=_UNMEASURED),
@@ -192,7 +179,7 @@ def _add_legend(figure: Figure, picture: _Picture) -> None:
     handles += [
         line for line in figure.axes[0].get_lines() if str(line.get_label()).startswith("crest")
     ]
-    present = {place.status for place, _ in picture.places}
+    present = {place.status for place, _ in places}
     handles += [
         Line2D([], [], label=status, **look)
         for status, look in _PIN_LOOKS.items()
@@ -328,9 +315,8 @@ def verdict_words(place: StoredPlace) -> str:
     return f"{word}, {place.size}"
 
 
-def _draw_evidence(axes: Axes, picture: _Picture) -> None:
+def _draw_evidence(axes: Axes, track: Track) -> None:
     """Draw the score and the threshold of suspicion, on the map's axis of time."""
-    track = picture.track
     some = _highest_of_each(track.score, _POINTS_OF_EVIDENCE)
     minutes = track.time_s[some] / 60
     score, level = (np.clip(values, 0, None) for values in (track.score[some], track.threshold))
