@@ -6,7 +6,7 @@ import numpy as np
 
 from capsule.page.packing import deflated, to_json
 from capsule.page.sketches import Felt
-from capsule.store.batches import batches, described_together
+from capsule.store.batches import divide
 from capsule.store.results import BATCH_COLUMNS
 
 
@@ -48,11 +48,10 @@ class StoredResults:
 
 def rows_of(names: Iterable[str], size: int = 1) -> dict[str, dict[str, str]]:
     """Return the batches of recordings as the table of recordings names them."""
-    listed = list(names)
-    kinds = zip(BATCH_COLUMNS, (batches, described_together), strict=True)
-    cells: dict[str, dict[str, str]] = {name: {} for name in listed}
-    for column, divide in kinds:
-        for batch, members in divide(listed, size).items():
+    division = divide(names, size)
+    cells: dict[str, dict[str, str]] = {}
+    for column, divided in zip(BATCH_COLUMNS, (division.batches, division.described), strict=True):
+        for batch, members in divided.items():
             for name in members:
-                cells[name][column] = batch
+                cells.setdefault(name, {})[column] = batch
     return cells

@@ -25,7 +25,7 @@ BATCHES_OF = {
 STEPS = {name.lower(): each for name, each in globals().items() if isinstance(each, Step)}
 def all_keys():
     Step.key.cache_clear()
-    return {name: list(keys_of(each, BATCHES_OF.get(name, [""]))) for name, each in STEPS.items()}
+    return {name: [*map(each.key, BATCHES_OF.get(name, [""]))] for name, each in STEPS.items()}
 told, before = {}, all_keys()
 for name, each in STEPS.items():
     code = each.code

@@ -2,7 +2,7 @@
 # batches, and define the parameters that make Snakemake run a job again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the files under raw/
-# gives: ARCHIVE, SIZE, ALONE, BATCHES, LABELLED, NODULES, DESCRIBED, PARTS, DETECTOR_MODULES,
+# gives: ARCHIVE, DIVISION, BATCHES, LABELLED, NODULES, DESCRIBED, PARTS, DETECTOR_MODULES,
 #        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions from `sections` on
 
 import copy
@@ -25,7 +25,7 @@ from capsule.recordings.names import size_mm
 from capsule.engine.folder import refuse_folders, refuse_unknown_results, told_as
 from capsule.engine.project import config_file
 from capsule.engine.unchanged import states_of
-from capsule.store.batches import batch_size, batches, described_together
+from capsule.store.batches import divide
 from capsule.store.results import pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
@@ -69,17 +69,12 @@ with told_as(WorkflowError):
     DETECTORS = [detector_row(name) for name in config["detectors"]]
     refuse_unknown_results(Path(RESULTS), Path(".snakemake"))
 
-# Largest number of recordings of one job, and the recordings of each batch, all of one folder.
-SIZE = batch_size(len(ARCHIVE.recordings), config["recordings_per_job"])
-ALONE = SIZE == 1
-BATCHES = batches(ARCHIVE.recordings, SIZE)
+# The recordings of each batch, all of one folder; those of the rules describe and plot join batches.
+DIVISION = divide(ARCHIVE.recordings, config["recordings_per_job"])
+BATCHES, DESCRIBED, PARTS = DIVISION.batches, DIVISION.described, DIVISION.joined()
 LABELLED = [batch for batch in BATCHES if size_mm(batch) is not None]
 # Recordings that are fitted, by batch: those of nodules that are not held out.
 NODULES = fitted(BATCHES, Path(RAW), config["evaluation"]["held_out"])
-# The rules describe and plot join batches, because their work on a recording is short.
-DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
-BATCH_OF = {name: batch for batch, names in BATCHES.items() for name in names}
-PARTS = {batch: sorted({BATCH_OF[name] for name in names}) for batch, names in DESCRIBED.items()}
 DESCRIBED_LABELLED = [batch for batch in DESCRIBED if size_mm(batch) is not None]
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted(config.keys() & config["detectors"])
@@ -110,9 +105,9 @@ def step(name, settings, inputs, *, modules=(), beside=(), script=None):
     return Step(name, path, settings, checksum_of_code(code), inputs)
 
 
-def keys_of(step, batches):
-    """Return the keys of the jobs of some batches."""
-    return map(step.key, batches)
+def stored(kind):
+    """Return the results of one kind, such as signals, with ``{batch}`` in their path."""
+    return f"results/{pattern(kind, alone=DIVISION.alone)}"
 
 
 def told(step):

@@ -7,7 +7,7 @@
 DESCRIBE = step(
     "describe",
     sections("recording", "diagonal"),
-    lambda batch: keys_of(PREPROCESS, PARTS[batch]),
+    lambda batch: map(PREPROCESS.key, PARTS[batch]),
     beside=[WEIGHTS],
 )
 
@@ -16,8 +16,8 @@ rule describe:
     input:
         each_part("signals"),
     output:
-        best_places=f"results/{pattern('best_places', alone=ALONE)}",
-        features=f"results/{pattern('features', alone=ALONE)}",
+        best_places=stored("best_places"),
+        features=stored("features"),
     log:
         "results/logs/describe/{batch}.log",
     conda:

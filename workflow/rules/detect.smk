@@ -7,7 +7,7 @@
 DETECT = step(
     "detect",
     sections("detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS),
-    lambda _: [LIST.key(), TEMPLATES.key(), EVALUATE.key(), *keys_of(DESCRIBE, DESCRIBED)],
+    lambda _: [LIST.key(), TEMPLATES.key(), EVALUATE.key(), *map(DESCRIBE.key, DESCRIBED)],
     modules=DETECTOR_MODULES,
     beside=[WEIGHTS],
 )

@@ -11,8 +11,8 @@ EVALUATE = step(
     sections("detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS),
     lambda _: [
         LIST_LABELLED.key(),
-        *keys_of(FIT, NODULES),
-        *keys_of(DESCRIBE, DESCRIBED_LABELLED),
+        *map(FIT.key, NODULES),
+        *map(DESCRIBE.key, DESCRIBED_LABELLED),
     ],
     modules=DETECTOR_MODULES,
 )

@@ -11,7 +11,7 @@ rule fit:
         matrices=rules.preprocess.output.matrices,
         signals=rules.preprocess.output.signals,
     output:
-        f"results/{pattern('fits', alone=ALONE)}",
+        stored("fits"),
     log:
         "results/logs/fit/{batch}.log",
     conda:

@@ -5,9 +5,9 @@
 # gives: results/recordings.csv, results/passed_over.csv, results/labelled.csv
 
 ALL = listed(DESCRIBED, ARCHIVE.others())
-LIST = step("list", ALL, lambda _: keys_of(PREPROCESS, BATCHES))
+LIST = step("list", ALL, lambda _: map(PREPROCESS.key, BATCHES))
 KNOWN = listed(DESCRIBED_LABELLED, "")
-LIST_LABELLED = step("list", KNOWN, lambda _: keys_of(PREPROCESS, LABELLED))
+LIST_LABELLED = step("list", KNOWN, lambda _: map(PREPROCESS.key, LABELLED))
 
 
 rule list:

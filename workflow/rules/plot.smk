@@ -6,7 +6,7 @@
 PLOT = step(
     "plot",
     sections("recording", "preprocessing", "diagonal"),
-    lambda batch: keys_of(PREPROCESS, PARTS[batch]),
+    lambda batch: map(PREPROCESS.key, PARTS[batch]),
     beside=[WEIGHTS],
 )
 
@@ -16,7 +16,7 @@ rule plot:
         signals=each_part("signals"),
         checks=each_part("checks"),
     output:
-        f"results/{pattern('plot_data', alone=ALONE)}",
+        stored("plot_data"),
     log:
         "results/logs/plot/{batch}.log",
     conda:

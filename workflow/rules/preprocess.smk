@@ -12,9 +12,9 @@ PREPROCESS = step(
 
 rule preprocess:
     output:
-        signals=f"results/{pattern('signals', alone=ALONE)}",
-        matrices=f"results/{pattern('matrices', alone=ALONE)}",
-        checks=f"results/{pattern('checks', alone=ALONE)}",
+        signals=stored("signals"),
+        matrices=stored("matrices"),
+        checks=stored("checks"),
     log:
         "results/logs/preprocess/{batch}.log",
     # With on_rejected: fail, all recordings are checked before the fits begin.

@@ -14,8 +14,8 @@ REPORT = step(
     lambda _: [
         DETECT.key(),
         DRAW.key(),
-        *keys_of(PLOT, DESCRIBED),
-        *keys_of(SURVEY, SURVEYS.names),
+        *map(PLOT.key, DESCRIBED),
+        *map(SURVEY.key, SURVEYS.names),
     ],
     modules=sorted({*DETECTOR_MODULES, *(row.module for row in FIGURES.values())}),
     beside=[*PAGE_FILES, SCHEMA],

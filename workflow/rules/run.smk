@@ -7,8 +7,7 @@
 from capsule.engine.run import Run
 from capsule.engine.short_log import shorten_log
 
-FOLDERS, DIVIDED = (RAW, RESULTS, SESSIONS), (SIZE, BATCHES, DESCRIBED)
-RUN = Run(*FOLDERS, config, *DIVIDED, SURVEYS, STATES_OF_CODE, WITHOUT_EFFECT)
+RUN = Run(RAW, RESULTS, SESSIONS, config, DIVISION, SURVEYS, STATES_OF_CODE, WITHOUT_EFFECT)
 
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.

@@ -11,7 +11,7 @@ TEMPLATES = step(
         "length": config["preprocessing"]["length"],
         "held_out": config["evaluation"]["held_out"],
     },
-    lambda _: [LIST_LABELLED.key(), *keys_of(FIT, NODULES)],
+    lambda _: [LIST_LABELLED.key(), *map(FIT.key, NODULES)],
 )
 
 

@@ -39,12 +39,12 @@ def test_a_page_is_marked_as_out_of_date_once_and_is_then_as_before(tmp_path):
     assert list(tmp_path.iterdir()) == [page]
 
 
-@pytest.mark.parametrize(("before", "made_from"), [(0, True), (1000, True), (5000, False)])
-def test_only_the_head_of_a_page_tells_what_it_was_made_from(tmp_path, before, made_from):
-    page = tmp_path / "report.html"
-    page.write_text(" " * before + "0123456789abcdef")
-    assert folder.is_made_from(page, "0123456789abcdef") == made_from
-    assert not folder.is_made_from(page, "fedcba9876543210")
+def test_only_the_head_of_a_page_tells_what_it_was_made_from(tmp_path):
+    page, key = tmp_path / "report.html", "0123456789abcdef"
+    for before, made_from in ((0, True), (1000, True), (5000, False)):
+        page.write_text(" " * before + key)
+        assert folder.is_made_from(page, key) == made_from
+        assert not folder.is_made_from(page, key[::-1])
 
 
 def test_results_that_the_last_run_has_not_left_are_refused(tmp_path):
@@ -120,9 +120,8 @@ def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results,
 
 
 def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
-    (tmp_path / "run 1").mkdir()
-    folder.refuse_folders(tmp_path, tmp_path / "run 1")
     (tmp_path / "{run}").mkdir()
+    folder.refuse_folders(tmp_path, tmp_path)
     with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
         folder.refuse_folders(tmp_path, tmp_path / "{run}")
 

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -33,48 +34,34 @@ def clone(tmp_path):
     return folder
 
 
-def test_without_pyproject_and_git_nothing_is_known(tmp_path, monkeypatch):
-    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    state = read_project_state(tmp_path)
-    assert (state.version, state.commit, state.modified) == (None, None, False)
-
-
 @needs_git
-def test_a_changed_file_makes_a_commit_modified_and_a_new_recording_does_not(clone):
+def test_a_clone_tells_version_commit_and_whether_its_files_are_changed(
+    clone, monkeypatch, tmp_path
+):
     (clone / "raw").mkdir()
     (clone / "raw" / "r01.csv").write_text("0,1\n", encoding="utf-8")
-    commit = git(clone, "rev-parse", "HEAD")
-    assert read_project_state(clone) == ProjectState("1.2.3", commit, False)
+    state = ProjectState("1.2.3", git(clone, "rev-parse", "HEAD"), False)
+    assert read_project_state(clone) == state, "a new recording changes no file of the project"
     (clone / "workflow" / "code.py").write_text("x = 2\n", encoding="utf-8")
-    assert read_project_state(clone).modified
-
-
-@needs_git
-def test_a_project_inside_another_repository_has_no_commit(clone):
-    inside = clone / "workflow"
-    assert read_project_state(inside).commit is None
-
-
-@needs_git
-def test_variables_of_a_hook_lead_nowhere_else(clone, tmp_path, monkeypatch):
+    # Variables of a hook lead nowhere else.
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "elsewhere"))
-    assert read_project_state(clone).commit is not None
+    assert read_project_state(clone) == replace(state, modified=True)
+
+
+def late(*arguments, **options):
+    raise subprocess.TimeoutExpired("git", 20)
 
 
 @needs_git
-def test_without_git_there_is_no_commit(clone, monkeypatch):
-    monkeypatch.setenv("PATH", str(clone))
-    state = read_project_state(clone)
-    assert (state.version, state.commit) == ("1.2.3", None)
-
-
-@needs_git
-def test_git_that_does_not_answer_is_not_waited_for(clone, monkeypatch):
-    def late(*arguments, **options):
-        raise subprocess.TimeoutExpired("git", 20)
-
-    monkeypatch.setattr(subprocess, "run", late)
-    assert read_project_state(clone).commit is None
+@pytest.mark.parametrize("mishap", ["in another repository", "git is missing", "git is late"])
+def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch, mishap):
+    folder = clone / "workflow" if mishap == "in another repository" else clone
+    if mishap == "git is missing":
+        monkeypatch.setenv("PATH", str(clone))
+    elif mishap == "git is late":
+        monkeypatch.setattr(subprocess, "run", late)
+    version = "1.2.3" if folder is clone else None
+    assert read_project_state(folder) == ProjectState(version, None, False)
 
 
 @needs_git
@@ -90,17 +77,9 @@ def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
     assert (state.commit, state.modified) == (git(clone, "rev-parse", "HEAD"), False)
 
 
-@pytest.mark.parametrize(
-    ("state", "text"),
-    [
-        (("1.2.0", "0123456789abcdef", False), "origami-capsule 1.2.0, commit 0123456789ab"),
-        (
-            ("1.2.0", "0123456789abcdef", True),
-            "origami-capsule 1.2.0, commit 0123456789ab (modified)",
-        ),
-        (("1.2.0", None, False), "origami-capsule 1.2.0"),
-        ((None, None, False), "origami-capsule, version not known"),
-    ],
-)
-def test_the_project_is_named_by_its_version_and_commit(state, text):
-    assert ProjectState(*state).text() == text
+def test_the_project_is_named_by_its_version_and_commit():
+    named = "origami-capsule 1.2.0, commit 0123456789ab"
+    assert ProjectState("1.2.0", "0123456789abcdef", False).text() == named
+    assert ProjectState("1.2.0", "0123456789abcdef", True).text() == f"{named} (modified)"
+    assert ProjectState("1.2.0", None, False).text() == "origami-capsule 1.2.0"
+    assert ProjectState(None, None, False).text() == "origami-capsule, version not known"

@@ -12,13 +12,13 @@ from capsule.engine import run
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.batches import batch_size, batches, described_together
+from capsule.store.batches import divide
 from capsule.survey.listed import Surveys
 
 KEY = "0123456789" * 2
 PAGE = f'<head>\n<meta name="made-from" content="{KEY}">\n</head>\n<body>\n<p>page</p>\n'.encode()
-MARK = b'<p class="outdated"'
-COLUMNS = ["recording", "status", "reason", "near_copies"]
+REPORT = Path("results/report.html")
+COLUMNS = ["recording", "status", "reason", "near_copies", "source"]
 
 
 @pytest.fixture(autouse=True)
@@ -35,81 +35,61 @@ def folder(tmp_path, monkeypatch, request):
     monkeypatch.setenv("CAPSULE_RUN", "")
     monkeypatch.setattr(atexit, "register", lambda function: None)
     Path("results").mkdir()
-    return tmp_path
 
 
 def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), without_effect=()):
     """Return a run with these recordings."""
     config = {"recordings_per_job": wanted, "evaluation": {"held_out": held_out}}
-    size = batch_size(len(names), wanted)
-    divided = batches(names, size), described_together(names, size)
-    surveys = surveys or Surveys([], {})
-    more = {"without_effect": without_effect}
-    return run.Run("raw", "results", "sessions", config, size, *divided, surveys, **more)
+    surveys, more = surveys or Surveys([], {}), {"without_effect": without_effect}
+    return run.Run("raw", "results", "sessions", config, divide(names, wanted), surveys, **more)
 
 
 def write_lists(*rows, passed_over=()):
     """Write the list of the recordings, and that of the other files."""
-    written = [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+    written = [dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, row, strict=False)) for row in rows]
     files.write_csv(Path("results/recordings.csv"), COLUMNS, written)
     others = [{"path": path, "reason": reason} for path, reason in passed_over]
     files.write_csv(Path("results/passed_over.csv"), ["path", "reason"], others)
 
 
-def test_a_run_takes_the_lock_and_removes_unfinished_files(capsys):
+def test_a_run_takes_the_lock_tidies_and_tells_of_keys_without_effect(capsys):
     left = Path(f"results/.table.csv.1{files.UNFINISHED}")
     left.touch()
-    run_of().begin()
+    without_effect = ["evaluation.bootstrap has no effect any more; remove it"]
+    run_of(without_effect=without_effect).begin()
     assert not left.exists()
     assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
-    assert capsys.readouterr().err == ""
-
-
-def test_a_second_run_of_the_folder_does_not_begin():
-    first, second = run_of(), run_of()
-    first.begin()
+    assert capsys.readouterr().err.splitlines() == without_effect
     with pytest.raises(CapsuleError, match="another run uses this folder"):
-        second.begin()
+        run_of().begin()
 
 
-def test_from_its_start_on_the_page_is_marked_until_it_fits_again(capsys):
-    page = Path("results/report.html")
-    page.write_bytes(PAGE)
+# Another key: as after `snakemake results/templates.npz`.
+@pytest.mark.parametrize(("key", "marked"), [(KEY, False), (KEY[::-1], True), (None, None)])
+def test_from_its_start_on_the_page_is_marked_until_it_fits_again(capsys, key, marked):
+    if key:
+        REPORT.write_bytes(PAGE)
     started = run_of()
     started.begin()
-    assert MARK in page.read_bytes()
-    started.succeed(KEY)
-    assert page.read_bytes() == PAGE
-    assert capsys.readouterr().err == "The report: results/report.html\n"
-
-
-def test_a_page_that_was_made_from_something_else_stays_marked(capsys):
-    page = Path("results/report.html")
-    page.write_bytes(PAGE)
-    started = run_of()
-    started.begin()
-    # As after `snakemake results/templates.npz`.
-    started.succeed(KEY[::-1])
-    assert MARK in page.read_bytes()
-    told = "results/report.html is out of date; make it again: snakemake -c2 results/report.html\n"
-    assert capsys.readouterr().err == told
-
-
-def test_without_a_page_nothing_is_marked_and_nothing_told(capsys):
-    started = run_of()
-    started.begin()
-    started.succeed(KEY)
-    assert capsys.readouterr().err == ""
-    assert list(Path("results").iterdir()) == [Path("results/run.txt")]
+    assert bool(key) == (REPORT.exists() and b'<p class="outdated"' in REPORT.read_bytes())
+    started.succeed(key or KEY)
+    told = {
+        False: "The report: results/report.html\n",
+        True: f"{REPORT} is out of date; make it again: snakemake -c2 {REPORT}\n",
+        None: "",
+    }
+    assert capsys.readouterr().err == told[marked]
+    assert REPORT.exists() == bool(key)
+    assert not key or (REPORT.read_bytes() != PAGE) == marked
 
 
 def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
     surveys = Surveys(["1-gut", "2-gut"], {"3-gut": "not finished"})
-    started = run_of(["3mm/r01", "3mm/r02", "3mm/r03"], surveys=surveys)
+    started = run_of(["3mm/r01", "3mm/r02", "3mm/r03"], surveys=surveys, held_out=["spring"])
     write_lists(
         ("3mm/r01", "accepted", "", "3mm/r02"),
         ("3mm/r02", "accepted", "", "3mm/r01"),
-        ("3mm/r03", "rejected", "the file is empty", ""),
+        ("3mm/r03", "rejected", "the file is empty"),
         passed_over=[("notes.txt", "not in a folder")],
     )
     files.write_json(Path("results/surveys/1-gut/survey.json"), {"problem": "no track"})
@@ -120,6 +100,7 @@ def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
         "  rejected: raw/3mm/r03: the file is empty",
         "  nearly the same as 3mm/r02: raw/3mm/r01",
         "  nearly the same as 3mm/r01: raw/3mm/r02",
+        "  evaluation.held_out: no labelled recording names the session 'spring'",
         "  passed over: raw/notes.txt: not in a folder",
         "  survey passed over: sessions/1-gut: cannot be read: no track",
         "  survey passed over: sessions/3-gut: not finished",
@@ -128,58 +109,44 @@ def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
 
 def test_the_end_of_a_run_says_that_the_nodule_follows_from_the_source(capsys):
     names = [f"{size}mm/r{run}" for size in (0, 3) for run in range(4)]
-    sources = {name: "finger on fabric" if name.startswith("0") else "phantom" for name in names}
-    rows = [{"recording": name, "status": "accepted", "source": sources[name]} for name in names]
-    table = Path("results/recordings.csv")
-    files.write_csv(table, [*COLUMNS, "source"], [dict.fromkeys(COLUMNS, "") | row for row in rows])
-    files.write_csv(Path("results/passed_over.csv"), ["path", "reason"], [])
+    write_lists(*((name, "accepted", "", "", f"bench {name[0]}") for name in names))
     run_of(names).succeed(KEY)
-    assert capsys.readouterr().err.splitlines() == [
-        "8 recordings accepted, 0 rejected.",
-        "  confounded: among the recordings that teach, whether there is a nodule follows from the "
-        "source",
-    ]
+    told = "among the recordings that teach, whether there is a nodule follows from the source"
+    assert capsys.readouterr().err.splitlines()[1:] == [f"  confounded: {told}"]
 
 
-def test_results_of_recordings_that_are_gone_are_counted(capsys):
-    for name in ("r01", "r02", "r03"):
-        files.write_json(Path(f"results/checks/3mm/{name}.json"), {})
-    run_of(["3mm/r01"]).succeed(KEY)
-    assert capsys.readouterr().err == (
-        "2 files are of recordings, batches or tables that are gone, and are not used, such as "
-        "results/checks/3mm/r02.json\n"
-    )
-
-
-def test_tables_that_an_earlier_version_has_left_are_counted(capsys):
-    for name in ("brier", "auc", "summary", "predictions", "learning"):
-        files.write_csv(Path(f"results/evaluation/{name}.csv"), ["detector"], [])
-    run_of([]).succeed(KEY)
-    assert capsys.readouterr().err == (
-        "2 files are of recordings, batches or tables that are gone, and are not used, such as "
-        "results/evaluation/auc.csv\n"
-    )
+@pytest.mark.parametrize(
+    ("left", "gone"),
+    [
+        ([f"checks/3mm/r0{run}.json" for run in (1, 2, 3)], "checks/3mm/r02.json"),
+        # Tables of an earlier version.
+        ([f"evaluation/{name}.csv" for name in ("brier", "auc", "summary", "learning")],
+         "evaluation/auc.csv"),
+    ],
+)  # fmt: skip
+def test_results_of_what_is_gone_are_counted(capsys, left, gone):
+    for name in left:
+        files.write_json(Path("results", name), {})
+    run_of().succeed(KEY)
+    told = "2 files are of recordings, batches or tables that are gone, and are not used"
+    assert capsys.readouterr().err == f"{told}, such as results/{gone}\n"
 
 
 @pytest.mark.parametrize(
     ("earlier", "now", "wanted", "told"),
     [
-        (500, 500, "auto", False),
-        (500, 501, "auto", True),
-        (501, 500, "auto", True),
-        (500, 501, 1, False),
+        (500, 500, "auto", ""),
+        (500, 501, "auto", "501 recordings: each job now takes up to 16 instead of 1, "),
+        (501, 500, "auto", "500 recordings: each job now takes up to 1 instead of 16, "),
+        (500, 501, 1, ""),
     ],
 )
 def test_an_archive_that_passes_a_limit_is_told_that_all_is_made_again(
     capsys, earlier, now, wanted, told
 ):
-    write_lists(*((f"3mm/r{run}", "accepted", "", "") for run in range(earlier)))
+    write_lists(*((f"3mm/r{run}", "accepted") for run in range(earlier)))
     run_of([f"3mm/r{run}" for run in range(now)], wanted).begin()
-    line = (
-        f"{now} recordings: each job now takes up to {batch_size(now, 'auto')} instead of "
-        f"{batch_size(earlier, 'auto')}, so everything is made once more.\n"
-    )
-    assert capsys.readouterr().err == (line if told else "")
+    assert capsys.readouterr().err == told + ("so everything is made once more.\n" if told else "")
 
 
 def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(monkeypatch, capsys):
@@ -187,29 +154,10 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**9, 10**9, 300_000))
     at_end = []
     monkeypatch.setattr(atexit, "register", at_end.append)
-    page = Path("results/report.html")
-    page.write_bytes(PAGE)
+    REPORT.write_bytes(PAGE)
     with pytest.raises(CapsuleError, match="no space left on device, nothing was started"):
         run_of().begin()
-    assert page.read_bytes() == PAGE
+    assert REPORT.read_bytes() == PAGE
     (tell,) = at_end
     tell()
-    assert capsys.readouterr().err == (
-        "The disk is full: only 0.3 MB are free. Free some space and run the same command again: "
-        "finished results are kept.\n"
-    )
-
-
-def test_a_held_out_session_that_no_recording_names_is_told_at_the_end(capsys):
-    write_lists(("3mm/r01", "accepted", "", ""))
-    run_of(held_out=["spring"]).succeed("key")
-    told = "  evaluation.held_out: no labelled recording names the session 'spring'"
-    assert told in capsys.readouterr().err.splitlines()
-    run_of().succeed("key")
-    assert "held_out" not in capsys.readouterr().err
-
-
-def test_a_key_without_effect_is_told_at_the_start(capsys):
-    run_of(without_effect=["evaluation.bootstrap has no effect any more; remove it"]).begin()
-    told = capsys.readouterr().err.splitlines()
-    assert told == ["evaluation.bootstrap has no effect any more; remove it"]
+    assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.store.batches import DESCRIBED_TOGETHER, batch_size, batches, described_together
+from capsule.recordings.names import folder_of
+from capsule.store.batches import DESCRIBED_TOGETHER, batch_size, batches, divide
 
 POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run in range(99)]
 DRAWN = st.sampled_from(POOL)
@@ -15,38 +16,27 @@ SIZES = st.integers(1, 9)
 @pytest.mark.parametrize(
     ("recordings", "size"), [(0, 1), (500, 1), (501, 16), (5000, 16), (5001, 160), (10**6, 160)]
 )
-def test_the_size_of_a_batch_goes_by_the_size_of_the_archive(recordings, size):
+def test_the_size_of_a_batch_goes_by_the_size_of_the_archive_or_is_configured(recordings, size):
     assert batch_size(recordings, "auto") == size
-
-
-@pytest.mark.parametrize("recordings", [1, 501, 5001])
-def test_a_size_that_the_configuration_names_is_taken(recordings):
     assert batch_size(recordings, 7) == 7
 
 
-def test_a_recording_alone_gives_its_batch_its_name():
-    assert batches(["3mm/r02", "0mm/r01"], 1) == {"0mm/r01": ["0mm/r01"], "3mm/r02": ["3mm/r02"]}
+def test_a_batch_is_named_by_its_only_recording_or_by_its_bits():
+    names = ["0mm/r01", "3mm/r01", "3mm/r02", "3mm/r03"]
+    assert batches(names[:2][::-1], 1) == {"0mm/r01": ["0mm/r01"], "3mm/r01": ["3mm/r01"]}
+    assert list(batches(names, 2)) == ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]
 
 
-def test_the_name_of_a_batch_of_several_tells_its_bits():
-    assert list(batches(["0mm/r01", "3mm/r01", "3mm/r02", "3mm/r03"], 2)) == [
-        "0mm/batch",
-        "3mm/batch-0",
-        "3mm/batch-1",
-    ]
-
-
-@given(ARCHIVES, SIZES)
-def test_each_recording_is_in_exactly_one_batch_and_none_is_too_large(names, most):
+@given(ARCHIVES, SIZES, st.randoms())
+def test_each_recording_is_in_one_batch_of_its_folder_whatever_the_order(names, most, shuffler):
     divided = batches(names, most)
     assert sorted(name for members in divided.values() for name in members) == names
-    assert all(1 <= len(members) <= most for members in divided.values())
-
-
-@given(ARCHIVES, SIZES)
-def test_a_batch_holds_recordings_of_one_folder(names, most):
-    for batch, members in batches(names, most).items():
-        assert {name.partition("/")[0] for name in members} == {batch.partition("/")[0]}
+    for batch, members in divided.items():
+        assert 1 <= len(members) <= most
+        assert set(map(folder_of, members)) == {folder_of(batch)}
+    shuffled = names.copy()
+    shuffler.shuffle(shuffled)
+    assert batches(shuffled, most) == divided
 
 
 @given(ARCHIVES, DRAWN, SIZES)
@@ -67,11 +57,6 @@ def test_a_batch_of_a_small_size_lies_within_one_of_a_larger_size(names, one, ot
     assert all(len({batch_of[name] for name in members}) == 1 for members in small.values())
 
 
-@given(st.permutations([f"3mm/r{run:02d}" for run in range(20)]), SIZES)
-def test_the_order_of_names_does_not_matter(names, most):
-    assert batches(names, most) == batches(sorted(names), most)
-
-
 @pytest.mark.parametrize("count", [1000, 2000])
 def test_batches_are_filled_by_half_and_more_on_average(count):
     assert len(batches([f"3mm/r{run:04d}" for run in range(count)], 100)) <= 2 * count / 100
@@ -79,8 +64,13 @@ def test_batches_are_filled_by_half_and_more_on_average(count):
 
 def test_a_folder_is_described_whole_until_it_is_large():
     runs = [f"3mm/r{run:03d}" for run in range(DESCRIBED_TOGETHER + 1)]
-    whole = {"0mm/batch": ["0mm/r01"], "3mm/batch": runs[:-1]}
-    assert described_together(["0mm/r01", *runs[:-1]], 1) == whole
-    divided = ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]
-    assert list(described_together(["0mm/r01", *runs], 10)) == divided
-    assert list(described_together(runs, 1000)) == ["3mm/batch"]
+    whole = divide(["0mm/r01", *runs[:-1]], "auto")
+    assert whole.alone and whole.described == {"0mm/batch": ["0mm/r01"], "3mm/batch": runs[:-1]}
+    assert whole.joined() == whole.described
+    parted = divide(["0mm/r01", *runs], 10)
+    assert list(parted.described) == ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]
+    assert not parted.alone
+    # Each batch is joined once, by the one that holds its recordings.
+    joined = [batch for names in parted.joined().values() for batch in names]
+    assert sorted(joined) == list(parted.batches)
+    assert list(divide(runs, 1000).described) == ["3mm/batch"]

@@ -1,25 +1,25 @@
 """The files of recordings are written, found and read again, alone or in batches."""
 
+import re
+
 import numpy as np
 import pytest
 
 from capsule.engine.forks import Forks
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.batches import batches, described_together
+from capsule.store.batches import batches, divide
 from capsule.store.results import (
     BATCH_COLUMNS,
     CHECKS,
     FEATURES,
     FITS,
     MATRICES,
-    PLOT_DATA,
     SIGNALS,
     Results,
     arrays_in,
     left_over,
     pattern,
-    read_array,
     read_checks,
     write_arrays,
     write_contents,
@@ -27,6 +27,7 @@ from capsule.store.results import (
 from support.stored import rows_of
 
 NAMES = [f"{folder}/r{run:02d}" for folder in ("0mm", "3mm") for run in range(1, 8)]
+LAGS = {name: int(name[-2:]) for name in NAMES}
 
 
 def array_of(name):
@@ -43,7 +44,7 @@ def make_results(folder, size, names=NAMES):
             arrays = {name: array_of(name) for name in members}
             write_arrays(folder / pattern(kind, alone=size == 1).format(batch=batch), arrays)
         for kind in (CHECKS, FITS):
-            contents = {name: {"recording": name, "lag": int(name[-2:])} for name in members}
+            contents = {name: {"recording": name, "lag": LAGS.get(name)} for name in members}
             write_contents(
                 folder / pattern(kind, alone=size == 1).format(batch=batch), contents, batch
             )
@@ -52,19 +53,12 @@ def make_results(folder, size, names=NAMES):
     return Results.of_table(folder, folder / "recordings.csv")
 
 
-@pytest.mark.parametrize(
-    ("kind", "size", "expected"),
-    [
-        (SIGNALS, 1, "signals/{batch}.npy"),
-        (MATRICES, 10, "matrices/{batch}.npz"),
-        (FITS, 1, "fits/{batch}.json"),
-        (CHECKS, 10, "checks/{batch}.json"),
-        (FEATURES, 1, "features/{batch}.npz"),
-        (PLOT_DATA, 10, "plot_data/{batch}.json"),
-    ],
-)
-def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name(kind, size, expected):
-    assert pattern(kind, alone=size == 1) == expected
+def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name():
+    for alone, expected in {
+        True: ["signals/{batch}.npy", "fits/{batch}.json", "features/{batch}.npz"],
+        False: ["signals/{batch}.npz", "fits/{batch}.json", "features/{batch}.npz"],
+    }.items():
+        assert [pattern(kind, alone=alone) for kind in (SIGNALS, FITS, FEATURES)] == expected
 
 
 @pytest.mark.parametrize("size", [1, 3, 100])
@@ -73,24 +67,9 @@ def test_each_recording_is_read_as_it_was_written(tmp_path, size):
     for name in NAMES:
         np.testing.assert_array_equal(results.signal(name), array_of(name))
         np.testing.assert_array_equal(results.matrix(name), array_of(name))
-    some = NAMES[3::4]
     assert list(results.fits(NAMES[::-1])) == NAMES[::-1]
-    assert list(results.checks(some)) == some
-    assert {name: fit["lag"] for name, fit in results.fits(NAMES).items()} == {
-        name: int(name[-2:]) for name in NAMES
-    }
-
-
-@pytest.mark.parametrize("shape", [(4, 1000), (3, 50), (1, 7)])
-def test_an_array_is_read_as_numpy_reads_it(tmp_path, shape):
-    arrays = {f"3mm/r{run}": np.random.default_rng(run).normal(size=shape) for run in (1, 2)}
-    write_arrays(tmp_path / "batch.npz", arrays)
-    write_arrays(tmp_path / "r1.npy", {"3mm/r1": arrays["3mm/r1"]})
-    alone = np.load(tmp_path / "r1.npy")
-    np.testing.assert_array_equal(read_array(tmp_path / "r1.npy", "3mm/r1"), alone)
-    with np.load(tmp_path / "batch.npz") as stored:
-        for name in arrays:
-            np.testing.assert_array_equal(read_array(tmp_path / "batch.npz", name), stored[name])
+    assert list(results.checks(NAMES[3::4])) == NAMES[3::4]
+    assert {name: fit["lag"] for name, fit in results.fits(NAMES).items()} == LAGS
 
 
 def test_forks_read_the_archives_that_their_starter_has_open(tmp_path):
@@ -119,16 +98,9 @@ def test_a_job_finds_its_recordings_in_the_paths_of_its_batches(tmp_path, size):
 @pytest.mark.parametrize("size", [1, 2, 100])
 def test_the_checks_tell_the_batch_of_each_recording(tmp_path, size):
     make_results(tmp_path, size)
-    divided, described = batches(NAMES, size), described_together(NAMES, size)
-    joined = {
-        name: [batch for batch, names in divided.items() if set(names) <= set(members)]
-        for name, members in described.items()
-    }
-    rows, checks = read_checks(tmp_path, joined)
+    rows, checks = read_checks(tmp_path, divide(NAMES, size).joined())
     assert rows == rows_of(NAMES, size)
-    assert {name: check["lag"] for name, check in checks.items()} == {
-        name: int(name[-2:]) for name in NAMES
-    }
+    assert {name: check["lag"] for name, check in checks.items()} == LAGS
 
 
 def test_names_that_are_no_recordings_have_no_file(tmp_path):
@@ -154,56 +126,44 @@ def test_what_a_file_holds_of_some_recordings_is_read_once(tmp_path):
 
 # numpy reads a header as Python; this one has lost a bracket.
 HEADER = b"\x93NUMPY\x01\x00\x76\x00%-117s\n" % b"{'descr': '<f8', 'shape': 4, 1000), }"
+DAMAGES = {
+    "cut short": lambda content: content[:-20],
+    "empty": lambda content: b"",
+    "garbage": lambda content: b"\x00 garbage",
+    "no archive": lambda content: b"PK",
+    "no keys": lambda content: b"[1]",
+    "no header": lambda content: HEADER,
+    "missing": None,
+}
 
 
 @pytest.mark.parametrize("size", [1, 10])
-@pytest.mark.parametrize("content", [b"", b"\x00 garbage", b"PK", b"{}", b"[1]", HEADER, None])
-@pytest.mark.parametrize("read", ["matrix", "fit"])
-def test_a_damaged_and_a_missing_file_are_named_with_the_remedy(tmp_path, size, content, read):
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("kind", [MATRICES, FITS])
+def test_a_damaged_and_a_missing_file_are_named_with_the_remedy(tmp_path, size, damage, kind):
     results = make_results(tmp_path, size)
-    path = results.file(MATRICES if read == "matrix" else FITS, "3mm/r01")
-    path.unlink() if content is None else path.write_bytes(content)
-    with pytest.raises(CapsuleError) as caught:
-        results.matrix("3mm/r01") if read == "matrix" else results.fits(["3mm/r01"])
-    if content is None:
-        assert (
-            str(caught.value) == f"{path} does not exist; make all that is missing: snakemake -c2"
-        )
+    path = results.file(kind, "3mm/r07")
+    if DAMAGES[damage]:
+        path.write_bytes(DAMAGES[damage](path.read_bytes()))
+        told = rf"{path} is damaged \(.*\); delete it, and make it again: snakemake -c2"
     else:
-        assert str(caught.value).startswith(f"{path} is damaged (")
-        assert str(caught.value).endswith("); delete it, and make it again: snakemake -c2")
-    assert "\n" not in str(caught.value)
-
-
-def test_a_file_cut_short_is_damaged(tmp_path):
-    for size in (1, 10):
-        results = make_results(tmp_path / str(size), size)
-        path = results.file(SIGNALS, "3mm/r07")
-        path.write_bytes(path.read_bytes()[:-20])
-        with pytest.raises(CapsuleError, match="is damaged"):
-            results.signal("3mm/r07")
-        path = results.file(CHECKS, "3mm/r07")
-        path.write_bytes(path.read_bytes()[:-3])
-        with pytest.raises(CapsuleError, match="is damaged"):
-            results.checks(["3mm/r07"])
+        path.unlink()
+        told = f"{path} does not exist; make all that is missing: snakemake -c2"
+    with pytest.raises(CapsuleError) as caught:
+        results.matrix("3mm/r07") if kind == MATRICES else results.fits(["3mm/r07"])
+    # A point matches no line end.
+    assert re.fullmatch(told, str(caught.value))
 
 
 def left_in(folder, names, size):
     """Return what is left over, without the folder."""
-    now, described = batches(names, size), described_together(names, size)
-    found = left_over(folder, size, now, described)
+    found = left_over(folder, divide(names, size))
     return [path.removeprefix(f"{folder.as_posix()}/") for path in found]
-
-
-def test_of_an_archive_as_it_is_nothing_is_left_over(tmp_path):
-    for size in (1, 3):
-        make_results(tmp_path / str(size), size)
-        assert left_in(tmp_path / str(size), NAMES, size) == []
-    assert left_in(tmp_path / "none", NAMES, 1) == []
 
 
 def test_files_of_a_recording_that_is_gone_are_left_over(tmp_path):
     make_results(tmp_path, 1)
+    assert left_in(tmp_path / "none", NAMES, 1) == left_in(tmp_path, NAMES, 1) == []
     files.write_json(tmp_path / "plot_data/2mm/batch.json", {})
     assert left_in(tmp_path, [name for name in NAMES if name != "3mm/r07"], 1) == [
         "checks/3mm/r07.json",
@@ -216,7 +176,6 @@ def test_files_of_a_recording_that_is_gone_are_left_over(tmp_path):
 
 def test_files_of_another_size_are_left_over(tmp_path):
     make_results(tmp_path, 1)
-    assert "signals/0mm/r01.npy" in left_in(tmp_path, NAMES, 10)
     assert len(left_in(tmp_path, NAMES, 10)) == 4 * len(NAMES)
     make_results(tmp_path, 10)
     assert len(left_in(tmp_path, NAMES, 1)) == 4 * len(["0mm/batch", "3mm/batch"])

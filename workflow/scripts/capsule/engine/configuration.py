@@ -169,19 +169,23 @@ def without_effect(config: Settings, schema: Settings) -> list[str]:
     The schema's entry ``without_effect`` gives the values of each such key; an empty list means the
     key itself.
     """
-    lines = []
+    return [
+        f"{path}{f': {value}' if value else ''} has no effect any more; remove it"
+        for path, _, _, value in _of_no_effect(config, schema)
+    ]
+
+
+def _of_no_effect(
+    config: Settings, schema: Settings
+) -> Iterator[tuple[str, dict[str, Any], str, str]]:
+    """Yield path, section, key and value of what has no effect; no value stands for the key."""
     for path, values in schema["without_effect"].items():
         section, _, key = path.rpartition(".")
         part = config.get(section) if section else config
-        if isinstance(part, Mapping) and key in part:
+        if isinstance(part, dict) and key in part:
             found = part[key] if isinstance(part[key], list) else []
-            lines += [
-                f"{path}: {value} has no effect any more; remove it"
-                for value in values
-                if value in found
-            ]
-            lines += [] if values else [f"{path} has no effect any more; remove it"]
-    return lines
+            for value in [value for value in values if value in found] if values else [""]:
+                yield path, part, key, value
 
 
 def _as_used(config: Settings, schema: Settings) -> dict[str, Any]:
@@ -194,13 +198,11 @@ def _as_used(config: Settings, schema: Settings) -> dict[str, Any]:
         for key, described in section.get("properties", {}).items():
             if "default" in described:
                 part.setdefault(key, copy.deepcopy(described["default"]))
-    for path, values in schema["without_effect"].items():
-        section, _, key = path.rpartition(".")
-        part = used.get(section) if section else used
-        if isinstance(part, dict) and not values:
-            part.pop(key, None)
-        elif isinstance(part, dict) and isinstance(part.get(key), list):
-            part[key] = [value for value in part[key] if value not in values]
+    for _, part, key, value in _of_no_effect(used, schema):
+        if value:
+            part[key] = [each for each in part[key] if each != value]
+        else:
+            del part[key]
     return used
 
 

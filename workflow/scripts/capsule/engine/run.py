@@ -22,7 +22,7 @@ from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.kinds import Settings
 from capsule.recordings.held_out import unknown_sessions
 from capsule.store import files
-from capsule.store.batches import batch_size
+from capsule.store.batches import Division, batch_size
 from capsule.store.results import SURVEY_VALUES, OfArchive, left_over
 from capsule.survey.listed import Surveys
 
@@ -45,10 +45,8 @@ class Run:
         The folders of the recordings, the results and the surveys.
     config : mapping
         The configuration.
-    size : int
-        Largest number of recordings in a batch.
-    batches, described : mapping of str to sequence of str
-        The recordings of each batch, and of each batch of the rule describe.
+    division : Division
+        The batches of the archive.
     surveys : Surveys
         The surveys.
     states : mapping
@@ -64,9 +62,7 @@ class Run:
     results: str
     sessions: str
     config: Settings
-    size: int
-    batches: Mapping[str, Sequence[str]]
-    described: Mapping[str, Sequence[str]]
+    division: Division
     surveys: Surveys
     states: Mapping[str, Mapping[str, State]] = field(default_factory=dict)
     without_effect: Sequence[str] = ()
@@ -145,10 +141,11 @@ class Run:
         table = Path(self.results) / OfArchive.RECORDINGS
         if table.exists() and self.config["recordings_per_job"] == "auto":
             earlier = batch_size(len(files.read_or_explain(table, files.read_csv)), "auto")
-            if earlier != self.size:
+            division = self.division
+            if earlier != division.size:
                 _tell(
-                    f"{sum(map(len, self.batches.values()))} recordings: each job now takes up to "
-                    f"{self.size} instead of {earlier}, so everything is made once more."
+                    f"{sum(map(len, division.batches.values()))} recordings: each job now takes up "
+                    f"to {division.size} instead of {earlier}, so everything is made once more."
                 )
 
     def _summarize_recordings(self) -> None:
@@ -189,7 +186,7 @@ class Run:
 
     def _tell_leftovers(self) -> None:
         """Print how many results are of recordings, batches or tables that are gone."""
-        left = left_over(Path(self.results), self.size, self.batches, self.described)
+        left = left_over(Path(self.results), self.division)
         made = {"predictions", "learning", *COLUMNS}
         tables = sorted((Path(self.results) / OfArchive.EVALUATION).glob("*.csv"))
         left += [path.as_posix() for path in tables if path.stem not in made]

@@ -11,12 +11,14 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from capsule.errors import CapsuleError
-from capsule.recordings.header import session_of
+from capsule.errors import CapsuleError, RecordingError
 from capsule.recordings.names import as_cell, size_mm
+from capsule.recordings.recording import one_line_end, split_header
 from capsule.store import files
 
 Row = TypeVar("Row", bound=Mapping[str, object])
+# Bytes that are read of a recording at first; nearly all headers are shorter.
+_BEGINNING = 2048
 
 
 def is_held_out(recording: str, session: object, held_out: Iterable[str]) -> bool:
@@ -96,6 +98,28 @@ def fitted(
         for batch, names in batches.items()
     }
     return {batch: names for batch, names in found.items() if names}
+
+
+def session_of(path: Path) -> str:
+    """Return the session of a recording as its table has it; empty if it names none.
+
+    No more of the file is read than its header takes.
+    """
+    size = _BEGINNING
+    try:
+        while True:
+            content = files.read_beginning(path, size)
+            # The end may cut a letter in two, or a line.
+            lines = one_line_end(content.decode("utf-8-sig", errors="replace")).split("\n")
+            if len(content) == size:
+                lines.pop()
+            header, index = split_header(lines)
+            if index < len(lines) or len(content) < size:
+                return as_cell(header.get("session", ""))
+            size *= 8
+    except (RecordingError, OSError):
+        # The recording will be rejected with this reason.
+        return ""
 
 
 def recordings_with_fits(table: Path, held_out: Collection[str] = ()) -> list[str]:

@@ -10,6 +10,7 @@ The Snakefile uses this module at every start, so it imports only fast modules.
 import functools
 import hashlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from capsule.recordings.names import folder_of
 
@@ -20,6 +21,44 @@ TENS, HUNDREDS = 16, 160
 # To describe a recording takes some 10 ms, and to collect what the page draws of it some 30: a job
 # of its own would take many times as long.
 DESCRIBED_TOGETHER = 100
+
+
+@dataclass(frozen=True)
+class Division:
+    """An archive, divided into batches.
+
+    Attributes
+    ----------
+    size : int
+        Largest number of recordings in a batch; of the rules describe and plot, it may be more.
+    batches, described : dict of str to list of str
+        The recordings of each batch, and of each batch of the rules describe and plot, which join
+        batches because their work on a recording is short.
+    """
+
+    size: int
+    batches: dict[str, list[str]]
+    described: dict[str, list[str]]
+
+    @property
+    def alone(self) -> bool:
+        """Whether each recording is a batch of its own."""
+        return self.size == 1
+
+    def joined(self) -> dict[str, list[str]]:
+        """Return the batches that each batch of the rules describe and plot joins."""
+        batch_of = {name: batch for batch, names in self.batches.items() for name in names}
+        return {
+            batch: sorted({batch_of[name] for name in names})
+            for batch, names in self.described.items()
+        }
+
+
+def divide(recordings: Iterable[str], wanted: int | str) -> Division:
+    """Divide an archive into batches; `wanted` is the key ``recordings_per_job``."""
+    names = list(recordings)
+    size = batch_size(len(names), wanted)
+    return Division(size, batches(names, size), batches(names, max(size, DESCRIBED_TOGETHER)))
 
 
 def batch_size(recordings: int, wanted: int | str) -> int:
@@ -74,11 +113,6 @@ def batches(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
         for name in names:
             waiting.setdefault(beginning + bits_of(name)[place], []).append(name)
     return dict(sorted(divided.items()))
-
-
-def described_together(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
-    """Divide recordings into the batches of the rule describe, from batches of `most` or larger."""
-    return batches(recordings, max(most, DESCRIBED_TOGETHER))
 
 
 def _bits(name: str) -> str:

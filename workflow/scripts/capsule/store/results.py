@@ -21,6 +21,7 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
 from capsule.store import files
+from capsule.store.batches import Division
 from capsule.store.files import Read, read_or_explain
 
 
@@ -168,20 +169,12 @@ class Results:
         yield from grouped.items()
 
 
-def left_over(
-    folder: Path,
-    size: int,
-    now: Mapping[str, Iterable[str]],
-    described: Mapping[str, Iterable[str]],
-) -> list[str]:
-    """Return the files under results/ that hold recordings or batches that are gone, sorted.
-
-    `now` and `described` are the batches, and those of the rule describe, by their names.
-    """
+def left_over(folder: Path, division: Division) -> list[str]:
+    """Return the files under results/ that hold recordings or batches that are gone, sorted."""
     found = []
     for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED):
-        known = described if kind in DESCRIBED else now
-        suffix = Path(pattern(kind, alone=size == 1)).suffix
+        known = division.described if kind in DESCRIBED else division.batches
+        suffix = Path(pattern(kind, alone=division.alone)).suffix
         for path in (folder / kind).glob("*/*"):
             batch = path.relative_to(folder / kind).with_name(path.name.removesuffix(suffix))
             if not path.name.endswith(suffix) or batch.as_posix() not in known:
@@ -279,8 +272,11 @@ def read_array(path: Path, recording: str) -> FloatArray:
 
     def read(path: Path) -> FloatArray:
         if path.suffix == ".npy":
-            return _array_in(files.read_whole(path))
-        return _array_in(_opened(path, os.getpid()).read(f"{recording}.npy"))
+            content = files.read_whole(path)
+        else:
+            content = _opened(path, os.getpid()).read(f"{recording}.npy")
+        array: FloatArray = np.lib.format.read_array(BytesIO(content), allow_pickle=False)
+        return array
 
     return read_or_explain(path, read)
 
@@ -289,24 +285,3 @@ def read_array(path: Path, recording: str) -> FloatArray:
 def _opened(path: Path, process: int) -> ZipFile:
     """Open an archive once for each process: forks must not share a position in a file."""
     return ZipFile(path)
-
-
-def _array_in(content: bytes) -> FloatArray:
-    """Return the array in the content of an .npy file.
-
-    Many files have the same header, so it is understood once. np.load would take four times as
-    long, and thousands of matrices are read in a row.
-    """
-    begin = content.index(b"\n") + 1
-    shape, kind = _header(content[:begin])
-    array: FloatArray = np.frombuffer(content, kind, offset=begin).reshape(shape)
-    return array
-
-
-@lru_cache(maxsize=4096)
-def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
-    """Return shape and type of the array behind a header of numpy's format 1.0."""
-    stream = BytesIO(header)
-    np.lib.format.read_magic(stream)
-    shape, _, kind = np.lib.format.read_array_header_1_0(stream)
-    return shape, kind
