@@ -13,8 +13,12 @@ import pytest
 
 from support.project import Project
 
-# No law depends on the time of its computation.
-hypothesis.settings.register_profile("tests", deadline=None, max_examples=50)
+# No law depends on the time of its computation. Every run tries the same examples, so that a change
+# fails or passes for itself; `--hypothesis-profile=anew` tries others each time.
+hypothesis.settings.register_profile("anew", deadline=None, max_examples=50)
+hypothesis.settings.register_profile(
+    "tests", parent=hypothesis.settings.get_profile("anew"), derandomize=True
+)
 hypothesis.settings.load_profile("tests")
 
 # Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
