@@ -1,4 +1,4 @@
-"""Benches that judge only: each is the usual bench with one trouble that is new to the detectors.
+"""What judges only: benches, each the usual one with a trouble that is new to the detectors; noise.
 
 No trouble of this module is in the shipped phantom, in config/benches/, in the random benches of
 scorer_teaching, or in a stored bench. Each strength comes from the physics in its docstring. It was
@@ -6,6 +6,7 @@ written down before any detector had judged a recording of the bench. workflow/s
 compares each with the nearest trouble that taught or chose.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,25 +16,20 @@ from capsule.phantom.contact import shaped_noise
 from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.simulation import Run, simulate_run
+from capsule.phantom.simulation import Run
 from capsule.phantom.wall import wave_period
 from capsule.seeding import generator
 
 # Pressures are in kPa, stiffnesses in N/mm: 1 kPa is 1e-3 N/mm^2.
 _N_MM2_PER_KPA = 1e-3
+# Sampling rate of the noises.
+_NOISE_HZ = 10.0
 
 
 class Passed(NamedTuple):
     """One simulated pass of the usual bench, to which a bench of this module adds its trouble.
 
-    Attributes
-    ----------
-    phantom
-        The usual bench.
-    run
-        The pass without the trouble.
-    seed, site
-        Archive and place of the pass, as `simulate_run` takes them.
+    Seed and site are the archive and the place of the pass, as `simulate_run` takes them.
     """
 
     phantom: Phantom
@@ -227,30 +223,53 @@ def losing_logger(passed: Passed) -> IntArray:
     return passed.run.counts[:, kept]
 
 
-TROUBLES = (
-    breathing_patient,
-    wetted_sensors,
-    sticky_mucus,
-    food_residue,
-    unshielded_cable,
-    losing_logger,
-)
-BENCHES = {trouble.__name__.replace("_", "-"): trouble for trouble in TROUBLES}
+BENCHES: dict[str, Callable[[Passed], IntArray]] = {
+    "breathing-patient": breathing_patient,
+    "wetted-sensors": wetted_sensors,
+    "sticky-mucus": sticky_mucus,
+    "food-residue": food_residue,
+    "unshielded-cable": unshielded_cable,
+    "losing-logger": losing_logger,
+}
 
 
-def simulate_judged_only(
-    phantom: Phantom, bench: str, nodule_mm: float, seed: int, site: str
-) -> IntArray:
-    """Simulate the readings of one pass on a bench of this module, integers (S, K).
+def chirp(numbers: np.random.Generator, samples: int) -> FloatArray:
+    """Return a tone whose frequency rises or falls through that of the wave."""
+    first, last = numbers.permutation([numbers.uniform(0.1, 0.3), numbers.uniform(0.32, 0.7)])
+    return 25 * np.sin(2 * np.pi * np.linspace(first, last, samples).cumsum() / _NOISE_HZ)
 
-    Parameters
-    ----------
-    phantom
-        The usual bench.
-    bench
-        A name of `BENCHES`.
-    nodule_mm, seed, site
-        As in `capsule.phantom.simulation.simulate_run`.
-    """
-    run = simulate_run(phantom, nodule_mm, seed, site)
-    return BENCHES[bench](Passed(phantom, run, seed, site))
+
+def sawtooth(numbers: np.random.Generator, samples: int) -> FloatArray:
+    """Return a sawtooth with pauses, as of a pump that is switched."""
+    period = int(numbers.integers(20, 50))
+    running = np.repeat(numbers.random(samples // 60 + 2) < 0.75, 60)[:samples]
+    return 30 * np.where(running, np.arange(samples) % period, 0) / period
+
+
+def two_rhythms(numbers: np.random.Generator, samples: int) -> FloatArray:
+    """Return two rhythms at once, as of heart and breath."""
+    time_s = np.arange(samples) / _NOISE_HZ
+    made = np.zeros(samples)
+    for low, high in ((0.15, 0.4), (0.8, 1.6)):
+        made += numbers.uniform(5, 20) * np.sin(2 * np.pi * numbers.uniform(low, high) * time_s)
+    return made
+
+
+# None had a part in choosing the traits of a wave or what counts as familiar.
+NOISES: dict[str, Callable[[np.random.Generator, int], FloatArray]] = {
+    "a rising or falling tone that travels": chirp,
+    "a switched sawtooth that travels": sawtooth,
+    "two rhythms at once that travel": two_rhythms,
+}
+
+
+def travelling(
+    noise: Callable[[np.random.Generator, int], FloatArray], numbers: np.random.Generator
+) -> FloatArray:
+    """Return readings (4, 600) of noise that reaches one sensor after the other."""
+    sensors, samples, delay = 4, 600, int(numbers.integers(1, 12))
+    row = noise(numbers, samples + sensors * delay)
+    made = np.stack([row[sensor * delay :][:samples] for sensor in range(sensors)])
+    loud = 500 + made[:: numbers.choice([-1, 1])] * numbers.uniform(0.5, 4)
+    hiss = numbers.normal(0, numbers.uniform(0, 2), made.shape)
+    return (np.clip(loud, 1, 1022) + hiss).round()
