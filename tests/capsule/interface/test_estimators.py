@@ -38,32 +38,22 @@ def fitted(request, archive):
     return capsule.DetectorEstimator(request.param, archive.settings).fit(archive.X, archive.y)
 
 
-def test_it_predicts_sizes_of_the_archive(archive, fitted):
-    predicted = fitted.predict(archive.X)
-    assert predicted.shape == (12,)
+def test_all_that_it_says_of_recordings_agrees(archive, fitted):
+    predicted, verdicts = fitted.predict(archive.X), fitted.verdicts(archive.X)
     assert set(predicted) <= {0.0, 1.5, 3.0}
+    np.testing.assert_array_equal(predicted > 0, fitted.decision_function(archive.X) > 0)
     sensitivity = (predicted[archive.y > 0] > 0).mean()
     specificity = (predicted[archive.y == 0] == 0).mean()
     assert fitted.score(archive.X, archive.y) == (sensitivity + specificity) / 2 > 0.4
+    # Of one recording it says the same as of all.
+    alone = [fitted.verdicts(row[np.newaxis])[0] for row in archive.X]
+    assert [each.score for each in alone] == [each.score for each in verdicts]
     assert fitted.predict(archive.rows(archive.unlabelled)).shape == (1,)
-
-
-def test_a_nodule_is_a_score_above_the_threshold(archive, fitted):
-    np.testing.assert_array_equal(
-        fitted.predict(archive.X) > 0, fitted.decision_function(archive.X) > 0
-    )
-
-
-def test_it_says_the_same_of_one_recording_as_of_all(archive, fitted):
-    one_by_one = [fitted.verdicts(row[np.newaxis])[0] for row in archive.X]
-    assert (
-        one_by_one == fitted.verdicts(archive.X)
-        or np.isnan([verdict.estimate_mm for verdict in one_by_one]).any()
-    )
-    np.testing.assert_array_equal(
-        [verdict.score for verdict in one_by_one],
-        [verdict.score for verdict in fitted.verdicts(archive.X)],
-    )
+    assert hasattr(fitted, "predict_proba") == (fitted.detector in STATING_PROBABILITY)
+    if fitted.detector in STATING_PROBABILITY:
+        stated = np.array([each.probability for each in verdicts])
+        expected = np.column_stack([1 - stated, stated])
+        np.testing.assert_array_equal(fitted.predict_proba(archive.X), expected)
 
 
 def test_it_learns_the_same_in_another_order_and_after_a_pickle(archive, fitted):
@@ -72,16 +62,6 @@ def test_it_learns_the_same_in_another_order_and_after_a_pickle(archive, fitted)
     np.testing.assert_array_equal(again.decision_function(archive.X), scores)
     stored = pickle.loads(pickle.dumps(fitted))
     np.testing.assert_array_equal(stored.decision_function(archive.X), scores)
-
-
-def test_probabilities_are_those_of_no_nodule_and_of_a_nodule(archive, fitted):
-    assert hasattr(fitted, "predict_proba") == (fitted.detector in STATING_PROBABILITY)
-    if fitted.detector not in STATING_PROBABILITY:
-        return
-    chances = fitted.predict_proba(archive.X)
-    np.testing.assert_allclose(chances.sum(axis=1), 1.0)
-    stated = [verdict.probability for verdict in fitted.verdicts(archive.X)]
-    np.testing.assert_array_equal(chances[:, 1], stated)
 
 
 def test_without_arguments_it_is_the_taught_detector_with_the_settings_that_ship(archive):
@@ -115,18 +95,16 @@ def test_a_recording_that_no_detector_can_judge_gets_none_and_teaches_nothing(ar
     )
 
 
-def test_a_size_below_none_is_refused(archive):
+def test_sizes_below_none_and_recordings_longer_than_a_matrix_are_refused(archive):
     with pytest.raises(ValueError, match="y holds -1; sizes are 0"):
         capsule.DetectorEstimator("diagonal", archive.settings).fit(archive.X, archive.y - 1.0)
-
-
-def test_a_recording_longer_than_a_matrix_is_refused_with_its_row(archive):
     narrow = {"preprocessing": {"length": 450}, "fit": {"peak_spacing_range": [90, 100]}}
-    settings = capsule.read_settings(**narrow)
     samples = archive.readings["0mm/r01"].shape[1]
     told = f"row 0 of X holds {samples} samples of 4 sensors; at most 450"
     with pytest.raises(ValueError, match=told):
-        capsule.DetectorEstimator("diagonal", settings).fit(archive.X, archive.y)
+        capsule.DetectorEstimator(settings=capsule.read_settings(**narrow)).fit(
+            archive.X, archive.y
+        )
 
 
 def test_matrices_are_those_of_the_archive(archive):
