@@ -43,10 +43,6 @@ def displacement(points, turns):
     return (across.max(axis=0) + across.min(axis=0)) / 2, np.ptp(across, axis=0)
 
 
-def phase_deg(motion):
-    return np.degrees(np.angle((motion * np.exp(-1j * TURNS)).sum()))
-
-
 @pytest.fixture(scope="module")
 def motions(made):
     return {
@@ -64,12 +60,6 @@ def test_every_follower_moves_as_a_sine_of_the_amplitude(motions):
         np.testing.assert_allclose(amplitude, 3.5, atol=0.02)
         # The window is as wide as the cam, plus its play, whatever the angle.
         np.testing.assert_allclose(width, 18.0, atol=0.02)
-
-
-def test_neighbours_are_nine_degrees_apart(motions):
-    for motion in motions.values():
-        phases = np.unwrap([phase_deg(moved) for moved, _ in motion], period=360)
-        np.testing.assert_allclose(np.abs(np.diff(phases)), 9.0, atol=0.1)
 
 
 def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mirror(made, motions):
@@ -108,18 +98,10 @@ def test_a_follower_passes_the_cam_and_touches_it_when_it_lags_by_more_than_its_
         assert overlap(side * (bench.play_mm + 0.03)) > 0.0
 
 
-def test_the_parts_agree_with_firmware_and_bench_page():
+def test_the_parts_agree_with_the_firmware():
     header = (ROOT / "workflow/firmware/peristalsis/motion.h").read_text(encoding="utf-8")
-    page = (ROOT / "docs/bench.md").read_text(encoding="utf-8")
+    defined = dict(re.findall(r"#define (\w+) (\d+)L?$", header, re.MULTILINE))
     bench, wall = DESIGN.parts.bench, DESIGN.phantom.wall
-
-    def defined(name):
-        return int(re.search(rf"#define {name} (\d+)L?$", header, re.MULTILINE).group(1))
-
-    assert bench.motor_teeth / bench.cam_teeth == defined("WAVES_PER_MOTOR_TURN")
-    assert CAM.lead_mm * 1000 == defined("WAVELENGTH_UM")
-    assert wall.speed_mm_s * 1000 == defined("DEFAULT_SPEED_UM_S")
-    assert f"| belt | {bench.motor_teeth:g} : {bench.cam_teeth:g} teeth |" in page
-    assert f"| cam shaft | {CAM.lead_mm:g} mm a turn |" in page
-    assert f"neighbouring followers, {bench.follower_mm:g} mm thick, are 9° apart" in page
-    assert f"| eccentricity | {CAM.eccentricity_mm:g} mm |" in page
+    assert bench.motor_teeth / bench.cam_teeth == int(defined["WAVES_PER_MOTOR_TURN"])
+    assert CAM.lead_mm * 1000 == int(defined["WAVELENGTH_UM"])
+    assert wall.speed_mm_s * 1000 == int(defined["DEFAULT_SPEED_UM_S"])

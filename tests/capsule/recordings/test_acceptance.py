@@ -327,6 +327,8 @@ def without(*lost, samples=SAMPLES):
           for each in (9.7, 9.995, 10.003, 10.3)),
         *((np.arange(SAMPLES) / each, without(), {}) for each in (9.51, 10.49)),
         *((EVEN, np.arange(samples), {"stretch": 2}) for samples in (2, 3, 5, 9, 10)),
+        # Of two steps that differ, the usual one is not known, so the rate does not change.
+        (EVEN, without(range(101, 105), range(106, 118)), {"stretch": 2}),
         *((np.round(np.arange(5000) / each, 3), np.arange(5000), {"rate_hz": each, "length": 5000})
           for each in (36, 100, 300)),
     ],

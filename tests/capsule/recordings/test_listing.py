@@ -87,11 +87,15 @@ def test_of_equal_readings_at_most_one_counts_whatever_the_order(readings, shuff
 def test_a_row_says_why():
     made = checks(r01_at_3mm="x", old_r01_at_3mm="x")
     for name, check in made.items():
-        check |= {"recording": name, "size_mm": 3.0, "header": {}, "samples": 1, "duration_s": 0.0}
+        check |= {"recording": name, "size_mm": 3.0, "samples": 1, "duration_s": 0.0}
+        check["header"] = dict.fromkeys(("site", "session", "setup", "source"), "a\x1b[31m")
         check |= {"reason": "", "no_verdict": "", "sha256": "0", "marks": []}
     archive = classify([Entry("3mm/r01.csv"), Entry("3mm/old_r01.csv")])
-    status = {row["recording"]: row["status"] for row in full_list(archive, made, {}.__getitem__)}
+    rows = full_list(archive, made, {}.__getitem__)
+    status = {row["recording"]: row["status"] for row in rows}
     assert status == {"3mm/r01": "accepted", "3mm/old_r01": "rejected"}
+    # A header moves no cell of a table.
+    assert {rows[0][key] for key in ("site", "session", "setup", "source")} == {"a\\x1b[31m"}
 
 
 def readings(name, samples=400):
