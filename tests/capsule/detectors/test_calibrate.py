@@ -153,6 +153,8 @@ def test_sizes_between_those_taught_are_estimated():
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
     assert sizes_of(features[:0], features[:0, 0], apart(0)) is None
+    # No other nodule tells how far the only one is from its size.
+    assert sizes_of(features[:1], features[:1, 0], apart(1)).half_width_mm == np.inf
 
 
 @given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))

@@ -23,6 +23,16 @@ def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(s
     assert not loss.any()
 
 
+def test_a_stretch_that_raises_the_score_is_lost_by_it(scorer):
+    series = 0.1 * np.sin(np.arange(800.0)).reshape(4, 5, 40)
+    series[:, 1, 20:24] = 3.0
+    whole, loss = score_stretches(scorer, series)
+    x = standardised(series)
+    x[:, :SERIES_ROWS, 18 : 18 + WIDTH] = 0.0
+    assert loss[18 // STEP] == pytest.approx(whole - scorer.forward(x)[0])
+    assert loss[18 // STEP] > 0
+
+
 @pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
 def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
     _, loss = score_stretches(scorer, np.ones((4, 5, beats)))

@@ -51,13 +51,6 @@ def test_a_nodule_is_found_where_it_lies():
     assert 0.2 < passage.depth < 0.5
 
 
-def test_one_event_past_all_sensors_counts_more_than_one_under_a_single_sensor():
-    everywhere = find_passage(passing(0.3), SEARCH).evidence
-    single = find_passage(passing(0.3, sensors=(1,)), SEARCH).evidence
-    nothing = find_passage(passing(0.0), SEARCH).evidence
-    assert everywhere > 2 * single > 2 * nothing > 0
-
-
 def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
     beats = passing(0.0)
     beats.channels[1, 2] *= 40

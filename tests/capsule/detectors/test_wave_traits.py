@@ -1,12 +1,12 @@
 """The traits of a wave are those with which it was made."""
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
 
 from capsule.detectors.wave import wave_of
-from capsule.detectors.wave_traits import UNKNOWN_TRAITS, wave_traits
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, wave_shares, wave_traits
 from capsule.seeding import generator
 
 BENCH = {
@@ -105,6 +105,12 @@ def test_the_share_is_that_of_the_sensor_with_the_least_and_noise_the_median_ove
     traits = traits_of(louder)
     assert traits.wave_share < min(each.wave_share for each in alone) - 0.1
     assert traits.noise == pytest.approx(traits_of(values).noise, rel=0.3)
+
+
+def test_a_constant_has_no_share():
+    wave = wave_of(readings(samples=140), RATE_HZ, BENCH)
+    moved = replace(wave, steady=wave.steady + 5.0)
+    np.testing.assert_allclose(wave_shares(moved), wave_shares(wave))
 
 
 def test_missing_samples_take_no_part_in_the_noise():
