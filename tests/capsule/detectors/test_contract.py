@@ -11,7 +11,14 @@ from capsule.detectors.base import ScoredDetector, StoredRecording, TrainingArch
 from capsule.detectors.calibrate import fit_probability, fit_sizes, rank_threshold
 from capsule.detectors.registry import DETECTORS, PAPER, detector_class, detector_row
 from capsule.detectors.search import Passage
+from capsule.detectors.template import NearestTemplate
 from capsule.errors import CapsuleError
+from capsule.method.nearest_template import (
+    compare_templates,
+    first_peak_sample,
+    nearest_size,
+    template_distances,
+)
 from capsule.method.particle import Particle, render
 from capsule.method.templates import build_templates, by_size
 from capsule.seeding import generator
@@ -193,3 +200,31 @@ def test_the_registry_begins_with_the_papers_detector_and_refuses_a_name_that_it
     for look_up in (detector_row, detector_class):
         with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, diag"):
             look_up("nearest")
+
+
+@pytest.mark.parametrize("left_out", LEFT_OUT[2:], ids=lambda names: f"{len(names)} {names[:1]}")
+def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive, left_out):
+    whole, found = archive.templates, 0
+    # In the order of the archive, on which the rounding of a mean depends.
+    left = [name for name in archive.sizes_mm if name in left_out]
+    fold = whole.without((SIZES_MM[name], archive.particles.get(name)) for name in left)
+    model = NearestTemplate.taught(archive, left_out)
+    for recording in archive.recordings.values():
+        verdict, expected = model.verdict(recording), template_distances(recording.matrix, fold)
+        np.testing.assert_array_equal(verdict.distances, expected)
+        np.testing.assert_equal(verdict.predicted_mm, nearest_size(expected, whole.sizes_mm))
+        _, gains, lags = compare_templates(recording.matrix, model.templates)
+        np.testing.assert_equal((verdict.score, verdict.threshold), (max(gains[1:]), 0.0))
+        if verdict.predicted_mm > 0:
+            found += 1
+            best = int(np.argmax(gains[1:])) + 1
+            assert verdict.estimate_mm == verdict.predicted_mm
+            assert verdict.location_samples == first_peak_sample(lags[best], 20, 120)
+    assert 0 < found < len(archive.sizes_mm)
+
+
+def test_without_a_template_of_a_nodule_there_is_no_margin(archive):
+    alone = replace(archive, templates=build_templates({}, sensors=3, first_peak=20, length=120))
+    model = NearestTemplate.taught(replace(alone, sizes_mm={"0mm/r0": 0.0}))
+    verdict = model.verdict(archive.recordings["0mm/r0"])
+    assert np.isnan(verdict.score) and verdict.predicted_mm == 0

@@ -4,8 +4,6 @@ from collections import Counter
 from itertools import islice
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from capsule.evaluation.confounded import (
     KEYS,
@@ -99,56 +97,36 @@ def test_recordings_of_one_place_count_once():
     # Ten passes over each of two healthy places, and over each of three with a nodule.
     pairs = [*healthy("A"), *[("B", 3.0)] * 30]
     assert told(pairs, lambda number: f"place {number // 10}").nodules
-    # Eight passes over one place are one: they may meet by chance.
+    # Sixteen recordings of one value are few, if they are passes over two places.
     mixed = [*healthy("A"), *nodules("A"), *[("B", 0.0)] * 16]
     assert told(mixed).nodules
-    assert not told(
-        mixed, lambda number: f"place {number if number < 120 else number // 8}, {number < 120}"
-    ).nodules
+    assert not told(mixed, lambda number: number if number < 120 else f"{number // 8}").nodules
     # If each place has its own session, no other place has it.
     own = [(f"session {number // 10}", size) for number, (_, size) in enumerate(pairs)]
     assert not told(own, lambda number: f"place {number // 10}").nodules
 
 
 @pytest.mark.parametrize(
-    ("counts", "values", "most"),
-    [((20, 100), 5, 0.02), ((20, 100), 40, 0.02), ((8, 40), 6, 0.02), ((6, 6), 2, 0.02)],
+    ("counts", "values"),
+    [((20, 100), 5), ((20, 100), 40), ((8, 40), 6), ((6, 6), 2)],
 )
-def test_values_that_are_dealt_at_random_seldom_warn(counts, values, most):
+def test_values_that_are_dealt_at_random_seldom_warn(counts, values):
     numbers, warned, archives = generator(1, "dealt", *map(str, counts), str(values)), 0, 200
     sizes_mm = [0.0] * counts[0] + [SIZES[number % 5] for number in range(counts[1])]
     for _ in range(archives):
         dealt = numbers.integers(0, values, len(sizes_mm))
         found = told([(f"v{v}", size) for v, size in zip(dealt, sizes_mm, strict=True)])
         warned += found.nodules or bool(found.sizes_mm)
-    # Three standard errors more.
-    assert warned / archives <= most + 3 * (most * (1 - most) / archives) ** 0.5
-
-
-ARCHIVES = st.lists(
-    st.tuples(st.sampled_from("ABCDE"), st.sampled_from((0.0, 1.0, 3.0))), min_size=1
-)
+    # Two of a hundred, and three standard errors more.
+    assert warned / archives <= 0.02 + 3 * (0.02 * 0.98 / archives) ** 0.5
 
 
 def rows_of(pairs):
+    usual = {"status": "accepted", "no_verdict": "", "near_copies": ""}
     return {
-        f"{size:g}mm/{number}": {
-            "status": "accepted",
-            "no_verdict": "",
-            "source": value,
-            "near_copies": "",
-        }
+        f"{size:g}mm/{number}": usual | {"source": value}
         for number, (value, size) in enumerate(pairs)
     }
-
-
-@settings(max_examples=60, deadline=None)
-@given(ARCHIVES, st.randoms())
-def test_the_order_of_the_recordings_changes_nothing(pairs, random):
-    rows = list(rows_of(pairs * 3).items())
-    expected = confounded_keys(dict(rows), [])
-    random.shuffle(rows)
-    assert confounded_keys(dict(rows), []) == expected
 
 
 def test_recordings_that_do_not_teach_do_not_count():
@@ -167,18 +145,15 @@ def test_recordings_that_do_not_teach_do_not_count():
 @pytest.mark.parametrize("key", KEYS)
 def test_each_key_is_looked_at_and_a_missing_line_is_a_value(key):
     rows = rows_of([*healthy("same"), *nodules("same")])
-    told_by = {name: row | ({key: "7"} if name[0] != "0" else {}) for name, row in rows.items()}
-    if key == "source":
-        for name, row in told_by.items():
-            row["source"] = "7" if name[0] != "0" else ""
-    (found,) = confounded_keys(told_by, [])
+    for name, row in rows.items():
+        row[key] = "7" if name[0] != "0" else ""
+    (found,) = confounded_keys(rows, [])
     assert found.key == key
     assert set(found.counts) == {"", "7"}
     assert in_words([found]) == f"whether there is a nodule follows from the {KEYS[key]}"
 
 
-@pytest.mark.parametrize("held_out", [["simulated-1000000"], []], ids=str)
-def test_nothing_follows_from_the_headers_of_the_shipped_archive(held_out):
+def test_nothing_follows_from_the_headers_of_the_shipped_archive():
     rows = {}
     for path in sorted((ROOT / "raw").glob("*mm/*.csv")):
         with path.open(encoding="utf-8") as stream:
@@ -187,7 +162,7 @@ def test_nothing_follows_from_the_headers_of_the_shipped_archive(held_out):
         row |= {key: header.get(key, "") for key in ("session", "site", "unit")}
         rows[f"{path.parent.name}/{path.stem}"] = row
     assert len(rows) == 280
-    assert confounded_keys(rows, held_out) == []
+    assert confounded_keys(rows, ["simulated-1000000"]) == confounded_keys(rows, []) == []
 
 
 def test_versions_of_a_simulator_are_sources_but_its_seeds_are_not():
@@ -204,7 +179,5 @@ def test_what_follows_from_several_keys_is_one_clause():
     by_source = told([*healthy("A"), *nodules("B")])
     by_day = told([*OF_DAYS, *(pair for size in SIZES for pair in healthy(f"day {size:g}"))])
     assert in_words([]) == ""
-    assert in_words([by_source, by_source, by_day]) == (
-        "whether there is a nodule follows from the session and from the session, and the size of "
-        "nodules of 1, 2, 3, 4 and 5 mm follows from the session"
-    )
+    said = in_words([by_source, by_source, by_day])
+    assert said.count("from the session") == 3 and "nodules of 1, 2, 3, 4 and 5 mm" in said
