@@ -89,7 +89,8 @@ def _held(designs: Mapping[str, np.ndarray], archives: int) -> dict[str, object]
     coverage: dict[str, list[float]] = {"over places": [], "plainly": [], "recordings weighed": []}
     names = []
     for design, places in designs.items():
-        units = Units.of_places(places), None, Units(np.ones(places.size), places)
+        alone = Units.of_places(np.arange(places.size))
+        units = Units.of_places(places), alone, Units(np.ones(places.size), places)
         for correlation, share in itertools.product(CORRELATIONS, SHARES):
             names.append(f"{design}, correlation {correlation}, rate {share}")
             hits = [_hits(names[-1], each, places, share, correlation) for each in range(archives)]
@@ -128,8 +129,9 @@ def areas(archives: int) -> list[dict[str, object]]:
                 one = _scores(numbers, healthy, passes, correlation)
                 other = apart + spread * _scores(numbers, nodules, passes, correlation)
                 places = np.repeat(np.arange(healthy + nodules), passes)
-                units = map(Units.of_places, np.split(places, [healthy * passes]))
-                intervals.append(auc_interval(one, other, LEVEL, *units))
+                kinds = np.split(places, [healthy * passes])
+                units = Units.of_places(kinds[0]), Units.of_places(kinds[1])
+                intervals.append(auc_interval(one, other, units, LEVEL))
             coverage.append(held(intervals, area))
         row: dict[str, object] = {"recordings": name, "nodules' spread": f"{spread:g}"}
         row |= {"worst": min(coverage), "at an area of": f"{AREAS[int(np.argmin(coverage))]:g}"}

@@ -1,5 +1,7 @@
 """What the report answers first, worked out by counting."""
 
+import math
+
 import pandas as pd
 import pytest
 
@@ -44,6 +46,12 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     assert answers.set_specificity is None
     ppv, npv = (each.value for each in answers.meaning)
     assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+
+
+def test_a_detector_that_detects_nothing_still_says_how_often_that_is_right():
+    rates = rates_of(evaluated(verdicts(20, 0, 10, 0)))
+    ppv, npv = answers_of(rates, "template", "leave_one_out").meaning
+    assert math.isnan(ppv.value) and npv.value == pytest.approx(0.9)
 
 
 def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():
@@ -102,10 +110,16 @@ def test_so_many_recordings_all_right_show_a_rate():
     ],
 )
 def test_the_gain_since_half_of_the_recordings_gives_the_advice(gain, advice):
-    of_range = {"detector": "diagonal", "size_from_mm": 2.0, "size_to_mm": 2.0}
-    low, high = gain
-    half = of_range | {"share": 0.5, "rate": 0.6, "gain": 0.1, "gain_low": low, "gain_high": high}
-    last = of_range | {"share": 1.0, "rate": 0.7, "gain": UNKNOWN}
-    said = learning_sentence(pd.DataFrame([half, last]), "diagonal")
-    assert said.endswith(f"found at 2 mm 60 % and 70 %: {advice}.")
-    assert learning_sentence(pd.DataFrame([half, last]), "taught") == ""
+    of_detector, (low, high) = {"detector": "diagonal"}, gain
+    half = {"share": 0.5, "rate": 0.6, "gain": 0.1, "gain_low": low, "gain_high": high}
+    last = {"share": 1.0, "rate": 0.7, "gain": UNKNOWN}
+    ranges = [(0.0, 0.0), (1.0, 1.0), (2.0, 5.0)]
+    rows = [
+        of_detector | {"size_from_mm": first, "size_to_mm": end} | point
+        for first, end in [*ranges, (2.0, 2.0), (5.0, 5.0)]
+        for point in (half, last)
+    ]
+    said = learning_sentence(pd.DataFrame(rows), "diagonal")
+    shown = "specificity 60 % and 70 %, found at 1 mm 60 % and 70 %, found from 2 mm on 60 % and 70"
+    assert said.endswith(f"{shown} %: {advice}.")
+    assert learning_sentence(pd.DataFrame(rows), "taught") == ""

@@ -43,6 +43,20 @@ def places_of(number, passes):
     return Units.of_places(np.repeat(np.arange(number), passes))
 
 
+def alone(number):
+    """Return the units of so many single recordings."""
+    return places_of(number, 1)
+
+
+def both_alone(healthy, nodules):
+    """Return the units of single recordings of both kinds."""
+    return alone(healthy), Units(np.ones(nodules), healthy + np.arange(nodules))
+
+
+def weights_of(*kinds):
+    return tuple(np.ones(each.size) for each in kinds)
+
+
 # Of single recordings, against the libraries.
 
 
@@ -66,20 +80,23 @@ def test_a_rate_of_means_holds_its_value_and_a_rate_of_nothing_is_unknown(hits, 
 def test_a_mean_has_students_interval(values, confidence):
     drawn = generator(1, "student", str(values)).normal(size=values)
     expected = t.interval(confidence, values - 1, drawn.mean(), drawn.std(ddof=1) / values**0.5)
-    assert mean_interval(drawn, confidence) == pytest.approx((drawn.mean(), *expected))
-    one, *ends = mean_interval(drawn[:1], confidence)
+    assert mean_interval(drawn, alone(values), confidence) == pytest.approx(
+        (drawn.mean(), *expected)
+    )
+    one, *ends = mean_interval(drawn[:1], alone(1), confidence)
     assert one == drawn[0] and np.isnan(ends).all()
-    assert np.isnan(mean_interval(drawn[:0], confidence)).all()
+    assert np.isnan(mean_interval(drawn[:0], alone(0), confidence)).all()
 
 
 @given(st.integers(1, 300), st.floats(0.5, 0.999))
 def test_the_medians_interval_leaves_out_the_binomials_tails(values, confidence):
-    median, low, high = median_interval(np.arange(values, dtype=float), confidence)
+    every = np.arange(values, dtype=float)
+    median, low, high = median_interval(every, alone(values), confidence)
     skipped = binom.ppf((1 - confidence) / 2, values, 0.5)
     assert median == (values - 1) / 2
     ends = (skipped - 1, values - skipped) if skipped else (np.nan,) * 2
     np.testing.assert_equal((low, high), ends)
-    assert np.isnan(median_interval(np.array([]), confidence)).all()
+    assert np.isnan(median_interval(every[:0], alone(0), confidence)).all()
 
 
 def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
@@ -88,15 +105,15 @@ def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
     lost, won = 2 / 9, 4 / 9
     reach = normal_quantile(0.95) * math.sqrt((lost + won - (won - lost) ** 2) / 9)
     expected = (2 / 7, won - lost - reach, won - lost + reach)
-    assert gain_interval(before, after, 0.95) == pytest.approx(expected)
+    assert gain_interval(before, after, alone(7), 0.95) == pytest.approx(expected)
     # A recording that was not judged both times has no gain.
     before[0] = after[2] = np.nan
-    assert gain_interval(before, after, 0.95)[0] == pytest.approx(1 / 5)
-    assert np.isnan(gain_interval(before[:1], after[:1], 0.95)).all()
+    assert gain_interval(before, after, alone(7), 0.95)[0] == pytest.approx(1 / 5)
+    assert np.isnan(gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
     every, none = np.ones(3), np.zeros(3)
-    assert gain_interval(none, every, 0.99)[::2] == (1.0, 1.0)
-    assert gain_interval(every, none, 0.99)[:2] == (-1.0, -1.0)
-    assert gain_interval(none, every, 0.99)[1] < 0.7
+    value, low, high = gain_interval(none, every, alone(3), 0.99)
+    assert (value, high) == (1.0, 1.0) and low < 0.7
+    assert gain_interval(every, none, alone(3), 0.99)[:2] == (-1.0, -1.0)
 
 
 def score_at(hits, number, other_hits, other_number, ratio):
@@ -153,20 +170,21 @@ def test_the_curve_its_area_and_the_sign_test(seed):
     nodule = numbers.random(60) < 0.6
     scores = np.round(numbers.normal(nodule * 1.5, 1.0), 1)
     kinds = scores[~nodule], scores[nodule]
-    assert auc(*kinds) == pytest.approx(roc_auc_score(nodule, scores))
+    weights = weights_of(*kinds)
+    assert auc(*kinds, weights) == pytest.approx(roc_auc_score(nodule, scores))
     allowed = np.arange(kinds[0].size + 1) / kinds[0].size
     false_positive, true_positive, _ = roc_curve(nodule, scores, drop_intermediate=False)
     expected = [true_positive[false_positive <= each + 1e-9].max() for each in allowed]
-    np.testing.assert_allclose(height_at(*kinds, allowed), expected)
+    np.testing.assert_allclose(height_at(*kinds, allowed, weights), expected)
     # Between two shares of false alarms, the curve keeps its height.
-    np.testing.assert_allclose(height_at(*kinds, allowed[:-1] + 0.4 / kinds[0].size), expected[:-1])
+    between = allowed[:-1] + 0.4 / kinds[0].size
+    np.testing.assert_allclose(height_at(*kinds, between, weights), expected[:-1])
     first, second = numbers.random(50) < 0.6, numbers.random(50) < 0.8
     table = [[np.sum(a & b) for b in (second, ~second)] for a in (first, ~first)]
-    alone = places_of(50, 1)
     expected = mcnemar(table, exact=True).pvalue
-    assert sign_test(first, second, alone) == pytest.approx(expected)
-    assert sign_test(first, first, alone) == 1.0
-    assert math.isnan(sign_test(first[:0], first[:0], places_of(0, 1)))
+    assert sign_test(first, second, alone(50)) == pytest.approx(expected)
+    assert sign_test(first, first, alone(50)) == 1.0
+    assert math.isnan(sign_test(first[:0], first[:0], alone(0)))
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
@@ -176,13 +194,15 @@ def test_the_curve_its_area_and_the_sign_test(seed):
 def test_the_interval_of_an_area_is_newcombes_method_5(confidence, healthy, nodules, shift):
     numbers = generator(1, "ends", str(healthy))
     scores = numbers.normal(size=healthy), numbers.normal(shift, 1, nodules)
-    area, low, high = auc_interval(*scores, confidence)
+    units = both_alone(healthy, nodules)
+    area, low, high = auc_interval(*scores, units, confidence)
     assert_newcombe(area, (low, high), healthy, nodules, confidence)
     assert low < area <= high
     assert (high == 1.0) == (area == 1.0)
-    mirrored = auc_interval(-scores[0], -scores[1], confidence)
+    mirrored = auc_interval(-scores[0], -scores[1], units, confidence)
     assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
-    assert all(map(math.isnan, auc_interval(scores[0][:0], scores[1], confidence)))
+    units = both_alone(0, nodules)
+    assert all(map(math.isnan, auc_interval(scores[0][:0], scores[1], units, confidence)))
 
 
 def assert_newcombe(area, ends, m, n, confidence=0.95):
@@ -225,22 +245,12 @@ def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
 # Over clusters.
 
 
-def test_clusters_of_one_recording_change_nothing():
-    right, values, alone = np.arange(20) < 17, np.arange(20.0) % 7, places_of(20, 1)
-    assert rate_of(right, alone, 0.95) == rate_of(right, None, 0.95) == rate(17, 20, 0.95)
-    for interval in (mean_interval, median_interval):
-        assert interval(values, 0.95, alone) == interval(values, 0.95)
-    assert gain_interval(right, ~right, 0.95, alone) == gain_interval(right, ~right, 0.95)
-    others = Units.of_places(np.arange(20, 40))
-    others = Units(np.ones(20), others.clusters)
-    assert auc_interval(values, values + 1, 0.95, alone, others) == auc_interval(
-        values, values + 1, 0.95
-    )
-    # Two single recordings have an interval, and two clusters of several have none.
-    assert rate_of(right[:2], places_of(2, 1), 0.95) == rate(2, 2, 0.95)
-    assert rate_of(right[:4], places_of(2, 2), 0.95)[0] == 1.0
-    assert np.isnan(rate_of(right[:4], places_of(2, 2), 0.95)[1:]).all()
-    assert math.isnan(lower_bound(right[:4], places_of(2, 2)))
+def test_two_single_recordings_have_an_interval_and_two_clusters_of_several_have_none():
+    right = np.ones(4, dtype=bool)
+    assert rate_of(right[:2], alone(2), 0.95) == rate(2, 2, 0.95)
+    value, *ends = rate_of(right, places_of(2, 2), 0.95)
+    assert value == 1.0 and np.isnan(ends).all()
+    assert math.isnan(lower_bound(right, places_of(2, 2)))
 
 
 @pytest.mark.parametrize(
@@ -270,24 +280,13 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     # Kills: either rank off by one.
     values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
     clusters = places_of(10, 4)
-    median, low, high = median_interval(values, 0.95, clusters)
+    median, low, high = median_interval(values, clusters, 0.95)
     effective = effective_count(values < median, clusters, 0.95)
     _, least, most = rate(20, 40, 0.95, effective=effective)
     ordered = sorted(values)
     # The last value of a rank up to the lower end, and the one after the first beyond the upper.
     assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
     assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
-
-
-def test_repeated_values_tell_no_more_than_the_values_themselves():
-    values = generator(1, "repeated").normal(size=12)
-    repeated, clusters = np.repeat(values, 5), places_of(12, 5)
-    assert mean_interval(repeated, 0.95, clusters) == pytest.approx(
-        mean_interval(values, 0.95), rel=0.1
-    )
-    _, low, high = median_interval(repeated, 0.95, clusters)
-    plain = median_interval(repeated, 0.95)
-    assert low <= plain[1] and high >= plain[2] and high - low > plain[2] - plain[1]
 
 
 def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
@@ -299,7 +298,7 @@ def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
     variance = np.average((np.array(widened) - centre) ** 2, weights=weights)
     reach = normal_quantile(0.95) * math.sqrt(variance / (size + 2))
     expected = (gains.mean(), centre - reach, centre + reach)
-    assert gain_interval(0 * gains, gains, 0.95, clusters) == pytest.approx(expected)
+    assert gain_interval(0 * gains, gains, clusters, 0.95) == pytest.approx(expected)
 
 
 def test_each_place_weighs_the_same_in_every_measure():
@@ -307,16 +306,16 @@ def test_each_place_weighs_the_same_in_every_measure():
     units, values = Units.of_places(np.array([0, 0, 0, 1, 2, 3])), np.array([5.0, 5, 5, 1, 2, 4])
     once, nodule, grid = values[2:], np.array([0.0, 3.0, 4.5, 6.0]), np.linspace(0, 1, 21)
     assert units.weights.tolist() == [1 / 3] * 3 + [1] * 3
-    assert mean_interval(values, 0.95, units)[0] == pytest.approx(once.mean())
-    assert median_interval(values, 0.95, units)[0] == np.median(once)
-    assert gain_interval(0 * values, values / 5, 0.95, units)[0] == pytest.approx(once.mean() / 5)
+    assert mean_interval(values, units, 0.95)[0] == pytest.approx(once.mean())
+    assert median_interval(values, units, 0.95)[0] == np.median(once)
+    assert gain_interval(0 * values, values / 5, units, 0.95)[0] == pytest.approx(once.mean() / 5)
     assert rate_of(values > 3, units, 0.95)[0] == pytest.approx(0.5)
-    weights = units.weights, np.ones(4)
-    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule))
-    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once))
-    expected = height_at(once, nodule, grid)
+    weights, equal = (units.weights, np.ones(4)), weights_of(once, nodule)
+    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule, equal))
+    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once, equal))
+    expected = height_at(once, nodule, grid, equal)
     np.testing.assert_allclose(height_at(values, nodule, grid, weights), expected)
-    expected = height_at(nodule, once, grid)
+    expected = height_at(nodule, once, grid, equal)
     np.testing.assert_allclose(height_at(nodule, values, grid, weights[::-1]), expected)
     # Ten passes over one place are won once.
     first, second = (np.array(each) for each in ([1, 1] + [0] * 10, [0, 0] + [1] * 10))
@@ -341,18 +340,18 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
         clustered += of_mean**2
     factor = student_factor(5, 0.95) / max(clustered / alone, 1.0)
     units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
-    area, *ends = auc_interval(healthy, nodule, 0.95, *units)
+    area, *ends = auc_interval(healthy, nodule, units, 0.95)
     assert area == pytest.approx(below.mean())
     assert_newcombe(area, ends, 18 * factor, 10 * factor)
     # Weights count relative to each other.
     shared = [Units(each.weights / 3, each.clusters) for each in units]
-    assert auc_interval(healthy, nodule, 0.95, *shared) == pytest.approx((area, *ends))
+    assert auc_interval(healthy, nodule, shared, 0.95) == pytest.approx((area, *ends))
     # An area of 1 rests on the numbers of clusters, and two clusters of a kind tell nothing.
-    area, *ends = auc_interval(healthy, nodule + 99, 0.95, *units)
+    area, *ends = auc_interval(healthy, nodule + 99, units, 0.95)
     assert area == 1.0
     assert_newcombe(1.0, ends, 6 * student_factor(5, 0.95), 5 * student_factor(5, 0.95))
     few = Units(np.ones(18), of_healthy // 3)
-    assert np.isnan(auc_interval(healthy, nodule, 0.95, few, units[1])[1:]).all()
+    assert np.isnan(auc_interval(healthy, nodule, (few, units[1]), 0.95)[1:]).all()
 
 
 CLUSTERED = st.lists(
@@ -365,23 +364,21 @@ def test_every_interval_holds_its_value(values, others, clustered, level):
     (shares, clusters), (scores, more) = (np.array(each).T for each in (values, others))
     units, both = (Units.of_places(each.astype(int)) for each in (clusters, more))
     if not clustered:
-        units = both = None
-    of_area = [units, both] if clustered else []
-    area = auc_interval(shares, scores, level, *of_area)
+        units, both = both_alone(shares.size, scores.size)
+    area = auc_interval(shares, scores, (units, both), level)
     for value, low, high in (
         rate_of(shares, units, level),
-        gain_interval(0 * shares, shares, level, units),
-        gain_interval(shares, 0 * shares, level, units),
-        mean_interval(shares, level, units),
-        median_interval(shares, level, units),
+        gain_interval(0 * shares, shares, units, level),
+        gain_interval(shares, 0 * shares, units, level),
+        mean_interval(shares, units, level),
+        median_interval(shares, units, level),
         area,
     ):
         assert math.isnan(low) == math.isnan(high)
         assert math.isnan(low) or low <= value <= high
     assert clustered or 0 <= area[1] < area[2] <= 1
     bound = lower_bound(shares, units)
-    weights = None if units is None else units.weights
-    assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=weights)
+    assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)
 
 
 # How often they hold the truth.
@@ -401,11 +398,12 @@ def test_the_interval_of_a_rate_over_places_holds_the_truth(passes, truth, least
     places = np.repeat(np.arange(len(passes)), passes)
     numbers, units, runs = generator(1, "places", str(passes)), Units.of_places(places), 800
     inside = np.zeros(2)
-    alone = Units(np.ones(places.size), places) if passes[-1] == 15 else None
+    # Each recording weighs the same, or counts as a place of its own.
+    other = Units(np.ones(places.size), places) if passes[-1] == 15 else alone(places.size)
     for _ in range(runs):
         of_place = numbers.beta(truth, 1 - truth, len(passes))  # intra-cluster correlation 0.5
         right = numbers.random(places.size) < of_place[places]
-        for turn, each in enumerate((units, alone)):
+        for turn, each in enumerate((units, other)):
             _, low, high = rate_of(right, each, 0.95)
             inside[turn] += low <= truth <= high
     assert inside[0] / runs >= least and inside[1] / runs < plainly
@@ -422,5 +420,6 @@ def test_intervals_of_ratios_and_areas_hold_the_truth():
     for area in (0.6, 0.9, 0.98):
         drawn = numbers.normal(size=(300, 20)), numbers.normal(size=(300, 20))
         moved = norm.ppf(area) * math.sqrt(2)
-        ends = [auc_interval(a, b + moved, 0.95)[1:] for a, b in zip(*drawn, strict=True)]
+        both = both_alone(20, 20)
+        ends = [auc_interval(a, b + moved, both, 0.95)[1:] for a, b in zip(*drawn, strict=True)]
         assert np.mean([low <= area <= high for low, high in ends]) >= 0.92

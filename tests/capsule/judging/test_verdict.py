@@ -121,6 +121,19 @@ def test_a_probability_is_never_told_as_certain():
     assert told.endswith("> 99.9 %")
 
 
+@pytest.mark.parametrize(
+    ("scores", "advice"),
+    [
+        ((2.0, 3.0), "enough: nodule"),
+        ((0.0, 0.5), "enough: no nodule"),
+        ((2.0, 0.0), "pass again: "),
+    ],
+)
+def test_it_is_enough_if_all_detectors_say_the_same(scores, advice):
+    verdicts = {f"{n}": Verdict(float(score > 1), score, 1.0) for n, score in enumerate(scores)}
+    assert Judgement(CONFIGURATION, verdicts, Familiarity(True)).advice.startswith(advice)
+
+
 def test_the_final_verdict_says_why_there_is_none(tmp_path):
     *_, by_diagonal, by_taught, _ = (
         final_verdict(tmp_path, taught_by(healthy_scores=())).judge(NOISE).lines()

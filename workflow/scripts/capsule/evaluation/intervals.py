@@ -1,8 +1,8 @@
 """The intervals of rates, means, differences and areas, over recordings that may share a place.
 
 What is estimated is the rate at a new place. Each of m passes over a place weighs 1 / m, and passes
-over one place succeed or fail together. So each function takes the `Units` of the recordings.
-Without them, and if every cluster is of one recording, the recordings are independent.
+over one place succeed or fail together. So each function takes the `Units` of the recordings. If
+every cluster is of one recording, the recordings are independent.
 
 An interval is a value with its two ends. All three are NaN without a recording. The ends are NaN if
 there are too few recordings or clusters. The confidence is the level of the interval, such as 0.95.
@@ -58,10 +58,6 @@ class Units(NamedTuple):
         return Units(self.weights[some], self.clusters[some])
 
 
-def _weights(units: Units | None, count: int) -> FloatArray:
-    return np.ones(count) if units is None else units.weights
-
-
 def normal_quantile(confidence: float) -> float:
     """Return z, the standard deviations within which the confidence lies."""
     return NormalDist().inv_cdf(0.5 + confidence / 2)
@@ -84,10 +80,7 @@ def student_factor(clusters: int, confidence: float) -> float:
 
 
 def effective_count(
-    values: FloatArray | BoolArray,
-    units: Units | None,
-    confidence: float,
-    variance: float | None = None,
+    values: FloatArray | BoolArray, units: Units, confidence: float, variance: float | None = None
 ) -> float:
     """Return how many independent values tell as much about the weighted mean as these.
 
@@ -101,16 +94,16 @@ def effective_count(
     ----------
     values : (n,) array
         The values; for a rate, 1 for a hit and 0 for none.
-    units : Units, optional
-        The units of the values. If no two values share a cluster, the effective number is n. With
-        fewer clusters than `FEWEST_CLUSTERS`, it is NaN.
+    units : Units
+        The units of the values. If no two values share a cluster, the effective number is that of
+        independent values. With fewer clusters than `FEWEST_CLUSTERS`, it is NaN.
     confidence : float
         Level of the interval that is to be computed.
     variance : float, optional
         Variance of a single value; by default p (1 - p) of their mean p, as of a rate.
     """
-    if units is None or not values.size:
-        return values.size
+    if not values.size:
+        return 0.0
     weights, total = units.weights, units.weights.sum()
     labels, cluster_of = np.unique(units.clusters, return_inverse=True)
     independent = float(total**2 / np.sum(weights**2))
@@ -150,17 +143,16 @@ def rate(hits: float, count: float, confidence: float, effective: float | None =
     return share, min(low, share), max(high, share)
 
 
-def rate_of(right: FloatArray | BoolArray, units: Units | None, confidence: float) -> Interval:
+def rate_of(right: FloatArray | BoolArray, units: Units, confidence: float) -> Interval:
     """Return the weighted share of hits among recordings, and its Wilson interval.
 
     Each recording of ``right`` is 1 for a hit, 0 for none, or a share between.
     """
-    weights = _weights(units, right.size)
-    effective = effective_count(right, units, confidence)
+    effective, weights = effective_count(right, units, confidence), units.weights
     return rate(float((weights * right).sum()), float(weights.sum()), confidence, effective)
 
 
-def lower_bound(right: FloatArray | BoolArray, units: Units | None = None) -> float:
+def lower_bound(right: FloatArray | BoolArray, units: Units) -> float:
     """Return the one-sided 95 % lower bound of a rate, from Wilson's interval over clusters.
 
     A rate is reliably reached if this bound reaches it, not if the estimate does.
@@ -223,7 +215,7 @@ def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
     return difference / math.sqrt(variance)
 
 
-def mean_interval(values: FloatArray, confidence: float, units: Units | None = None) -> Interval:
+def mean_interval(values: FloatArray, units: Units, confidence: float) -> Interval:
     """Return a weighted mean and its Student interval.
 
     Over clusters, the standard error is that of `effective_count`, which already holds the factor
@@ -232,8 +224,8 @@ def mean_interval(values: FloatArray, confidence: float, units: Units | None = N
     count = values.size
     if count < 2:
         return (float(values[0]), math.nan, math.nan) if count else UNKNOWN
-    weights = _weights(units, count)
-    mean, total = float(np.average(values, weights=weights)), weights.sum()
+    weights, total = units.weights, units.weights.sum()
+    mean = float(np.average(values, weights=weights))
     off = (values - mean) ** 2
     deviation = math.sqrt(np.sum(weights * off) / (total - np.sum(weights**2) / total))
     size = effective_count(values, units, confidence, deviation**2)
@@ -244,7 +236,7 @@ def mean_interval(values: FloatArray, confidence: float, units: Units | None = N
     return mean, mean - reach, mean + reach
 
 
-def median_interval(values: FloatArray, confidence: float, units: Units | None = None) -> Interval:
+def median_interval(values: FloatArray, units: Units, confidence: float) -> Interval:
     """Return a weighted median and its interval, which holds for any distribution.
 
     The ends are two of the values. Over clusters, they are the values between which the Wilson
@@ -256,7 +248,7 @@ def median_interval(values: FloatArray, confidence: float, units: Units | None =
     order, count = np.argsort(values, kind="stable"), values.size
     ordered = values[order]
     # The rank of each value, counted from 1; 1 / m of a rank for each of m passes over a place.
-    ranks = np.cumsum(_weights(units, count)[order])
+    ranks = np.cumsum(units.weights[order])
     ranks *= count / ranks[-1]
     middle = ranks.searchsorted([count / 2 - _ROUNDING, count / 2 + _ROUNDING])
     median = float(ordered[middle].mean())
@@ -280,10 +272,7 @@ def median_interval(values: FloatArray, confidence: float, units: Units | None =
 
 
 def gain_interval(
-    before: FloatArray | BoolArray,
-    after: FloatArray | BoolArray,
-    confidence: float,
-    units: Units | None = None,
+    before: FloatArray | BoolArray, after: FloatArray | BoolArray, units: Units, confidence: float
 ) -> Interval:
     """Return the mean gain in correct verdicts of the same recordings, with its interval.
 
@@ -297,10 +286,10 @@ def gain_interval(
     """
     difference = np.asarray(after, dtype=np.float64) - before
     known = ~np.isnan(difference)
-    difference, units = difference[known], None if units is None else units.of(known)
+    difference, units = difference[known], units.of(known)
     if difference.size == 0:
         return UNKNOWN
-    weights = _weights(units, difference.size)
+    weights = units.weights
     value = float(np.average(difference, weights=weights))
     variance = float(np.average((difference - value) ** 2, weights=weights))
     effective = effective_count(difference, units, confidence, variance)
@@ -354,11 +343,7 @@ def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
     return max(math.ceil(count - 1e-9), 1)
 
 
-def auc(
-    healthy: FloatArray,
-    nodule: FloatArray,
-    weights: tuple[FloatArray, FloatArray] | None = None,
-) -> float:
+def auc(healthy: FloatArray, nodule: FloatArray, weights: tuple[FloatArray, FloatArray]) -> float:
     """Return the area under the ROC curve: how often a nodule scores above a healthy recording.
 
     Ties count half. The weights are those of the healthy recordings and of the nodules. The area is
@@ -366,7 +351,7 @@ def auc(
     """
     if healthy.size == 0 or nodule.size == 0:
         return math.nan
-    quiet, found = weights or (np.ones(healthy.size), np.ones(nodule.size))
+    quiet, found = weights
     twice = _twice_below(healthy, quiet, nodule)
     return float((found * twice).sum() / found.sum() / (2 * quiet.sum()))
 
@@ -386,13 +371,13 @@ def height_at(
     healthy: FloatArray,
     nodule: FloatArray,
     grid: FloatArray,
-    weights: tuple[FloatArray, FloatArray] | None = None,
+    weights: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """Return the true positive rate at no more than each false positive rate, (G,).
 
     The weights are those of the healthy recordings and of the nodules.
     """
-    quiet, found = weights or (np.ones(healthy.size), np.ones(nodule.size))
+    quiet, found = weights
     order = np.argsort(-healthy, kind="stable")
     alarms = np.cumsum(quiet[order])
     allowed = alarms.searchsorted(grid * quiet.sum() + _ROUNDING, "right")
@@ -406,11 +391,7 @@ def height_at(
 
 
 def auc_interval(
-    healthy: FloatArray,
-    nodule: FloatArray,
-    confidence: float,
-    healthy_units: Units | None = None,
-    nodule_units: Units | None = None,
+    healthy: FloatArray, nodule: FloatArray, units: tuple[Units, Units], confidence: float
 ) -> Interval:
     """Return the area under the ROC curve, and an interval that does not collapse at 0 or 1.
 
@@ -420,7 +401,7 @@ def auc_interval(
 
         V(A) = A (1 - A) / (m n) (1 + N (1 - A) / (2 - A) + N A / (1 + A)),  N = (m + n) / 2 - 1
 
-    With units, m and n are the independent numbers of `effective_count`, divided by the design
+    Of clusters, m and n are the independent numbers of `effective_count`, divided by the design
     effect, which is at least 1. It is the variance of the area from sums of its components over
     clusters (Obuchowski, Biometrics 53, 1997), divided by that without clusters (DeLong 1988). For
     an area of 0 or 1, m and n are the numbers of clusters. Both are multiplied by the
@@ -430,28 +411,22 @@ def auc_interval(
     ----------
     healthy, nodule : (m,), (n,) array
         Scores. Without any of a kind, all values are NaN.
+    units : (Units, Units)
+        The units of both kinds. A cluster may have recordings of both. The ends are NaN with fewer
+        than `FEWEST_CLUSTERS` of a kind, if any cluster has several recordings.
     confidence : float
         Level of the interval.
-    healthy_units, nodule_units : Units, optional
-        The units of the recordings. A cluster may have recordings of both kinds. The ends are NaN
-        with fewer than `FEWEST_CLUSTERS` of a kind, if any cluster has several recordings.
     """
-    if healthy_units is None or nodule_units is None:
-        healthy_units, nodule_units = (
-            Units(np.ones(size), np.arange(size) + start)
-            for size, start in ((healthy.size, 0), (nodule.size, healthy.size))
-        )
-    both = healthy_units, nodule_units
-    area = auc(healthy, nodule, (healthy_units.weights, nodule_units.weights))
+    area = auc(healthy, nodule, (units[0].weights, units[1].weights))
     if math.isnan(area):
         return UNKNOWN
-    m, n = (float(each.weights.sum() ** 2 / np.sum(each.weights**2)) for each in both)
-    kinds = [np.unique(each.clusters).size for each in both]
-    joined = np.concatenate([each.clusters for each in both])
+    m, n = (float(each.weights.sum() ** 2 / np.sum(each.weights**2)) for each in units)
+    kinds = [np.unique(each.clusters).size for each in units]
+    joined = np.concatenate([each.clusters for each in units])
     if np.unique(joined).size < joined.size:
         if min(kinds) < FEWEST_CLUSTERS:
             return area, math.nan, math.nan
-        effect = _effect_on_area(healthy, nodule, both)
+        effect = _effect_on_area(healthy, nodule, units)
         m, n = (m / effect, n / effect) if effect else (float(kinds[0]), float(kinds[1]))
         factor = student_factor(min(kinds), confidence)
         m, n = m * factor, n * factor

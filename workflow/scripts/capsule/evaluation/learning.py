@@ -209,5 +209,5 @@ def _rate_rows(
             taught_of_size=sum(n for size, n in counts.items() if first <= size <= last),
             judged=len(known),
             rate=rate_over(known, confidence),
-            gain=gain_interval(right, after, confidence, units_of(of_range)),
+            gain=gain_interval(right, after, units_of(of_range), confidence),
         )

@@ -25,7 +25,7 @@ from capsule.evaluation.intervals import (
     effective_count,
     gain_interval,
     height_at,
-    rate_of,
+    rate,
     ratio_interval,
 )
 from capsule.evaluation.learning import COLUMNS as LEARNING
@@ -179,7 +179,7 @@ def _area(healthy: RecordArray, nodules: RecordArray, confidence: float) -> Inte
     """Return the area under the ROC curve of the scores of recordings of both kinds."""
     unit = cluster_unit(healthy, nodules)
     units = units_of(healthy, unit), units_of(nodules, unit)
-    return auc_interval(healthy["score"], nodules["score"], confidence, *units)
+    return auc_interval(healthy["score"], nodules["score"], units, confidence)
 
 
 def found_at(rows: RecordArray, specificity: float) -> float:
@@ -314,8 +314,8 @@ def comparisons(
 ) -> Iterator[Cells]:
     """Yield the comparison of every two detectors on the same recordings, for each measure.
 
-    ``only_first`` and ``only_second`` are numbers of recordings that only this detector judges
-    correctly. ``difference`` is that of the rates, second minus first, from `gain_interval`.
+    ``difference`` is that of the rates of correct verdicts, second minus first, from
+    `gain_interval`.
     """
     for (one, first), (other, second) in combinations(of_scheme.items(), 2):
         for measure, mark in (("detection", "right"), ("size_within_tolerance", "within")):
@@ -333,9 +333,7 @@ def comparisons(
                     measure=measure,
                     size_mm=size_mm,
                     recordings=len(rows),
-                    only_first=int(np.sum(right[0] & ~right[1])),
-                    only_second=int(np.sum(right[1] & ~right[0])),
-                    difference=gain_interval(*right, rules["confidence"], units),
+                    difference=gain_interval(*right, units, rules["confidence"]),
                     mcnemar_p=sign_test(*right, units),
                 )
 
@@ -370,7 +368,7 @@ def retests(scheme: str, of_scheme: Mapping[str, RecordArray], rules: Settings) 
         for count in rules["passes"] if several else ():
             judged = detections_by_passes(table, detector, count, rules["specificity"])
             for size_mm, found in judged.groupby("size_mm")["detected"]:
-                detected = rate_of(found.to_numpy(), None, rules["confidence"])
+                detected = rate(int(found.sum()), found.size, rules["confidence"])
                 key = {"detector": detector, "scheme": scheme, "passes": count}
                 yield with_ends(**key, size_mm=size_mm, sites=found.size, detected=detected)
 

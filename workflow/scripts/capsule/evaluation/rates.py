@@ -256,20 +256,20 @@ def sizing(rows: RecordArray, rules: Settings) -> Iterator[Cells]:
         detected = with_value(nodules, "estimate_mm")
         error = detected["estimate_mm"] - detected["size_mm"]
         row |= {"detected": len(detected), "detected_clusters": clusters_of(detected)}
-        row["bias_mm"] = mean_interval(error, level, units_of(detected))
+        row["bias_mm"] = mean_interval(error, units_of(detected), level)
         row["absolute_error_mm"] = _absolute_error(error, detected, level)
         error = nodules["location_mm"] - nodules["nodule_at_mm"]
         of_located = nodules["found"] & ~np.isnan(error)
         located, error = nodules[of_located], error[of_located]
         row |= {"located": len(located), "located_clusters": clusters_of(located)}
-        row["location_error_mm"] = median_interval(np.abs(error), level, units_of(located))
-        row["location_bias_mm"] = mean_interval(error, level, units_of(located))
+        row["location_error_mm"] = median_interval(np.abs(error), units_of(located), level)
+        row["location_bias_mm"] = mean_interval(error, units_of(located), level)
         yield cells_over(nodules, **row)
 
 
 def _absolute_error(error: FloatArray, rows: RecordArray, confidence: float) -> Interval:
     """Return the mean absolute error with its interval, which does not reach below 0."""
-    value, low, high = mean_interval(np.abs(error), confidence, units_of(rows))
+    value, low, high = mean_interval(np.abs(error), units_of(rows), confidence)
     # NaN stays NaN as the first argument.
     return value, max(low, 0.0), high
 
