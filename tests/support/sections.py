@@ -1,14 +1,50 @@
-"""Render single sections of the page, for tests of their words."""
+"""Put together and render sections of the page, for tests of what they say."""
 
 import html
+from dataclasses import replace
 
+import pandas as pd
+import yaml
+
+from capsule.evaluation import columns, learning
+from capsule.page import sections
 from capsule.page.files import read_frame
 from capsule.page.render import environment
+from capsule.page.tables import Tables
+from capsule.store import files
+from support.evaluated import DETECTIONS, index_of, read_paper
 from support.project import ROOT
+from support.stored import StoredResults
+
+REPORT = ROOT / "workflow" / "report"
+CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
+
+
+def page_of(evaluation, *rows, settings=CONFIG):
+    """Return what the page says of an evaluation and of recordings without signals.
+
+    The rows are those of `support.evaluated.index_of`.
+    """
+    without_rows = {name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()}
+    tables = Tables(
+        index=index_of(*rows),
+        settings=settings,
+        passed_over=pd.DataFrame(columns=["path", "reason"]),
+        detections=DETECTIONS,
+        sites=pd.DataFrame(columns=columns.SITES),
+        templates=[],
+        evaluation=replace(evaluation, tables={**without_rows, **evaluation.tables}),
+        learning=pd.DataFrame(columns=learning.COLUMNS),
+        benches=files.read_csv(REPORT / "benches.csv"),
+        references=(REPORT / "references.bib").read_text(encoding="utf-8"),
+    )
+    page = sections.page_values(tables, StoredResults(), SCHEMA, read_paper())
+    # The page takes them once, while it is written; a test looks at them several times.
+    return page | {"evidence": list(page["evidence"])}
 
 
 def section(name, **page):
     """Return a section as the browser shows its texts, with its tags."""
-    templates = read_frame(ROOT / "workflow" / "report").templates
-    template = environment(templates).get_template(f"sections/{name}.html.j2")
+    template = environment(read_frame(REPORT).templates).get_template(f"sections/{name}.html.j2")
     return html.unescape(template.render(page=page))

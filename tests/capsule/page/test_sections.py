@@ -3,50 +3,20 @@
 import datetime
 import json
 import re
-from dataclasses import replace
 
-import pandas as pd
 import pytest
-import yaml
 
 from capsule.engine import folder
 from capsule.engine.project_state import ProjectState
-from capsule.evaluation import columns, learning
 from capsule.page import files as page_files
-from capsule.page import provenance, sections, surveys
+from capsule.page import provenance, surveys
 from capsule.page.render import render_page
-from capsule.page.tables import Tables
-from capsule.store import files
-from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
-from support.project import ROOT
-from support.stored import StoredResults
+from support.evaluated import UNKNOWN, evaluated
+from support.sections import REPORT, page_of
 
-CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
-SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
 # As long as the keys of `capsule.engine.keys`.
 KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
-
-
-def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
-    """Put together what the page says of some recordings, each without signals."""
-    judged = evaluated(verdicts, sizes_mm)
-    without_rows = {name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()}
-    tables = Tables(
-        index=index_of(*rows),
-        settings=CONFIG,
-        passed_over=pd.DataFrame(columns=["path", "reason"]),
-        detections=detections,
-        sites=pd.DataFrame(verdicts_on_places, columns=columns.SITES),
-        templates=[],
-        evaluation=replace(judged, tables={**without_rows, **judged.tables}),
-        learning=pd.DataFrame(columns=learning.COLUMNS),
-        benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
-        references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
-    )
-    page = sections.page_values(tables, StoredResults(), SCHEMA, read_paper())
-    # The page takes them once, while it is written; a test looks at them several times.
-    return page | {"evidence": list(page["evidence"])}
 
 
 def filled(page):
@@ -54,28 +24,15 @@ def filled(page):
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
     state, versions = ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
-    made |= {"key": KEY}
-    frame = page_files.read_frame(ROOT / "workflow" / "report")
-    none = surveys.page_values([], {})
-    return "".join(
-        render_page(
-            frame,
-            {
-                **page,
-                "figure": lambda name: "data:,",
-                "shipped_figure": lambda name: "data:,",
-                "surveys": none,
-                **made,
-            },
-        )
-    )
+    made |= dict.fromkeys(("figure", "shipped_figure"), lambda name: "data:,")
+    made |= {"key": KEY, "surveys": surveys.page_values([], {})}
+    return "".join(render_page(page_files.read_frame(REPORT), page | made))
 
 
 @pytest.fixture(scope="module")
 def small():
-    return values(
-        [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)],
-        (0.0, 2.0, 3.0),
+    return page_of(
+        evaluated([("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)]),
         ["0mm/a", 0.0, "accepted", UNKNOWN, EVIL, "aa", 70.0],
         ["2mm/a", 2.0, "accepted", UNKNOWN, EVIL, "bb", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, UNKNOWN, UNKNOWN],
@@ -122,7 +79,7 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
             for name, size, _ in archive
         ]
         rows.append(["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "phantom", "zz", 70.0])
-        pages[healthy] = filled(values(archive, (0.0, 1.0), *rows))
+        pages[healthy] = filled(page_of(evaluated(archive, (0.0, 1.0)), *rows))
     sound, confounded = pages.values()
     assert 'id="confounded"' not in sound and "Reliably found" in sound
     warning = confounded.partition('id="confounded"')[2].partition("</div>\n</div>")[0]
@@ -143,7 +100,7 @@ def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate()
 
 
 def test_of_an_empty_archive_the_page_says_so():
-    page = values([], (0.0,))
+    page = page_of(evaluated([], (0.0,)))
     assert page["evidence"] == page["recordings"] == []
     text = filled(page)
     assert "There are no recordings under <code>raw/</code>." in text
