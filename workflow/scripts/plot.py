@@ -34,7 +34,7 @@ def main() -> None:
             continue
         wave = wave_of(values, rate_hz, settings["diagonal"])
         stretches = score_stretches(scorer, series_of(wave))
-        drawn[name] = plot_data(name, values, wave, checks[name], stretches, rate_hz, settings)
+        drawn[name] = plot_data(name, values, wave, checks[name], stretches, settings)
     files.write_json(arguments.output, drawn)
     print(f"{len(drawn)} recordings collected")
 

@@ -13,7 +13,6 @@ from capsule.method.particle import Particle, render
 from capsule.method.sliding import rmse_at_lag
 from capsule.page.evidence import (
     EVIDENCE,
-    StoredRecordings,
     archive_evidence,
     evidence_among_others,
     in_words,
@@ -22,11 +21,9 @@ from capsule.page.evidence import (
 )
 from capsule.page.packing import deflated, inflated, to_json
 from capsule.page.plot_data import plot_data
-from capsule.store import files
-from capsule.store.results import FITS, PLOT_DATA, Results
 from support.evaluated import UNKNOWN
 from support.project import ROOT
-from support.stored import StoredResults, rows_of
+from support.stored import StoredResults
 from support.synthetic import make_recording
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
@@ -45,15 +42,8 @@ def test_1200_recordings_of_full_length_stay_below_8_megabytes():
     beats = int(525 / 32 * WINDOWS_A_WAVE)
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
     check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
-    made = plot_data(
-        "3mm/r01",
-        values,
-        wave_of(values, 10.0, SETTINGS["diagonal"]),
-        check,
-        stretches,
-        10.0,
-        SETTINGS,
-    )
+    wave = wave_of(values, 10.0, SETTINGS["diagonal"])
+    made = plot_data("3mm/r01", values, wave, check, stretches, SETTINGS)
     assert None not in inflated(made["drawn"]).values()
     added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), 1000)
     assert None not in added.values()
@@ -160,42 +150,3 @@ def test_a_particle_is_drawn_where_the_comparison_found_it():
     lag = min(range(1, 2 * LENGTH + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
     values = surface(two_sensors(1.0), U, lag, LENGTH)
     assert np.allclose(drawn(values, 2, 100), matrix[:, :100], atol=1e-4)
-
-
-PARAMETERS = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
-RECORDINGS = {"0mm/r01": "", "3mm/r01": "", "3mm/r02": "there is no wave", "unlabelled/p": ""}
-
-
-@pytest.fixture
-def stored(tmp_path):
-    rows = [
-        {
-            "recording": name,
-            "size_mm": "" if name.startswith("unlabelled") else float(name[0]),
-            "status": "accepted",
-            "no_verdict": no_verdict,
-        }
-        for name, no_verdict in RECORDINGS.items()
-    ]
-    columns = [*rows[0], "near_copies", "site", "session", "readings_sha256"]
-    blank = dict.fromkeys(columns, "")
-    files.write_csv(tmp_path / "recordings.csv", columns, [blank | row for row in rows])
-    results = Results(tmp_path, rows_of(RECORDINGS))
-    for name, no_verdict in RECORDINGS.items():
-        # Also where a fit was asked for by hand.
-        parameters = {key: [1.0] * length for key, length in PARAMETERS.items()}
-        fit = {"recording": name, "lag": 7, "parameters": None if no_verdict else parameters}
-        files.write_json(results.file(FITS, name), fit)
-        drawn = {each: {"quality": f"{each}: no gap", "drawn": each} for each in RECORDINGS}
-        files.write_json(results.file(PLOT_DATA, name), drawn)
-    return StoredRecordings(results, SETTINGS)
-
-
-def test_every_recording_has_its_signals_and_a_nodule_of_known_size_its_fit(stored):
-    for name in RECORDINGS:
-        assert stored.described[name] == {"quality": f"{name}: no gap", "drawn": name}
-    # Without a wave there is none, even where one was asked for by hand.
-    assert [name for name in RECORDINGS if stored.fit(name)] == ["3mm/r01"]
-    numbers, particle = stored.fit("3mm/r01")
-    assert numbers["lag"] == 7
-    np.testing.assert_array_equal(particle.peak_spacing, np.ones(3))

@@ -37,15 +37,8 @@ def wave_readings(samples=800, deeper=0.0, sensors=4):
 
 def evidence_of(values, check=CHECK, stretches=None, **shape):
     settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | shape}
-    made = plot_data(
-        "3mm/r01",
-        values,
-        wave_of(values, 10.0, settings["diagonal"]),
-        check,
-        stretches,
-        10.0,
-        settings,
-    )
+    wave = wave_of(values, 10.0, settings["diagonal"])
+    made = plot_data("3mm/r01", values, wave, check, stretches, settings)
     assert made["quality"] == "no gap, no loose sensor"
     assert made["measures"]["rail"] == check["at_ends"]
     return inflated(made["drawn"])

@@ -27,7 +27,6 @@ def plot_data(
     wave: Wave | None,
     check: Row,
     stretches: tuple[float, FloatArray] | None,
-    rate_hz: float,
     settings: Settings,
 ) -> Cells:
     """Return what the page shows of one recording alone; what is drawn is deflated JSON.
@@ -35,11 +34,9 @@ def plot_data(
     The (S, K) values lie on an even grid in time, and `stretches` are from
     `capsule.detectors.occlusion.score_stretches`. What is not known is None.
     """
-    shape, diagonal = settings["preprocessing"], settings["diagonal"]
-    threshold = shape["threshold"]
-    run = preprocess_run(
-        name, "", values, rate_hz=rate_hz, window=shape["window"], threshold=threshold
-    )
+    rate_hz, diagonal = settings["recording"]["rate_hz"], settings["diagonal"]
+    window, threshold = (settings["preprocessing"][key] for key in ("window", "threshold"))
+    run = preprocess_run(name, "", values, rate_hz=rate_hz, window=window, threshold=threshold)
     every = max(1, -(-run.time_s.size // SMOOTH_POINTS))
     beats, gut = along_gut(wave, rate_hz, diagonal) or (None, None)
     facts = {"File": f"raw/{name}.csv", "SHA-256": check["sha256"]}
