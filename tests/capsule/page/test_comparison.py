@@ -9,6 +9,7 @@ from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison
 from capsule.seeding import generator
+from support.verdicts import index_of, verdicts
 
 SETTINGS = {
     "detectors": ["template", "diagonal"],
@@ -26,58 +27,40 @@ UNKNOWN = float("nan")
 SCHEMES = ["leave_one_out", "resubstitution"]
 
 
-def verdicts(detector, scheme="leave_one_out", false_alarms=5, probability=False):
+def judged(detector, scheme="leave_one_out", false_alarms=5, probability=False):
     """Judge 10 healthy recordings and 10 each of 1 and 3 mm; only the healthy ones are mistaken."""
-    numbers = generator(1, "comparison", detector)
     size_mm = np.repeat([0.0, 1.0, 3.0], 10)
-    predicted_mm = np.concatenate(
-        [np.ones(false_alarms), np.zeros(10 - false_alarms), size_mm[10:]]
+    alarms = np.arange(30) < false_alarms
+    predicted_mm = size_mm + alarms
+    score = size_mm + generator(1, "comparison", detector).normal(0, 0.5, 30)
+    return verdicts(
+        zip(size_mm, predicted_mm, strict=True),
+        detector,
+        scheme,
+        score=score,
+        threshold=0.5,
+        probability=1 / (1 + np.exp(-score)) if probability else np.nan,
+        estimate_mm=np.where(predicted_mm > 0, predicted_mm + 0.2, np.nan),
+        location_mm=np.where(predicted_mm > 0, 4.0, np.nan),
     )
-    score = size_mm + numbers.normal(0, 0.5, 30)
-    found = predicted_mm > 0
-    columns = {
-        "recording": [f"{size:g}mm/r{place}" for place, size in enumerate(size_mm)],
-        "detector": detector,
-        "scheme": scheme,
-        "size_mm": size_mm,
-        "predicted_mm": predicted_mm,
-        "score": score,
-        "threshold": 0.5,
-        "probability": 1 / (1 + np.exp(-score)) if probability else np.nan,
-        "estimate_mm": np.where(found, predicted_mm + 0.2, np.nan),
-        "estimate_low_mm": np.nan,
-        "estimate_high_mm": np.nan,
-        "location_mm": np.where(found, 4.0, np.nan),
-    }
-    return pd.DataFrame(columns)
 
 
-def judgements(*of_scheme, where=None):
-    """Make all tables, as the rule evaluate does."""
-    if not of_scheme:
-        return {name: pd.DataFrame(columns=each) for name, each in COLUMNS.items()}
-    predictions = pd.concat(of_scheme)
-    rows = {
-        name: {"site": "", "near_copies": "", "nodule_at_mm": str((where or {}).get(name, ""))}
-        for name in predictions["recording"]
-    }
-    return measure_tables(predictions, [0.0], SETTINGS["evaluation"], rows)
-
-
-def compared(*of_scheme, schemes=SCHEMES, where=None):
-    return comparison.page_values(
-        judgements(*of_scheme, where=where), schemes, SETTINGS, "diagonal"
-    )
+def compared(*of_scheme, schemes=SCHEMES, where=("",) * 30):
+    """Compare the detectors from all tables, as the rule evaluate makes them."""
+    tables = {name: pd.DataFrame(columns=each) for name, each in COLUMNS.items()}
+    if of_scheme:
+        index = index_of(of_scheme[0], nodule_at_mm=where)
+        tables = measure_tables(pd.concat(of_scheme), [0.0], SETTINGS["evaluation"], index)
+    return comparison.page_values(tables, schemes, SETTINGS, "diagonal")
 
 
 @pytest.fixture(scope="module")
 def pages():
     """Return what is compared by leaving places out, and on held-out sessions."""
-    both = verdicts("template"), verdicts("diagonal", false_alarms=1, probability=True)
-    held_out = [verdicts("template", "held_out", 5), verdicts("diagonal", "held_out", 1)]
-    where = {f"3mm/r{place}": 3.0 for place in range(20, 30)}
+    both = judged("template"), judged("diagonal", false_alarms=1, probability=True)
+    held_out = [judged("template", "held_out", 5), judged("diagonal", "held_out", 1)]
     return {
-        "leave_one_out": compared(*both, where=where),
+        "leave_one_out": compared(*both, where=[*[""] * 20, *[3.0] * 10]),
         "held_out": compared(*held_out, schemes=["held_out"]),
     }
 
@@ -131,7 +114,7 @@ def test_the_probability_is_compared_with_stating_the_prevalence(pages):
 
 def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
     schemes = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
-    of_each = [verdicts("template", name, alarms) for alarms, name in enumerate(schemes)]
+    of_each = [judged("template", name, alarms) for alarms, name in enumerate(schemes)]
     tables = compared(*of_each, schemes=schemes)["compared"]
     first = {each["title"]: each["groups"][0]["rows"][0]["cells"][0]["text"] for each in tables}
     assert list(first.items()) == [
@@ -142,7 +125,7 @@ def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
 
 
 def test_a_detector_without_a_verdict_is_named_and_without_any_nothing_is_compared():
-    assert compared(verdicts("template"))["silent"] == ["diagonal"]
+    assert compared(judged("template"))["silent"] == ["diagonal"]
     assert compared()["compared"] == []
     assert compared()["silent"] == ["template", "diagonal"]
 
@@ -156,33 +139,27 @@ def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
 
 
 @pytest.mark.parametrize(
-    ("value", "low", "high", "cell"),
+    ("value", "low", "cell"),
     [
-        (0.251, -0.1, 0.6, (0.251, "0.25 mm", "\u22120.10 to 0.60 mm")),
-        (0.251, UNKNOWN, UNKNOWN, (0.251, "0.25 mm", "")),
-        (UNKNOWN, UNKNOWN, UNKNOWN, (None, words.UNKNOWN, "")),
+        (0.251, -0.1, ("0.25 mm", "\u22120.10 to 0.60 mm")),
+        (0.251, UNKNOWN, ("0.25 mm", "")),
+        (UNKNOWN, UNKNOWN, (words.UNKNOWN, "")),
     ],
 )
-def test_a_number_has_its_unit_and_its_interval(value, low, high, cell):
-    row = {"bias_mm": value, "bias_mm_low": low, "bias_mm_high": high}
+def test_a_number_has_its_unit_and_its_interval(value, low, cell):
+    row = {"bias_mm": value, "bias_mm_low": low, "bias_mm_high": 0.6}
     made = comparison.number_cell(row, "bias_mm", " mm")
-    assert (made["value"], made["text"], made["interval"]) == cell
+    assert (made["text"], made["interval"]) == cell
     assert comparison.difference({"difference": UNKNOWN})["text"] == words.UNKNOWN
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
     rates = dict(zip(comparison.RATES, ("0.95", "0.1", "0.4"), strict=True))
     rows = [
-        {"detector": detector, "part": part, "of the benches the": which, "bench": "steep", **rates}
+        {"detector": detector, "part": part, "of the benches the": "worst", "bench": part, **rates}
         for detector in ("diagonal", "other")
         for part in ("chose", "judged only")
-        for which in ("worst", "best")
     ]
-    shown = comparison.bench_values(rows, ["diagonal", "template"])["bench_rows"]
-    rates = ["95 %", "10 %", "40 %"]
-    assert shown == [
-        {"detector": "diagonal", "which": which, "bench": "steep", "rates": rates}
-        for which in ("worst", "best")
-    ]
-    without = [{name: text for name, text in row.items() if name != "part"} for row in rows]
-    assert comparison.bench_values(without, ["diagonal"]) == {"bench_rows": []}
+    (shown,) = comparison.bench_values(rows, ["diagonal", "template"])["bench_rows"]
+    assert (shown["detector"], shown["bench"]) == ("diagonal", "judged only")
+    assert shown["rates"] == ["95 %", "10 %", "40 %"]

@@ -5,7 +5,7 @@ import pytest
 
 from capsule import words
 from capsule.evaluation.lead import Lead
-from capsule.page import detector_sections
+from capsule.page import cells, detector_sections
 from support.evaluated import UNKNOWN, evaluated, rates_of
 from support.project import ROOT
 
@@ -39,3 +39,20 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     judged = table[table["predicted_mm"].notna()]
     first, _ = detector_sections.confusion_rows(judged, "leave_one_out", [0.0, 2.0])
     assert len(first["cells"]) == 2
+
+
+def test_a_rate_that_nobody_counted_is_not_a_number():
+    point = {"rate": UNKNOWN, "low": UNKNOWN, "high": UNKNOWN}
+    assert cells.rate_cell(point, "leave_one_out")["text"] == "not known"
+    assert cells.rate_cell(None, "paper")["text"] == "not given"
+
+
+def test_more_passes_are_rows_and_sizes_are_columns():
+    key = {"detector": "diagonal", "detected_low": 0.1, "detected_high": 0.9, "sites": 4}
+    judged = [(1, 0.0), (1, 2.0), (2, 0.0)]
+    rows = [key | {"passes": n, "size_mm": size, "detected": n / 4} for n, size in judged]
+    made = cells.retest_rows(pd.DataFrame(rows))
+    assert made["sizes"] == ["no nodule", "2 mm"]
+    assert [row["passes"] for row in made["rows"]] == [1, 2]
+    assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
+    assert cells.retest_rows(pd.DataFrame(columns=["detector"]))["rows"] == []
