@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 from capsule.evaluation import paper
-from capsule.evaluation.columns import RATES
+from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
@@ -29,6 +29,7 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from support.synthetic import make_recording
+from support.verdicts import verdicts
 
 pytestmark = pytest.mark.takes(0.1)
 
@@ -36,24 +37,14 @@ SCHEMES = ["leave_one_out", "resubstitution"]
 WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
 
 
-def verdict_rows(verdicts, detector="template"):
-    """Make rows of pairs of true and predicted size, the same under both schemes."""
-    return [
-        {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
-        | {"score": predicted, "threshold": 0.0}
-        for scheme in SCHEMES
-        for true, predicted in verdicts
-    ]
+def judged(pairs, detector="template"):
+    """Return verdicts on pairs of true and predicted size, the same under both schemes."""
+    return pd.concat([verdicts(pairs, detector, scheme, threshold=0.0) for scheme in SCHEMES])
 
 
-def judged(verdicts, sizes_mm):
-    """Judge the verdicts of one detector."""
-    return tables_of(verdict_rows(verdicts), sizes_mm)
-
-
-def tables_of(rows, sizes_mm):
+def tables_of(predictions, sizes_mm):
     rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.95, "prevalence": 0.1}
-    return measure_tables(pd.DataFrame(rows), sizes_mm, rules, names=[*RATES, "summary"])
+    return measure_tables(predictions, sizes_mm, rules, names=[*RATES, "summary"])
 
 
 VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]
@@ -139,7 +130,7 @@ def test_contour_levels_reach_the_highest_value():
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    table = paper.sizing_points(judged(VERDICTS, SIZES)["sizing"])
+    table = paper.sizing_points(tables_of(judged(VERDICTS), SIZES)["sizing"])
     panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
     figure = draw_rates(table, panels, SIZES[1:], "size (mm)", ["template"], width)
     exact, within = figure.axes
@@ -157,16 +148,15 @@ HALF_RIGHT = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0)]
 ALL_RIGHT = [(0, 0), (0, 0), (2.5, 2.5), (2.5, 2.5)]
 
 
-def rates_inputs(lead, **verdicts):
+def rates_inputs(lead, **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
-    rows = [row for name, pairs in verdicts.items() for row in verdict_rows(pairs, name)]
-    predictions = pd.DataFrame(rows).assign(rmse_0mm=0.0, **{"rmse_2.5mm": 0.0})
-    printed = printed_tables(PRINTED, 0.95)
-    evaluation = Evaluation(predictions, tables_of(rows, [0.0, 2.5]), printed)
+    predictions = pd.concat([judged(pairs, name) for name, pairs in of_detectors.items()])
+    predictions = predictions.assign(rmse_0mm=0.0, **{"rmse_2.5mm": 0.0})
+    tables = tables_of(predictions, [0.0, 2.5])
+    evaluation = Evaluation(predictions, tables, printed_tables(PRINTED, 0.95))
     rules = {"schemes": SCHEMES, "confidence": 0.95, "tolerance_mm": 1.0}
-    return SimpleNamespace(
-        evaluation=evaluation, settings={"evaluation": rules, "report": {"lead": lead}}
-    )
+    settings = {"evaluation": rules, "report": {"lead": lead}}
+    return SimpleNamespace(evaluation=evaluation, settings=settings)
 
 
 @pytest.mark.parametrize(
@@ -178,10 +168,8 @@ def rates_inputs(lead, **verdicts):
         ("best", {}, ["template"]),
     ],
 )
-@pytest.mark.parametrize("name", ["detection", "sizing", "confusion"])
-def test_rates_show_the_leading_detector_the_papers_and_the_paper(name, lead, others, expected):
-    inputs = rates_inputs(lead, template=HALF_RIGHT, **others)
-    rows = series_rows(inputs, name)
+def test_rates_show_the_leading_detector_the_papers_and_the_paper(lead, others, expected):
+    rows = series_rows(rates_inputs(lead, template=HALF_RIGHT, **others), "detection")
     series = list(rows[["detector", "scheme"]].drop_duplicates().itertuples(index=False, name=None))
     assert series == [*((each, "leave_one_out") for each in expected), ("paper", "paper")]
 
@@ -200,33 +188,16 @@ def test_the_legend_names_detector_and_scheme(width):
 
 
 # Machado et al. (2009), severity 1: what a reader without the long or the medium cones sees.
-COLOUR_BLIND = {
-    "protanopia": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "deuteranopia": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.011820, 0.042940, 0.968881],
-    ],
-}
+COLOUR_BLIND = (
+    [[0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520]],
+    [[0.3673, 0.8607, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689]],
+)
+IN_GREY = [[0.2126, 0.7152, 0.0722]]
 
 
-def linear(colour):
-    """Return the linear RGB of a colour."""
-    part = np.array(to_rgb(colour))
-    return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-
-
-def lab(rgb):
-    """Return L, a and b (D65) of linear RGB."""
-    to_xyz = np.array(
-        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
-    )
-    x, y, z = np.cbrt(to_xyz @ rgb / (to_xyz @ np.ones(3)))
-    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+def seen(look, sight):
+    """Return the components of a look's colour as an eye of such a sight sees them, 0 to 1."""
+    return np.clip(np.array(sight) @ np.array(to_rgb(look["color"])) ** 2.2, 0, 1) ** (1 / 2.2)
 
 
 def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
@@ -236,34 +207,28 @@ def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
         for one, other in combinations(shown, 2):
             shapes = [(each["marker"], each.get("markerfacecolor")) for each in (one, other)]
             assert shapes[0] != shapes[1]
-            for sight in COLOUR_BLIND.values():
-                first, second = (
-                    lab(np.clip(sight @ linear(each["color"]), 0, 1)) for each in (one, other)
-                )
-                assert np.linalg.norm(first - second) > 10
+            for sight in COLOUR_BLIND:
+                assert np.linalg.norm(seen(one, sight) - seen(other, sight)) > 0.15
     # In grey, where the detector that leads on the simulated archive does.
-    grey = [lab(linear(looks[name]["color"]))[0] for name in ("taught", "template", "paper")]
-    assert min(np.diff(grey)) > 8
+    grey = [seen(looks[name], IN_GREY).item() for name in ("taught", "template", "paper")]
+    assert min(np.diff(grey)) > 0.08
 
 
 def curves(detectors, sizes=(np.nan, 1.0)):
     """Make tables as capsule.evaluation.measures does: curves, and rates with the baseline's."""
+    key = {"scheme": "leave_one_out"}
     roc = [
-        {
-            "detector": name, "scheme": "leave_one_out", "size_mm": size,
-            "false_positive_rate": rate, "true_positive_rate": rate**power,
-        }
+        key | {"detector": name, "size_mm": size}
+        | {"false_positive_rate": rate, "true_positive_rate": rate**power}
         for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
     ]  # fmt: skip
     summary = [
-        {"detector": name, "scheme": "leave_one_out", "size_mm": size}
-        | {"specificity": 0.75, "sensitivity": 0.5}
+        key | {"detector": name, "size_mm": size, "specificity": 0.75, "sensitivity": 0.5}
         for name in [*detectors, ALWAYS]
         for size in sizes
     ]
-    columns = ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"]
-    roc = pd.DataFrame(roc, columns=None if roc else columns)
-    return curve_table(roc, pd.DataFrame(summary), "leave_one_out")
+    table = pd.DataFrame(roc, columns=None if roc else COLUMNS["roc"])
+    return curve_table(table, pd.DataFrame(summary), "leave_one_out")
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -307,7 +272,7 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
 
 
 def rates_of_no_healthy(verdicts=((2.5, 2.5), (6, 6))):
-    table = paper.negative_points(judged(verdicts, SIZES)["confusion"])
+    table = paper.negative_points(tables_of(judged(verdicts), SIZES)["confusion"])
     return draw_rates(table, {"classified": "verdicts"}, SIZES, "size (mm)", ["template"])
 
 
