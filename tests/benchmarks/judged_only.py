@@ -15,7 +15,7 @@ from capsule.arrays import FloatArray, IntArray
 from capsule.phantom.contact import shaped_noise
 from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.sensor import counts, resistance
+from capsule.phantom.sensor import Sensors, counts
 from capsule.phantom.simulation import Run
 from capsule.phantom.wall import wave_period
 from capsule.seeding import generator
@@ -52,7 +52,8 @@ class Passed(NamedTuple):
         The sensors are those of the usual bench: the same rest values, drift and noise.
         """
         numbers = generator(self.seed, "phantom", self.site, "1", "sensor")
-        return resistance(self.phantom.sensor, numbers, compression_mm, self.rate_hz)
+        sensors = Sensors(self.phantom.sensor, numbers, compression_mm.shape, self.rate_hz)
+        return sensors.resistance(compression_mm)
 
     def counts(self, ohms: FloatArray) -> IntArray:
         """Return the converter's readings of the sensors, integers (S, K)."""

@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Chance, Journey, Nodule
+from capsule.phantom.journey import Journey, Nodule
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulation import SENSORS
 
@@ -28,7 +28,7 @@ def test_all_of_the_folding_is_assumed_within_a_plausible_range():
 
 def journey_over(nodules, length_mm=300.0, samples=9000, seed=1, **changes):
     phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
-    return Journey(phantom, Chance(phantom, seed, "test", nodules, SENSORS, samples), length_mm)
+    return Journey(phantom, seed, "test", nodules, SENSORS, samples, length_mm)
 
 
 @pytest.mark.parametrize("changes", [{}, BUSY], ids=["usual", "busy"])
@@ -75,15 +75,7 @@ def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     np.testing.assert_allclose(np.diff(back.wave_mm), 2.5)
 
 
-def test_a_folded_capsule_that_is_carried_forward_does_not_come_back():
-    journey = journey_over([], folding__speed_mm_s=0.3)
-    journey.advance(600)
-    journey.fold()
-    head_mm = journey.advance(600).head_mm
-    assert head_mm[-1] > head_mm[0] + 10
-
-
-def test_it_stays_at_the_start_of_the_gut_and_stops_at_its_end():
+def test_it_stays_at_the_start_of_the_gut_stops_at_its_end_and_stands_without_a_wave():
     journey = journey_over([], length_mm=40.0, folding__speed_mm_s=-0.8)
     journey.advance(100)
     journey.fold()
@@ -92,13 +84,18 @@ def test_it_stays_at_the_start_of_the_gut_and_stops_at_its_end():
     assert not journey.at_end
     assert journey.advance(1500).head_mm[-1] == 40.0
     assert journey.at_end
+    before_mm = journey.advance(1).wave_mm[-1]
+    journey.stop_wave()
+    # At an even ramp of 0.25 s from 2.5 mm a sample.
+    assert journey.advance(10).wave_mm[-1] - before_mm == pytest.approx(2.5 * (1 + 2.5 / 2))
+    assert np.ptp(journey.advance(10).wave_mm) == 0
 
 
 def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():
     def heights(redrawn):
-        phantom = with_values(PHANTOM, {"folding.height_redrawn": redrawn})
-        chance = Chance(phantom, 1, "test", [Nodule(50, 2), Nodule(90, 2)], SENSORS, 100)
-        passes = [chance.draw_pass(number) for number in (1, 2, 3)]
+        nodules = [Nodule(50, 2), Nodule(90, 2)]
+        journey = journey_over(nodules, samples=100, folding__height_redrawn=redrawn)
+        passes = [journey._draw_pass(number) for number in (1, 2, 3)]
         assert len({each.looseness_mm for each in passes}) == 3
         return np.array([[bulge.height_mm for bulge in each.bulges] for each in passes])
 

@@ -1,4 +1,4 @@
-"""Tests of a sensor's imperfections: none at strength 0, otherwise as documented."""
+"""A sensor's imperfections: none at strength 0, otherwise as documented."""
 
 import math
 
@@ -8,16 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.phantom.sensor import (
-    base_line_jumps,
-    crosstalk,
-    hysteresis,
-    low_pass,
-    play,
-    release_peak,
-)
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.sensor import base_line_jumps, counts, crosstalk, low_pass, play, release_peak
 
 LOADS = arrays(np.float64, (4, 30), elements=st.floats(0, 5))
+
+
+def test_converter_floors_and_ends_at_its_rails():
+    ohms = np.array([[0.0, 12000.0, 1e18, 11999.0]])
+    # 12 kOhm against 12 kOhm is half the reference: 512; just below it is floored to 511.
+    electronics = read_phantom(DEFAULT_TABLE, []).electronics
+    np.testing.assert_array_equal(counts(electronics, ohms), [[0, 512, 1023, 511]])
 
 
 def test_low_pass_is_the_response_of_a_first_order_lag():
@@ -30,7 +31,6 @@ def test_low_pass_is_the_response_of_a_first_order_lag():
 
 @given(LOADS, st.integers(0, 2**32))
 def test_at_strength_0_each_is_absent(load, seed):
-    np.testing.assert_array_equal(hysteresis(load, play(load, 0.5), 0.0), load)
     np.testing.assert_array_equal(release_peak(load, 0.0, 0.5, 10.0), np.zeros_like(load))
     np.testing.assert_array_equal(crosstalk(load, 0.0), load)
     numbers = np.random.default_rng(seed)
@@ -41,12 +41,11 @@ def test_at_strength_0_each_is_absent(load, seed):
     assert numbers.bit_generator.state == before
 
 
-@given(LOADS, st.floats(0.1, 1.0), st.floats(0.1, 2.0))
-def test_hysteresis_keeps_within_half_its_width_and_does_not_depend_on_speed(load, share, width):
-    held = hysteresis(load, play(load, width), share)
-    assert np.abs(held - load).max() <= share * width / 2 + 1e-12
-    slow = np.repeat(load, 3, axis=1)
-    slower = hysteresis(slow, play(slow, width), share)
+@given(LOADS, st.floats(0.1, 2.0))
+def test_play_keeps_within_half_its_width_and_does_not_depend_on_speed(load, width):
+    held = play(load, width)
+    assert np.abs(held - load).max() <= width / 2 + 1e-12
+    slower = play(np.repeat(load, 3, axis=1), width)
     np.testing.assert_array_equal(slower[:, 2::3], held)
 
 
@@ -68,10 +67,8 @@ def test_a_second_peak_comes_on_release_only_and_decays():
 
 @given(LOADS, st.floats(0.01, 0.5))
 def test_crosstalk_adds_the_neighbours_and_no_others(load, share):
-    mixed = crosstalk(load, share)
-    for sensor in range(4):
-        near = [load[other] for other in (sensor - 1, sensor + 1) if 0 <= other < 4]
-        np.testing.assert_allclose(mixed[sensor], load[sensor] + share * sum(near), atol=1e-12)
+    near = np.eye(4, k=1) + np.eye(4, k=-1)
+    np.testing.assert_allclose(crosstalk(load, share), load + share * near @ load, atol=1e-12)
 
 
 def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
@@ -79,17 +76,14 @@ def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
         return base_line_jumps(np.random.default_rng(2), (4, 100_000), 0.02, 0.1, recovery_s, 10.0)
 
     # What returns within a sample leaves the bare jumps.
-    bare = jumps(1e-3)
+    bare, slow = jumps(1e-3), jumps(10.0)
     jumped = np.abs(bare) > 1e-9
     assert jumped.mean() == pytest.approx(0.02 / 10, rel=0.1)
     assert bare[jumped].std() == pytest.approx(0.1, rel=0.1)
     np.testing.assert_allclose(bare[:, 0], 0.0, atol=1e-15)
-    slow = jumps(10.0)
-    first = int(np.flatnonzero(jumped[0])[0])
-    following = int(np.flatnonzero(jumped[0])[1])
+    first, following = np.flatnonzero(jumped[0])[:2]
     decay = np.exp(-np.arange(following - first) / 100)
     np.testing.assert_allclose(slow[0, first:following], bare[0, first] * decay, atol=1e-9)
     # Each sensor jumps for itself, and jumps that overlap add up.
     assert not (jumped[0] & jumped[1]).all()
-    steady = 0.1 * math.sqrt(0.02 * 10.0 / 2)
-    assert slow.std() == pytest.approx(steady, rel=0.1)
+    assert slow.std() == pytest.approx(0.1 * math.sqrt(0.02 * 10.0 / 2), rel=0.1)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Chance, Journey
+from capsule.phantom.journey import Journey
 from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
@@ -69,9 +69,7 @@ class Gut:
     ) -> None:
         phantom = read_phantom(DEFAULT_TABLE, [])
         electronics = phantom.electronics
-        samples = 12_000
-        chance = Chance(phantom, 7, "survey", [], 4, samples)
-        self._journey = Journey(phantom, chance, GUT_MM)
+        self._journey = Journey(phantom, 7, "survey", [], 4, 12_000, GUT_MM)
         self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
         self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._motor, self._thread, self._logger = motor, thread, logger

@@ -35,84 +35,118 @@ class Advance:
 
 
 @dataclass(frozen=True)
+class Folding:
+    """Parameters of the folded capsule, and of the differences between passes over a place.
+
+    ``config/phantom.yaml`` explains each parameter.
+    """
+
+    half_width_mm: float
+    speed_mm_s: float
+    stroke_spread: float
+    stick_probability: float
+    fold_s: float
+    signal_left: float
+    height_redrawn: float
+    drift_return_s: float
+
+
+@dataclass(frozen=True)
 class Strokes:
-    """The random strokes of one journey.
+    """The random strokes of one journey, in mm.
 
     Attributes
     ----------
-    stroke_mm
+    typical_mm
         Stroke of a typical wave.
-    factors
-        Factor of each wave on that stroke, shape (waves,).
-    moves
-        Whether each wave moves the capsule if nothing holds it, shape (waves,).
+    ahead_mm
+        Stroke of each wave if nothing holds the capsule, shape (waves,); 0 if it sticks.
+    slips_mm
+        Slip back at the end of each wave, shape (waves,).
+    folded_mm
+        Stroke of the folded capsule, shape (waves,).
     """
 
-    stroke_mm: float
-    factors: FloatArray
-    moves: BoolArray
-
-
-def stick_and_slip(
-    generator: np.random.Generator,
-    spread: float,
-    stick_probability: float,
-    carried: BoolArray | bool,
-    waves: int,
-) -> tuple[FloatArray, BoolArray, float]:
-    """Draw the variation of strokes from wave to wave.
-
-    Parameters
-    ----------
-    spread
-        Spread of the logarithm of a stroke, from wave to wave.
-    stick_probability
-        Probability that a wave does not move the capsule at all.
-    carried
-        Whether there is a wave to carry the capsule, shape (waves,).
-    waves
-        Number of waves.
-
-    Returns
-    -------
-    factors : array of shape (waves,)
-        Factor on the stroke of each wave.
-    moves : array of shape (waves,)
-        Whether each wave moves the capsule.
-    mean : float
-        Mean factor over all waves; a wave that does not move the capsule counts as 0.
-    """
-    factors = np.exp(generator.normal(0.0, spread, waves))
-    moves: BoolArray = carried & (generator.random(waves) >= stick_probability)
-    return factors, moves, np.exp(spread**2 / 2) * (1 - stick_probability)
+    typical_mm: float
+    ahead_mm: FloatArray
+    slips_mm: FloatArray
+    folded_mm: FloatArray
 
 
 def draw_strokes(
     advance: Advance,
-    generator: np.random.Generator,
+    folding: Folding,
+    draw: Callable[[str], np.random.Generator],
     period_s: float,
-    waves: int,
-    carried: BoolArray | bool = True,
+    carried: BoolArray,
 ) -> Strokes:
     """Draw the strokes of one journey.
 
     Parameters
     ----------
+    draw
+        Returns the random numbers of a subject: ``advance``, ``slips`` or ``folded``.
     period_s
         Time from wave to wave.
-    waves
-        Number of waves.
     carried
-        Whether there is a wave to carry the capsule, shape (waves,).
+        Whether each wave has a crest to carry the capsule, shape (waves,).
     """
-    run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
+    numbers, wave_mm = draw("advance"), advance.speed_mm_s * period_s
+    run_factor = np.exp(numbers.normal(0.0, advance.speed_spread))
     # The mean over all waves, including slips back, is the configured speed.
-    factors, moves, mean_factor = stick_and_slip(
-        generator, advance.stroke_spread, advance.stick_probability, carried, waves
-    )
     regained = 1 + advance.slip_probability * advance.slip_back
-    stroke = advance.speed_mm_s * period_s * run_factor * regained / mean_factor
-    return Strokes(stroke, factors, moves)
+    typical_mm, ahead_mm = _stick_and_slip(
+        numbers,
+        wave_mm * run_factor * regained,
+        advance.stroke_spread,
+        advance.stick_probability,
+        carried,
+    )
+    numbers = draw("slips")
+    slipped = numbers.random(carried.size) < advance.slip_probability
+    # Awns hold until they lose their grip. The length of a slip is exponentially distributed.
+    lengths = numbers.exponential(advance.slip_back, carried.size)
+    _, folded_mm = _stick_and_slip(
+        draw("folded"),
+        folding.speed_mm_s * period_s,
+        folding.stroke_spread,
+        folding.stick_probability,
+        carried,
+    )
+    return Strokes(typical_mm, ahead_mm, wave_mm * np.where(slipped, lengths, 0.0), folded_mm)
+
+
+def _stick_and_slip(
+    numbers: np.random.Generator,
+    mean_mm: float,
+    spread: float,
+    stick_probability: float,
+    carried: BoolArray,
+) -> tuple[float, FloatArray]:
+    """Draw strokes that vary from wave to wave.
+
+    Parameters
+    ----------
+    mean_mm
+        Mean stroke of the waves that have a crest, including those that do not move the capsule.
+    spread
+        Spread of the logarithm of a stroke, from wave to wave.
+    stick_probability
+        Probability that a wave does not move the capsule at all.
+    carried
+        Whether each wave has a crest, shape (waves,).
+
+    Returns
+    -------
+    typical_mm : float
+        Stroke of a typical wave.
+    strokes_mm : array of shape (waves,)
+        Stroke of each wave.
+    """
+    factors = np.exp(numbers.normal(0.0, spread, carried.size))
+    moves = carried & (numbers.random(carried.size) >= stick_probability)
+    typical_mm = mean_mm / (np.exp(spread**2 / 2) * (1 - stick_probability))
+    return typical_mm, np.where(moves, typical_mm * factors, 0.0)
 
 
 def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> FloatArray:
@@ -122,41 +156,6 @@ def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> F
     """
     catches = generator.random(awns) < advance.catch_probability
     return np.rint(catches * advance.hold_waves * generator.uniform(0.0, 2.0, awns))
-
-
-def one_stroke(
-    advance: Advance, strokes: Strokes, wave: int, climbs_mm: FloatArray, holds: FloatArray
-) -> tuple[float, FloatArray]:
-    """Return a wave's stroke in mm, and the number of waves that each awn still holds.
-
-    Parameters
-    ----------
-    wave
-        Number of the wave.
-    climbs_mm
-        Height that each awn would climb during a typical stroke, shape (awns,).
-    holds
-        Number of waves for which each awn still holds the capsule once it catches, shape (awns,).
-    """
-    slopes = climbs_mm / strokes.stroke_mm
-    caught = (holds > 0) & (slopes > advance.catch_slope)
-    left = holds - caught
-    if caught.any() or not strokes.moves[wave]:
-        return 0.0, left
-    factor = strokes.factors[wave] * np.exp(-advance.snag * slopes.sum())
-    return float(strokes.stroke_mm * factor), left
-
-
-def slips_back(
-    advance: Advance, generator: np.random.Generator, period_s: float, waves: int
-) -> FloatArray:
-    """Return the slip back after each wave's stroke, in mm: shape (waves,).
-
-    Awns hold until they lose their grip. The length of a slip is exponentially distributed.
-    """
-    slipped = generator.random(waves) < advance.slip_probability
-    lengths = generator.exponential(advance.slip_back, waves)
-    return advance.speed_mm_s * period_s * np.where(slipped, lengths, 0.0)
 
 
 class Motion:
@@ -173,18 +172,14 @@ class Motion:
     advance
         Parameters of the advance.
     strokes
-        Strokes of the unfolded capsule.
+        Strokes of the journey.
     holds
         Number of waves for which each awn holds the capsule once it catches, shape (awns,).
-    slips_mm
-        Slip back at the end of each wave (`slips_back`), shape (waves,).
     period_s
         Time from wave to wave.
     rise
         ``rise(position, stroke)`` returns the height in mm that each awn would climb when the
         head moves from ``position`` by ``stroke``, shape (awns,).
-    folded_mm
-        Stroke of the folded capsule (`folded_strokes`), shape (waves,).
     length_mm
         Position of the gut's end.
 
@@ -201,15 +196,12 @@ class Motion:
         advance: Advance,
         strokes: Strokes,
         holds: FloatArray,
-        slips_mm: FloatArray,
         period_s: float,
         rise: Callable[[float, float], FloatArray],
-        folded_mm: FloatArray | None = None,
         length_mm: float = np.inf,
     ) -> None:
         self._advance, self._strokes, self.holds = advance, strokes, holds
-        self._slips_mm, self._period_s, self._rise = slips_mm, period_s, rise
-        self._folded_mm, self._length_mm = folded_mm, length_mm
+        self._period_s, self._rise, self._length_mm = period_s, rise, length_mm
         # The current leg: its wave and degree of folding, its start, and its distances.
         self._leg: tuple[int, float] | None = None
         self._from_mm = self.head_mm = self._moved_mm = self._slip_mm = self._part = 0.0
@@ -245,20 +237,22 @@ class Motion:
 
     def _begin_leg(self, leg: tuple[int, float], part: float) -> None:
         """Begin a new leg: at a new wave, or when folding changes the motion within a wave."""
-        wave, folded = leg
+        (wave, folded), strokes = leg, self._strokes
         same_wave = self._leg is not None and self._leg[0] == wave
         # A new wave begins where the previous leg ends with its wave, not at the last sample.
         self._from_mm = self.head_mm if same_wave else self._from_mm + self._rest_mm()
         self._leg, self._part = leg, part if same_wave else 0.0
         self._moved_mm = self._slip_mm = 0.0
         if folded == 0:
-            climbs_mm = self._rise(self._from_mm, self._strokes.stroke_mm)
-            self._moved_mm, self.holds = one_stroke(
-                self._advance, self._strokes, wave, climbs_mm, self.holds
-            )
-            self._slip_mm = float(self._slips_mm[wave])
-        elif folded == 1 and self._folded_mm is not None:
-            self._moved_mm = max(float(self._folded_mm[wave]), -self._from_mm)
+            slopes = self._rise(self._from_mm, strokes.typical_mm) / strokes.typical_mm
+            caught = (self.holds > 0) & (slopes > self._advance.catch_slope)
+            self.holds = self.holds - caught
+            if not caught.any():
+                snagged = np.exp(-self._advance.snag * slopes.sum())
+                self._moved_mm = float(strokes.ahead_mm[wave] * snagged)
+            self._slip_mm = float(strokes.slips_mm[wave])
+        elif folded == 1:
+            self._moved_mm = max(float(strokes.folded_mm[wave]), -self._from_mm)
 
     def _rest_mm(self) -> float:
         """Return the distance that remains in the current leg until the end of its wave, in mm."""
@@ -288,62 +282,3 @@ def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntAr
     A capsule that slips back passes a place more than once.
     """
     return np.asarray(np.searchsorted(np.maximum.accumulate(head_mm), position_mm))
-
-
-@dataclass(frozen=True)
-class Folding:
-    """Parameters of the folded capsule, and of the differences between passes over a place.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
-
-    half_width_mm: float
-    speed_mm_s: float
-    stroke_spread: float
-    stick_probability: float
-    fold_s: float
-    signal_left: float
-    height_redrawn: float
-    drift_return_s: float
-
-
-def reach(folding: Folding, unfolded_mm: float, folded: FloatArray) -> FloatArray:
-    """Return the half width of a partly folded origami, in mm.
-
-    Parameters
-    ----------
-    unfolded_mm
-        Half width of the unfolded origami.
-    folded
-        Degree of folding, from 0 (unfolded) to 1 (folded), any shape.
-    """
-    return unfolded_mm + folded * (folding.half_width_mm - unfolded_mm)
-
-
-def shown(folding: Folding, folded: FloatArray) -> FloatArray:
-    """Return the fraction of its compression that a partly folded origami shows."""
-    return 1 - folded * (1 - folding.signal_left)
-
-
-def folded_strokes(
-    folding: Folding,
-    generator: np.random.Generator,
-    period_s: float,
-    waves: int,
-    carried: BoolArray | bool = True,
-) -> FloatArray:
-    """Draw the distance that each wave moves the folded capsule, in mm: shape (waves,).
-
-    Parameters
-    ----------
-    period_s
-        Time from wave to wave.
-    waves
-        Number of waves.
-    carried
-        Whether each wave has a crest, shape (waves,).
-    """
-    factors, moves, mean = stick_and_slip(
-        generator, folding.stroke_spread, folding.stick_probability, carried, waves
-    )
-    return np.where(moves, folding.speed_mm_s * period_s * factors / mean, 0.0)

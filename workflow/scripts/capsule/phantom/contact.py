@@ -7,16 +7,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.phantom.origami import Origami, end_radius
-from capsule.phantom.wall import (
-    Unevenness,
-    Wall,
-    Wave,
-    WaveTrain,
-    cushion_stiffness,
-    overlap,
-    uneven_height,
-    wave_height,
-)
+from capsule.phantom.wall import Wall, cushion_stiffness
 
 
 @dataclass(frozen=True)
@@ -101,11 +92,6 @@ def stray_offset(contact: Contact, generator: np.random.Generator) -> float:
     touches a large nodule in part, and does not touch a small one.
     """
     return float(contact.stray_mm * (generator.random() < contact.stray_probability))
-
-
-def bulge_profile(height_mm: float, width_mm: float, distance_mm: FloatArray) -> FloatArray:
-    """Return the bulge's height at a distance along the gut from its centre, in mm."""
-    return height_mm * np.exp(-0.5 * (distance_mm / width_mm) ** 2)
 
 
 def compression(
@@ -240,6 +226,10 @@ class Bulge:
     sphere_n_mm: float
     coupling: FloatArray
 
+    def profile(self, position_mm: FloatArray) -> FloatArray:
+        """Return the share of the bulge's height at some places, 0..1, any shape."""
+        return np.exp(-0.5 * ((position_mm - self.at_mm) / self.width_mm) ** 2)
+
 
 def bulge_of(
     contact: Contact,
@@ -281,91 +271,8 @@ def climbs(bulges: Sequence[Bulge], position_mm: FloatArray, stroke_mm: float) -
     position_mm
         Positions of the awns, shape (S,).
     """
-    rises = [np.empty(0)]
-    for bulge in bulges:
-        distance = position_mm - bulge.at_mm
-        ahead = bulge_profile(bulge.height_mm, bulge.width_mm, distance + stroke_mm)
-        rises.append(ahead - bulge_profile(bulge.height_mm, bulge.width_mm, distance))
-    return np.concatenate(rises)
-
-
-def bulge_heights(bulges: Sequence[Bulge], position_mm: FloatArray) -> tuple[FloatArray, ...]:
-    """Return height in mm and stiffness in N/mm of all bulges under the sensors.
-
-    Parameters
-    ----------
-    position_mm
-        Positions of the sensors, shape (S, K).
-
-    Returns
-    -------
-    heights, spheres
-        Each of shape (S, K).
-    """
-    heights, spheres = np.zeros_like(position_mm), np.zeros_like(position_mm)
-    for bulge in bulges:
-        profile = bulge_profile(1.0, bulge.width_mm, position_mm - bulge.at_mm)
-        heights += bulge.height_mm * bulge.coupling[:, np.newaxis] * profile
-        spheres += bulge.sphere_n_mm * profile
-    return heights, spheres
-
-
-@dataclass(frozen=True)
-class Pressing:
-    """All that presses a capsule at any position and time.
-
-    Attributes
-    ----------
-    wall, wave, contact
-        Parts of the phantom.
-    nodule_side, other_side
-        The wall with the nodules, and the wall opposite.
-    train
-        The waves of this journey.
-    phase
-        Phase of the wave at place 0 and time 0, in radians.
-    """
-
-    wall: Wall
-    wave: Wave
-    contact: Contact
-    nodule_side: Unevenness
-    other_side: Unevenness
-    train: WaveTrain
-    phase: float
-
-    def compression(
-        self,
-        bulges: Sequence[Bulge],
-        position_mm: FloatArray,
-        time_s: FloatArray,
-        half_width_mm: FloatArray | float,
-        wander_mm: FloatArray,
-        strength: FloatArray,
-    ) -> FloatArray:
-        """Return the compression of each substructure, both halves together, in mm: shape (S, K).
-
-        Parameters
-        ----------
-        bulges
-            The nodules.
-        position_mm
-            Positions of the sensors, shape (S, K).
-        time_s
-            Times of the samples, shape (K,).
-        half_width_mm
-            Distance from the capsule's axis to the tips of its awns, shape (K,) or a number.
-        wander_mm, strength
-            Shift of each substructure in its seat, and the strength of its contact, shape (S, K).
-        """
-        wall = self.wall
-        wave_mm = wave_height(wall, self.wave, self.train, position_mm, time_s, self.phase)
-        nodule_side = uneven_height(wall, self.nodule_side, position_mm)
-        other_side = uneven_height(wall, self.other_side, position_mm)
-        heights, spheres = bulge_heights(bulges, position_mm)
-        # A substructure that shifts towards one wall moves away from the other wall.
-        near_mm = wave_mm + nodule_side + heights + wander_mm
-        near = strength * overlap(wall, half_width_mm, near_mm)
-        far = strength * overlap(wall, half_width_mm, wave_mm + other_side - wander_mm)
-        pressed = compression(self.contact, wall, near, spheres)
-        return pressed + compression(self.contact, wall, far)
+    rises = [
+        bulge.height_mm * (bulge.profile(position_mm + stroke_mm) - bulge.profile(position_mm))
+        for bulge in bulges
+    ]
+    return np.concatenate([np.empty(0), *rises])

@@ -1,31 +1,23 @@
 """Simulate a capsule that travels along a gut, wave by wave, and folds and unfolds on command.
 
-All random quantities of a journey are drawn in advance, so that no decision changes them. A journey
-and a run (`capsule.phantom.simulation`) move, press and sense alike. Only their draws differ: those
-of a run belong to its place, its set-up and its pass, and its noise is drawn for its own length.
+All random quantities of a journey are drawn in advance, so that no decision changes them. A run
+(`capsule.phantom.simulation`) is a journey over one place: it moves and presses alike. Only its
+draws differ: they belong to its place, its set-up and its pass, and its noise is drawn for its own
+length.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.phantom.advance import (
-    Motion,
-    Strokes,
-    draw_holds,
-    draw_strokes,
-    folded_strokes,
-    reach,
-    shown,
-    slips_back,
-)
+from capsule.phantom.advance import Motion, Strokes, draw_holds, draw_strokes
 from capsule.phantom.contact import (
     Bulge,
-    Pressing,
     bulge_of,
     climbs,
+    compression,
     looseness,
     reseated_strength,
     seat_wander,
@@ -34,8 +26,19 @@ from capsule.phantom.contact import (
 )
 from capsule.phantom.origami import half_width, sensor_offsets
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.sensor import Polymer, Unloaded, counts, draw_unloaded, loaded_resistance
-from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train
+from capsule.phantom.sensor import Sensors, counts
+from capsule.phantom.wall import (
+    Unevenness,
+    WaveTrain,
+    cam_time,
+    draw_unevenness,
+    overlap,
+    roughness,
+    uneven_height,
+    wave_height,
+    wave_period,
+    wave_train,
+)
 from capsule.seeding import generator
 
 # The peristalsis board's steepest ramp, 100 mm/s^2, stops a wave of 25 mm/s in this time.
@@ -73,154 +76,140 @@ class Pass:
         Standard deviation of the substructures' shift in their seats.
     """
 
-    bulges: tuple[Bulge, ...]
+    bulges: Sequence[Bulge]
     holds: FloatArray
     looseness_mm: float
 
 
+@dataclass(frozen=True)
 class Chance:
-    """All random quantities of one journey.
+    """The random quantities of one journey that are the same in all its passes.
 
     Attributes
     ----------
-    pressing : Pressing
-        The gut and its waves.
-    strokes : Strokes
-        Strokes of the unfolded capsule.
-    folded_mm : (waves,) array
-        Stroke of the folded capsule.
-    slips_mm : (waves,) array
-        Slip back at the end of each wave.
-    wander, strength : (S, K) arrays
-        Shift of each seat, with deviation 1, and the strength of its contact.
-    unloaded : Unloaded
-        Resistance of the sensors without load.
+    near, far
+        The wall with the nodules, and the wall opposite.
+    phase
+        Phase of the wave at place 0 and time 0, in radians.
+    train, strokes
+        The waves, and the strokes by which they move the capsule.
+    wander, strength
+        Shift of each seat, with deviation 1, and the strength of its contact, shape (S, K).
     """
 
-    def __init__(
-        self,
-        phantom: Phantom,
-        seed: int,
-        name: str,
-        nodules: Sequence[Nodule],
-        sensors: int,
-        samples: int,
-    ) -> None:
-        self._phantom, self._nodules, self._sensors = phantom, tuple(nodules), sensors
-        self._names = seed, "journey", name
-        advance, rate_hz = phantom.advance, phantom.electronics.rate_hz
-        period_s = wave_period(phantom.wall)
-        # Draw more waves than the mean period needs, because periods vary.
-        waves = int(np.ceil(1.1 * samples / rate_hz / period_s)) + 8
-        train = wave_train(phantom.wave, self._draw("waves"), period_s, waves)
-        there = train.crests > 0
-        self.slips_mm = slips_back(advance, self._draw("slips"), period_s, waves)
-        self.strokes: Strokes = draw_strokes(advance, self._draw("advance"), period_s, waves, there)
-        self.folded_mm = folded_strokes(
-            phantom.folding, self._draw("folded"), period_s, waves, there
-        )
-        self.wander = seat_wander(phantom.contact, self._draw("wander"), sensors, samples, rate_hz)
-        self.strength = wandering_strength(
-            phantom.seat, self._draw("strength"), sensors, samples, rate_hz
-        )
-        number = (cam_time(train, np.arange(samples) / rate_hz) / period_s).astype(int)
-        self.strength *= reseated_strength(
-            phantom.seat, self._draw("reseat"), sensors, self.slips_mm, number
-        )
-        self.unloaded: Unloaded = draw_unloaded(
-            phantom.sensor,
-            self._draw("sensor"),
-            (sensors, samples),
-            rate_hz,
-            phantom.folding.drift_return_s,
-        )
-        rough = roughness(phantom.wall, self._draw("roughness"))
-        near, far = (
-            draw_unevenness(phantom.wall, self._draw(side), rough) for side in ("near", "far")
-        )
-        phase = self._draw("phase").uniform(0, 2 * np.pi)
-        self.pressing = Pressing(
-            phantom.wall, phantom.wave, phantom.contact, near, far, train, phase
-        )
+    near: Unevenness
+    far: Unevenness
+    phase: float
+    train: WaveTrain
+    strokes: Strokes
+    wander: FloatArray
+    strength: FloatArray
 
-    def _draw(self, *subject: str) -> np.random.Generator:
-        return generator(*self._names, *subject)
 
-    def draw_pass(self, number: int) -> Pass:
-        """Draw the random quantities of a pass; passes count from 1.
+def draw_chance(
+    phantom: Phantom,
+    draw: Callable[[str], np.random.Generator],
+    walls: tuple[Unevenness, Unevenness],
+    phase: float,
+    shape: tuple[int, int],
+    waves: int,
+) -> Chance:
+    """Draw the random quantities of one journey.
 
-        A nodule's height offset stays the same, except for the fraction that each pass draws.
-        """
-        contact, advance = self._phantom.contact, self._phantom.advance
-        redrawn = self._phantom.folding.height_redrawn
-        spread_mm = float(np.hypot(contact.series_offset_mm, contact.height_offset_mm))
-        bulges, holds = [], [np.empty(0)]
-        for which, nodule in enumerate(self._nodules):
-            # Each nodule has its own streams, so that another nodule does not change this one.
-            kept = self._draw("nodule", str(which)).normal(0.0, spread_mm)
-            numbers = self._draw("nodule", str(which), "pass", str(number))
-            offset_mm = np.sqrt(1 - redrawn) * kept
-            offset_mm += np.sqrt(redrawn) * numbers.normal(0.0, spread_mm)
-            offset_mm += stray_offset(contact, numbers)
-            coupling = np.exp(numbers.normal(0.0, contact.coupling_spread, self._sensors))
-            bulges.append(
-                bulge_of(
-                    contact, self._phantom.wall, self._phantom.origami,
-                    nodule_mm=nodule.diameter_mm, at_mm=nodule.at_mm,
-                    height_offset_mm=offset_mm, coupling=coupling,
-                )
-            )  # fmt: skip
-            holds.append(draw_holds(advance, numbers, self._sensors))
-        looseness_mm = looseness(contact, self._draw("seat", str(number)))
-        return Pass(tuple(bulges), np.concatenate(holds), looseness_mm)
+    Parameters
+    ----------
+    draw
+        Returns the random numbers of a subject. Each subject has its own stream, so that one
+        changed parameter leaves other draws as they are.
+    walls, phase
+        As in `Chance`.
+    shape
+        Sensors S and samples K.
+    waves
+        Number of waves, which must last for all samples.
+    """
+    (sensors, samples), rate_hz = shape, phantom.electronics.rate_hz
+    period_s = wave_period(phantom.wall)
+    train = wave_train(phantom.wave, draw("waves"), period_s, waves)
+    strokes = draw_strokes(phantom.advance, phantom.folding, draw, period_s, train.crests > 0)
+    wander = seat_wander(phantom.contact, draw("wander"), sensors, samples, rate_hz)
+    strength = wandering_strength(phantom.seat, draw("strength"), sensors, samples, rate_hz)
+    number = (cam_time(train, np.arange(samples) / rate_hz) / period_s).astype(int)
+    strength *= reseated_strength(phantom.seat, draw("reseat"), sensors, strokes.slips_mm, number)
+    return Chance(*walls, phase, train, strokes, wander, strength)
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Consecutive samples of a journey.
+class Pressed:
+    """Consecutive samples of a journey, before the sensors are read.
 
     Attributes
     ----------
     time_s
         Times of the samples, shape (K,).
-    counts
-        Readings of the converter, integers, shape (S, K).
     wave_mm
         Distance that the drive has carried the wave since a crest was at place 0, shape (K,).
     folded
         Degree of folding, from 0 (unfolded) to 1 (folded), shape (K,).
     head_mm
         True distance of sensor 1 from the start, shape (K,). No controller may use it.
+    compression_mm
+        Compression of each substructure, both halves together, shape (S, K).
     """
 
     time_s: FloatArray
-    counts: IntArray
     wave_mm: FloatArray
     folded: FloatArray
     head_mm: FloatArray
+    compression_mm: FloatArray
 
 
-class Journey:
+@dataclass(frozen=True)
+class Stretch(Pressed):
+    """Consecutive samples of a journey.
+
+    Attributes
+    ----------
+    counts
+        Readings of the converter, integers, shape (S, K).
+    """
+
+    counts: IntArray
+
+
+class Capsule:
     """A simulated capsule between two walls.
 
     It moves as a `capsule.phantom.advance.Motion`. If the wave stops, it stays where it is.
+
+    Parameters
+    ----------
+    draw_pass
+        Returns the random quantities of a pass; passes count from 1.
+    length_mm
+        Length of the gut.
     """
 
-    def __init__(self, phantom: Phantom, chance: Chance, length_mm: float) -> None:
-        self._phantom, self._chance, self._length_mm = phantom, chance, length_mm
-        sensors = chance.wander.shape[0]
-        self._offsets = sensor_offsets(phantom.origami, sensors)
-        self._crest_mm = phantom.wall.wavelength_mm * chance.pressing.phase / (2 * np.pi)
-        self._polymer = Polymer(phantom.sensor, phantom.electronics.rate_hz)
+    def __init__(
+        self,
+        phantom: Phantom,
+        chance: Chance,
+        draw_pass: Callable[[int], Pass],
+        length_mm: float = np.inf,
+    ) -> None:
+        self._phantom, self._chance = phantom, chance
+        self._draw_pass, self._length_mm = draw_pass, length_mm
+        self._offsets = sensor_offsets(phantom.origami, chance.wander.shape[0])
+        self._crest_mm = phantom.wall.wavelength_mm * chance.phase / (2 * np.pi)
         self._sample = 0
         self._stopped_s = np.inf
         self._folding, self._folded = False, 0.0
         self._bent: float | None = None
         self._passes = 1
-        self._pass = chance.draw_pass(1)
+        self._pass = draw_pass(1)
         self._motion = Motion(
-            phantom.advance, chance.strokes, self._pass.holds, chance.slips_mm,
-            wave_period(phantom.wall), self._rise, chance.folded_mm, length_mm,
+            phantom.advance, chance.strokes, self._pass.holds,
+            wave_period(phantom.wall), self._rise, length_mm,
         )  # fmt: skip
 
     @property
@@ -242,7 +231,7 @@ class Journey:
         """Begin to unfold; the capsule settles in a new seat, which begins a new pass."""
         if self._folding:
             self._passes += 1
-            self._pass = self._chance.draw_pass(self._passes)
+            self._pass = self._draw_pass(self._passes)
             self._motion.holds = self._pass.holds
         self._folding = False
 
@@ -258,8 +247,8 @@ class Journey:
             self.unfold()
         self._bent = folded
 
-    def advance(self, samples: int) -> Stretch:
-        """Simulate the next samples.
+    def press(self, samples: int) -> Pressed:
+        """Simulate the next samples: how the capsule moves, and how the walls press it.
 
         Parameters
         ----------
@@ -271,26 +260,36 @@ class Journey:
         rate_hz = phantom.electronics.rate_hz
         time_s = np.round(np.arange(some.start, some.stop) / rate_hz, 6)
         drive_s = self._drive_time(time_s)
-        cams_s = cam_time(chance.pressing.train, drive_s)
+        cams_s = cam_time(chance.train, drive_s)
         folded = self._fold_on(samples, rate_hz)
         head_mm = self._motion.move(cams_s, folded)
-        compression_mm = chance.pressing.compression(
-            self._pass.bulges,
-            head_mm - self._offsets[:, np.newaxis],
-            drive_s,
-            reach(phantom.folding, half_width(phantom.origami), folded),
-            self._pass.looseness_mm * chance.wander[:, some],
-            chance.strength[:, some],
-        )
-        followed_mm = self._polymer.follow(compression_mm * shown(phantom.folding, folded))
-        unloaded = chance.unloaded
-        ohms = loaded_resistance(
-            phantom.sensor, unloaded.rest_ohm, unloaded.change[:, some], followed_mm
-        )
-        self._sample = some.stop
-        readings = counts(phantom.electronics, ohms)
         wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
-        return Stretch(time_s, readings, wave_mm, folded, head_mm)
+        pressed_mm = self._compression(head_mm, drive_s, folded, some)
+        self._sample = some.stop
+        return Pressed(time_s, wave_mm, folded, head_mm, pressed_mm)
+
+    def _compression(
+        self, head_mm: FloatArray, drive_s: FloatArray, folded: FloatArray, some: slice
+    ) -> FloatArray:
+        """Return the compression of each substructure at some samples, in mm: shape (S, K)."""
+        phantom, chance, wall = self._phantom, self._chance, self._phantom.wall
+        position_mm = head_mm - self._offsets[:, np.newaxis]
+        wave_mm = wave_height(wall, phantom.wave, chance.train, position_mm, drive_s, chance.phase)
+        near_mm = wave_mm + uneven_height(wall, chance.near, position_mm)
+        far_mm = wave_mm + uneven_height(wall, chance.far, position_mm)
+        heights, spheres = np.zeros_like(position_mm), np.zeros_like(position_mm)
+        for bulge in self._pass.bulges:
+            profile = bulge.profile(position_mm)
+            heights += bulge.height_mm * bulge.coupling[:, np.newaxis] * profile
+            spheres += bulge.sphere_n_mm * profile
+        # A substructure that shifts towards one wall moves away from the other wall.
+        wander_mm = self._pass.looseness_mm * chance.wander[:, some]
+        unfolded_mm, strength = half_width(phantom.origami), chance.strength[:, some]
+        reach_mm = unfolded_mm + folded * (phantom.folding.half_width_mm - unfolded_mm)
+        near = strength * overlap(wall, reach_mm, near_mm + heights + wander_mm)
+        far = strength * overlap(wall, reach_mm, far_mm - wander_mm)
+        pressed = compression(phantom.contact, wall, near, spheres)
+        return pressed + compression(phantom.contact, wall, far)
 
     def _rise(self, position_mm: float, stroke_mm: float) -> FloatArray:
         """Return the height that each awn would climb on each nodule in a stroke."""
@@ -313,3 +312,97 @@ class Journey:
         folded = np.clip(self._folded + way, 0.0, 1.0)
         self._folded = float(folded[-1])
         return folded
+
+
+class Journey(Capsule):
+    """A simulated capsule in a long gut, whose sensors are read on its way.
+
+    Parameters
+    ----------
+    seed, name
+        They determine all that is random.
+    nodules
+        The nodules in the gut.
+    sensors, samples
+        Number of sensors, and the largest number of samples.
+    length_mm
+        Length of the gut.
+    """
+
+    def __init__(
+        self,
+        phantom: Phantom,
+        seed: int,
+        name: str,
+        nodules: Sequence[Nodule],
+        sensors: int,
+        samples: int,
+        length_mm: float,
+    ) -> None:
+        def draw(*subject: str) -> np.random.Generator:
+            return generator(seed, "journey", name, *subject)
+
+        wall, rate_hz = phantom.wall, phantom.electronics.rate_hz
+        rough = roughness(wall, draw("roughness"))
+        near, far = (draw_unevenness(wall, draw(side), rough) for side in ("near", "far"))
+        phase = draw("phase").uniform(0, 2 * np.pi)
+        # Draw more waves than the mean period needs, because periods vary.
+        waves = int(np.ceil(1.1 * samples / rate_hz / wave_period(wall))) + 8
+        chance = draw_chance(phantom, draw, (near, far), phase, (sensors, samples), waves)
+        returns_s = phantom.folding.drift_return_s
+        self._sensors = Sensors(
+            phantom.sensor, draw("sensor"), (sensors, samples), rate_hz, returns_s
+        )
+        super().__init__(
+            phantom,
+            chance,
+            lambda number: _draw_pass(phantom, draw, nodules, sensors, number),
+            length_mm,
+        )
+
+    def advance(self, samples: int) -> Stretch:
+        """Simulate the next samples.
+
+        Parameters
+        ----------
+        samples
+            Number of samples K, at most `samples_left`.
+        """
+        pressed = self.press(samples)
+        # A partly folded origami shows a part of its compression.
+        shown = 1 - pressed.folded * (1 - self._phantom.folding.signal_left)
+        ohms = self._sensors.resistance(pressed.compression_mm * shown)
+        return Stretch(**vars(pressed), counts=counts(self._phantom.electronics, ohms))
+
+
+def _draw_pass(
+    phantom: Phantom,
+    draw: Callable[..., np.random.Generator],
+    nodules: Sequence[Nodule],
+    sensors: int,
+    number: int,
+) -> Pass:
+    """Draw the random quantities of a pass; passes count from 1.
+
+    A nodule's height offset stays the same, except for the fraction that each pass draws.
+    """
+    contact, redrawn = phantom.contact, phantom.folding.height_redrawn
+    spread_mm = float(np.hypot(contact.series_offset_mm, contact.height_offset_mm))
+    bulges, holds = [], [np.empty(0)]
+    for which, nodule in enumerate(nodules):
+        # Each nodule has its own streams, so that another nodule does not change this one.
+        kept = draw("nodule", str(which)).normal(0.0, spread_mm)
+        numbers = draw("nodule", str(which), "pass", str(number))
+        offset_mm = np.sqrt(1 - redrawn) * kept
+        offset_mm += np.sqrt(redrawn) * numbers.normal(0.0, spread_mm)
+        offset_mm += stray_offset(contact, numbers)
+        coupling = np.exp(numbers.normal(0.0, contact.coupling_spread, sensors))
+        bulges.append(
+            bulge_of(
+                contact, phantom.wall, phantom.origami,
+                nodule_mm=nodule.diameter_mm, at_mm=nodule.at_mm,
+                height_offset_mm=offset_mm, coupling=coupling,
+            )
+        )  # fmt: skip
+        holds.append(draw_holds(phantom.advance, numbers, sensors))
+    return Pass(bulges, np.concatenate(holds), looseness(contact, draw("seat", str(number))))

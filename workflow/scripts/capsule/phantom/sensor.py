@@ -55,27 +55,75 @@ class Electronics:
     rate_hz: float
 
 
-class Polymer:
-    """The response of the sensors' polymer to its load, with the memory of past loads.
+class Sensors:
+    """The sensors of one capsule: their resistance without load, and their polymer under load.
 
-    Compression brings the carbon particles closer together, up to saturation. One part of the
-    response is quick, and the other part creeps. Play, a second peak on release, and crosstalk
-    add to it if they are switched on.
+    The resistance without load drifts with mounting, temperature and wear. Compression brings the
+    polymer's carbon particles closer together, up to saturation. One part of the response is quick,
+    and the other part creeps. Play, a second peak on release, and crosstalk add to it if they are
+    switched on.
+
+    Parameters
+    ----------
+    generator
+        Random numbers of the resistance without load.
+    shape
+        Sensors S, and all samples that they will feel.
+    rate_hz
+        Sampling rate.
+    drift_return_s
+        Time constant with which the drift returns to 0. With 0, the drift is a random walk, which
+        suits a run of one or two minutes.
     """
 
-    def __init__(self, sensor: Sensor, rate_hz: float) -> None:
-        self._sensor, self._rate_hz = sensor, rate_hz
+    def __init__(
+        self,
+        sensor: Sensor,
+        generator: np.random.Generator,
+        shape: tuple[int, int],
+        rate_hz: float,
+        drift_return_s: float = 0.0,
+    ) -> None:
+        self._sensor, self._rate_hz, self._sample = sensor, rate_hz, 0
+        time_s = np.arange(shape[1]) / rate_hz
+        spread = generator.normal(0.0, sensor.resistance_spread, (shape[0], 1))
+        self._rest_ohm = sensor.resistance_ohm * np.exp(spread)
+        # All sensors settle alike: same material, same waves, same start.
+        size = sensor.settling * np.exp(generator.normal(0.0, sensor.settling_spread))
+        settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
+        drift = generator.standard_normal(shape) * sensor.drift_per_s / np.sqrt(rate_hz)
+        noise = sensor.noise * generator.standard_normal(shape)
+        # Draw the jumps last, so that they do not change the other draws.
+        size = sensor.jump * np.exp(generator.normal(0.0, sensor.jump_run_spread))
+        jumps = base_line_jumps(generator, shape, sensor.jumps_per_s, size, sensor.jump_s, rate_hz)
+        if drift_return_s > 0:
+            # The low-pass scales a step by 1 - decay. There is no step before the first sample.
+            height = 1 - np.exp(-1 / (drift_return_s * rate_hz))
+            drift = low_pass(drift, drift_return_s, rate_hz, np.zeros((shape[0], 1))) / height
+        else:
+            drift = np.cumsum(drift, axis=1)
+        # Relative to the resistance at rest.
+        self._change = settling + drift + noise + jumps
         nothing: FloatArray | None = None
         self._felt = self._held = self._peak = self._quick = self._slow = nothing
 
-    def follow(self, compression_mm: FloatArray) -> FloatArray:
-        """Return the response to the next samples, in mm of compression: shape (S, K).
+    def resistance(self, compression_mm: FloatArray) -> FloatArray:
+        """Return the resistance at the next samples, in ohm: shape (S, K); compression lowers it.
 
         Parameters
         ----------
         compression_mm
             Compression of the substructure, both halves together, shape (S, K).
         """
+        some = slice(self._sample, self._sample + compression_mm.shape[1])
+        self._sample = some.stop
+        change = self._change[:, some] - self._sensor.gauge_per_mm * self._follow(compression_mm)
+        # Extreme parameters must not give a negative resistance.
+        ohms: FloatArray = self._rest_ohm * np.maximum(1 + change, 0.0)
+        return ohms
+
+    def _follow(self, compression_mm: FloatArray) -> FloatArray:
+        """Return the polymer's response to the next samples, in mm of compression: (S, K)."""
         sensor, rate_hz = self._sensor, self._rate_hz
         strained = crosstalk(compression_mm, sensor.crosstalk)
         felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
@@ -86,106 +134,14 @@ class Polymer:
         load = felt
         if sensor.hysteresis:
             held = play(felt, sensor.hysteresis_mm, self._held)
-            load, self._held = hysteresis(felt, held, sensor.hysteresis), held[:, -1:]
+            load = (1 - sensor.hysteresis) * felt + sensor.hysteresis * held
+            self._held = held[:, -1:]
         load = load + peak
         quick = low_pass(load, sensor.lag_s, rate_hz, self._quick)
         slow = low_pass(load, sensor.creep_s, rate_hz, self._slow)
         self._felt, self._peak = felt[:, -1:], peak[:, -1:]
         self._quick, self._slow = quick[:, -1:], slow[:, -1:]
         return (1 - sensor.creep_fraction) * quick + sensor.creep_fraction * slow
-
-
-@dataclass(frozen=True)
-class Unloaded:
-    """The sensors' resistance without load over one journey.
-
-    Attributes
-    ----------
-    rest_ohm
-        Resistance at rest, shape (S, 1).
-    change
-        Relative change from drift, settling, noise and jumps, shape (S, K).
-    """
-
-    rest_ohm: FloatArray
-    change: FloatArray
-
-
-def draw_unloaded(
-    sensor: Sensor,
-    generator: np.random.Generator,
-    shape: tuple[int, int],
-    rate_hz: float,
-    drift_return_s: float = 0.0,
-) -> Unloaded:
-    """Draw the sensors' resistance without load, which drifts with mounting, temperature and wear.
-
-    Parameters
-    ----------
-    shape
-        Sensors S and samples K.
-    rate_hz
-        Sampling rate.
-    drift_return_s
-        Time constant with which the drift returns to 0. With 0, the drift is a random walk, which
-        suits a run of one or two minutes.
-    """
-    sensors, samples = shape
-    time_s = np.arange(samples) / rate_hz
-    rest = sensor.resistance_ohm * np.exp(
-        generator.normal(0.0, sensor.resistance_spread, (sensors, 1))
-    )
-    # All sensors settle alike: same material, same waves, same start.
-    size = sensor.settling * np.exp(generator.normal(0.0, sensor.settling_spread))
-    settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
-    steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
-    noise = sensor.noise * generator.standard_normal((sensors, samples))
-    # Draw the jumps last, so that they do not change the other draws.
-    size = sensor.jump * np.exp(generator.normal(0.0, sensor.jump_run_spread))
-    jumps = base_line_jumps(
-        generator, (sensors, samples), sensor.jumps_per_s, size, sensor.jump_s, rate_hz
-    )
-    if drift_return_s > 0:
-        # The low-pass scales a step by 1 - decay. There is no step before the first sample.
-        height = 1 - np.exp(-1 / (drift_return_s * rate_hz))
-        drift = low_pass(steps, drift_return_s, rate_hz, np.zeros((sensors, 1))) / height
-    else:
-        drift = np.cumsum(steps, axis=1)
-    return Unloaded(rest, settling + drift + noise + jumps)
-
-
-def loaded_resistance(
-    sensor: Sensor, rest_ohm: FloatArray, change: FloatArray, followed_mm: FloatArray
-) -> FloatArray:
-    """Return the resistance of each sensor in ohm; compression lowers it.
-
-    Parameters
-    ----------
-    rest_ohm, change
-        As in `Unloaded`, shapes (S, 1) and (S, K).
-    followed_mm
-        From `Polymer.follow`, shape (S, K).
-    """
-    # Extreme parameters must not give a negative resistance.
-    return rest_ohm * np.maximum(1 + (change - sensor.gauge_per_mm * followed_mm), 0.0)
-
-
-def resistance(
-    sensor: Sensor,
-    generator: np.random.Generator,
-    compression_mm: FloatArray,
-    rate_hz: float,
-) -> FloatArray:
-    """Return the resistance of each sensor over one run, in ohm.
-
-    Parameters
-    ----------
-    compression_mm
-        Compression of the substructure, both halves together, shape (S, K).
-    """
-    unloaded = draw_unloaded(sensor, generator, compression_mm.shape, rate_hz)
-    followed_mm = Polymer(sensor, rate_hz).follow(compression_mm)
-    return loaded_resistance(sensor, unloaded.rest_ohm, unloaded.change, followed_mm)
 
 
 def counts(electronics: Electronics, resistance_ohm: FloatArray) -> IntArray:
@@ -248,11 +204,6 @@ def play(
     begin = compression_mm[:, :1] if before is None else before
     rows = zip(compression_mm.tolist(), begin[:, 0].tolist(), strict=True)
     return np.array([list(accumulate(row, follow, initial=held))[1:] for row, held in rows])
-
-
-def hysteresis(compression_mm: FloatArray, held_mm: FloatArray, share: float) -> FloatArray:
-    """Return the mean of compression and output of `play`; the latter has the weight `share`."""
-    return (1 - share) * compression_mm + share * held_mm
 
 
 def release_peak(

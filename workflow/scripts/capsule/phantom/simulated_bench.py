@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from capsule.phantom.journey import Chance, Journey, Nodule
+from capsule.phantom.journey import Journey, Nodule
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulated_header
 from capsule.seeding import generator
@@ -115,9 +115,8 @@ def bench_with(
     rate_hz = phantom.electronics.rate_hz
     straight_s = length_mm / phantom.advance.speed_mm_s
     samples = int(_DETOURS * straight_s * rate_hz) + _AT_LEAST
-    chance = Chance(phantom, seed, "survey", nodules, sensors, samples)
-    header = simulated_header(SOURCE, phantom, seed)
-    return SimulatedBench(Journey(phantom, chance, length_mm), rate_hz, header)
+    journey = Journey(phantom, seed, "survey", nodules, sensors, samples, length_mm)
+    return SimulatedBench(journey, rate_hz, simulated_header(SOURCE, phantom, seed))
 
 
 def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:

@@ -2,26 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
-from capsule.phantom.advance import Motion, draw_holds, draw_strokes, first_arrival, slips_back
-from capsule.phantom.contact import (
-    Pressing,
-    bulge_of,
-    climbs,
-    looseness,
-    reseated_strength,
-    seat_wander,
-    stray_offset,
-    wandering_strength,
-)
-from capsule.phantom.origami import half_width, pitch, sensor_offsets
+from capsule.phantom.advance import draw_holds, first_arrival
+from capsule.phantom.contact import bulge_of, looseness, stray_offset
+from capsule.phantom.journey import Capsule, Pass, draw_chance
+from capsule.phantom.origami import pitch
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.wall import cam_time, draw_unevenness, roughness, wave_period, wave_train
+from capsule.phantom.sensor import Sensors, counts
+from capsule.phantom.wall import draw_unevenness, roughness, wave_period
 from capsule.recordings.names import size_label
 from capsule.recordings.recording import Recording
 from capsule.seeding import generator
@@ -187,17 +180,16 @@ def simulate_run(
     place = generator(seed, "phantom", site)
     series = generator(seed, "phantom", setup or setup_name(nodule_mm), "series")
 
+    @cache
     def draw(subject: str) -> np.random.Generator:
-        # Each subject has its own stream, so that one changed parameter leaves other draws as is.
         return generator(seed, "phantom", site, attempt, subject)
 
-    origami, wall, contact = phantom.origami, phantom.wall, phantom.contact
-    rate_hz = phantom.electronics.rate_hz
-    offsets = sensor_offsets(origami, sensors)
-
+    wall, contact, advance = phantom.wall, phantom.contact, phantom.advance
+    rate_hz, longest = phantom.electronics.rate_hz, int(advance.longest_samples)
+    rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
+    walls = draw_unevenness(wall, place, rough), draw_unevenness(wall, place, rough)
     seat = draw("seat")
-    lead_mm = phantom.advance.lead_mm + seat.normal(0.0, phantom.advance.lead_spread_mm)
-    nodule_at_mm = max(lead_mm, 0.0)
+    nodule_at_mm = max(advance.lead_mm + seat.normal(0.0, advance.lead_spread_mm), 0.0)
     coupling = np.exp(seat.normal(0.0, contact.coupling_spread, sensors))
     height_offset_mm = series.normal(0.0, contact.series_offset_mm) + seat.normal(
         0.0, contact.height_offset_mm
@@ -205,44 +197,20 @@ def simulate_run(
     phase = seat.uniform(0.0, 2 * np.pi)
     height_offset_mm += stray_offset(contact, draw("stray"))
     bulge = bulge_of(
-        contact, wall, origami, nodule_mm=nodule_mm, at_mm=nodule_at_mm,
+        contact, wall, phantom.origami, nodule_mm=nodule_mm, at_mm=nodule_at_mm,
         height_offset_mm=height_offset_mm, coupling=coupling,
     )  # fmt: skip
-
-    def climb(position_mm: float, stroke_mm: float) -> FloatArray:
-        return climbs([bulge], position_mm - offsets, stroke_mm)
-
-    period_s = wave_period(wall)
-    longest = int(phantom.advance.longest_samples)
-    waves = int(np.ceil(longest / rate_hz / period_s)) + 1
-    train = wave_train(phantom.wave, draw("waves"), period_s, waves)
-    slips_mm = slips_back(phantom.advance, draw("slips"), period_s, waves)
-    numbers = draw("advance")
-    strokes = draw_strokes(phantom.advance, numbers, period_s, waves, train.crests > 0)
-    holds = draw_holds(phantom.advance, numbers, sensors)
-    time_s = np.round(np.arange(longest) / rate_hz, 6)
-    cams_s = cam_time(train, time_s)
-    head_mm = Motion(phantom.advance, strokes, holds, slips_mm, period_s, climb).move(cams_s)
-    way_mm = 2 * phantom.advance.lead_mm + (sensors - 1) * pitch(origami)
-    samples = max(int(first_arrival(head_mm, way_mm)), 2)
-    time_s, head_mm = time_s[:samples], head_mm[:samples]
-
-    position_mm = head_mm - offsets[:, np.newaxis]
-    shifts = draw("wander")
-    wander = seat_wander(contact, shifts, sensors, longest, rate_hz)[:, :samples]
-    wander_mm = looseness(contact, shifts) * wander
-    strength = wandering_strength(phantom.seat, draw("strength"), sensors, longest, rate_hz)
-    strength = strength[:, :samples] * reseated_strength(
-        phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)
-    )
-    rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
-    near, far = draw_unevenness(wall, place, rough), draw_unevenness(wall, place, rough)
-    pressing = Pressing(wall, phantom.wave, contact, near, far, train, phase)
-    pressed = pressing.compression(
-        [bulge], position_mm, time_s, half_width(origami), wander_mm, strength
-    )
-    ohms = resistance(phantom.sensor, draw("sensor"), pressed, rate_hz)
-    readings = counts(phantom.electronics, ohms)
+    waves = int(np.ceil(longest / rate_hz / wave_period(wall))) + 1
+    chance = draw_chance(phantom, draw, walls, phase, (sensors, longest), waves)
+    holds = draw_holds(advance, draw("advance"), sensors)
+    this_pass = Pass([bulge], holds, looseness(contact, draw("wander")))
+    way = Capsule(phantom, chance, lambda number: this_pass).press(longest)
+    way_mm = 2 * advance.lead_mm + (sensors - 1) * pitch(phantom.origami)
+    samples = max(int(first_arrival(way.head_mm, way_mm)), 2)
+    pressed = way.compression_mm[:, :samples]
+    felt = Sensors(phantom.sensor, draw("sensor"), pressed.shape, rate_hz)
+    readings = counts(phantom.electronics, felt.resistance(pressed))
+    time_s, head_mm = way.time_s[:samples], way.head_mm[:samples]
     return Run(nodule_mm, time_s, head_mm, nodule_at_mm, pressed, readings)
 
 
