@@ -55,25 +55,15 @@ def test_random_particles_lie_in_their_ranges(sensors, seed):
     np.testing.assert_array_equal(integers, np.rint(integers))
 
 
-def test_random_integers_reach_both_ends():
+def test_random_integers_reach_both_ends_and_steps_have_the_papers_deviations():
     drawn = PAPER.draw(20_000, 4, generator(1, "ends"))
     assert (drawn[:, 8:11].min(), drawn[:, 8:11].max()) == (100, 250)
     assert (drawn[:, 11:].min(), drawn[:, 11:].max()) == (1, 60)
-
-
-def test_steps_have_the_papers_deviations_and_integers_stay_integers():
     steps = PAPER.draw_steps(40_000, 4, generator(1, "steps"))
     np.testing.assert_allclose(steps[:, :8].std(), 0.1, rtol=0.01)
     # A rounded standard normal has the variance 1 + 1/12.
     np.testing.assert_allclose(steps[:, 8:].std(), np.sqrt(13 / 12), rtol=0.01)
     np.testing.assert_array_equal(steps[:, 8:], np.rint(steps[:, 8:]))
-
-
-def test_a_vector_gives_the_particle_back():
-    vector = PAPER.draw(1, 4, generator(1, "vector"))[0]
-    particle = Particle.from_vector(vector)
-    assert particle.peak_spacing.shape == (3,)
-    np.testing.assert_array_equal(particle.to_vector(), vector)
 
 
 def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
@@ -97,8 +87,8 @@ def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
     return best, initial, smallest, accepted
 
 
-@pytest.mark.parametrize(("sensors", "length"), [(3, 50)])
-def test_a_fit_equals_the_literal_algorithm(sensors, length):
+def test_a_fit_equals_the_literal_algorithm():
+    sensors, length = 3, 50
     recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
     best, initial, smallest, accepted = literal_fit(
@@ -155,12 +145,3 @@ def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
     np.testing.assert_allclose(fit.particle.peak_spacing, hidden.peak_spacing, atol=8)
     # u = 150, the hidden particle starts at 230: it lies 80 columns beyond tau = L + 1.
     assert fit.lag == pytest.approx(1000 + 1 + 80, abs=8)
-
-
-def test_without_iterations_the_best_random_particle_stays():
-    matrix = render(Particle.from_vector(PAPER.draw(1, 4, generator(1, "m"))[0]), 150, 1000)
-    fit = fit_particle(
-        matrix, generator(1, "n"), particles=5, iterations=0, first_peak=150, space=PAPER
-    )
-    assert fit.rmse == fit.rmse_initial
-    assert fit.accepted_moves == 0

@@ -1,7 +1,5 @@
 """The check of a recording: its outcome, its samples, and the column of each sample."""
 
-import re
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -344,16 +342,6 @@ def test_samples_that_never_came_shift_nothing_whatever_the_clock(lost, slow, st
     np.testing.assert_array_equal(columns, kept)
 
 
-@pytest.mark.parametrize(("lost", "late"), [(1, 0.0), (1, 0.03), (3, -0.03), (17, 0.02)])
-@pytest.mark.parametrize("at", [8, 100, 260, 510])
-def test_a_gap_has_as_many_columns_as_samples_are_missing(lost, late, at):
-    kept = without(range(at, min(at + lost, SAMPLES - 1)))
-    time_s = kept * 0.1
-    # The first sample after the gap may come a little early or late.
-    time_s[at] += late
-    np.testing.assert_array_equal(columns_by_time(time_s, **RULES), kept)
-
-
 def jittered(time_s, seed, spread_s=0.025):
     """Return times moved by random jitter; two that would change places keep theirs."""
     moved = time_s + np.random.default_rng(seed).normal(0.0, spread_s, time_s.size)
@@ -394,8 +382,8 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
 
 
 @pytest.mark.parametrize(
-    ("time_s", "reason"),
-    [
+    ("time_s", "reason", "rules"),
+    [(*row, {}) for row in [
         *((two_rates(each), CHANGES) for each in (4, 5, 8, 9, 11, 12.5, 20, 100)),
         # 312 steps of 0.1 s, then of 0.2 s; the fifth stretch of 84 begins 24 of these later.
         (two_rates(5), r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"),
@@ -409,20 +397,11 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
           for unit, rate in ((1e3, 1), (1e6, 1), (1e9, 1), (1e3, 0.6), (1e3, 1.8))),
         # No unit of time is guessed for another rate.
         *((EVEN * each, f"{WRONG_RATE}$") for each in (0.4, 2.5, 400, 2500)),
+    ]] + [
+        (EVEN, f"{SAMPLES} samples are more than the", {"length": SAMPLES - 1}),
+        (two_rates(5, 0.4), "10 Hz in the 84 samples from 0 s on, 5 Hz in most", {"rate_hz": 5}),
     ],
 )  # fmt: skip
-def test_times_that_cannot_be_used_say_why(time_s, reason):
+def test_times_that_cannot_be_used_say_why(time_s, reason, rules):
     with pytest.raises(RecordingError, match=reason):
-        columns_by_time(time_s, **RULES)
-
-
-@pytest.mark.parametrize(
-    ("time_s", "rules", "reason"),
-    [
-        (EVEN, {"length": SAMPLES - 1}, f"{SAMPLES} samples are more than the"),
-        (two_rates(5, 0.4), {"rate_hz": 5}, "10 Hz in the 84 samples from 0 s on, 5 Hz in most"),
-    ],
-)
-def test_by_other_rules_other_times_say_why(time_s, rules, reason):
-    with pytest.raises(RecordingError, match=re.escape(reason)):
         columns_by_time(time_s, **RULES | rules)

@@ -30,15 +30,8 @@ def test_a_labelled_recording_of_a_named_session_is_held_out():
 
 
 def test_the_others_teach_in_their_order():
-    rows = {
-        name: row(name, session)
-        for name, session in {
-            "3mm/r02": "autumn",
-            "3mm/r01": "spring",
-            "unlabelled/p": "spring",
-            "0mm/r01": "",
-        }.items()
-    }
+    sessions = {"3mm/r02": "autumn", "3mm/r01": "spring", "unlabelled/p": "spring", "0mm/r01": ""}
+    rows = {name: row(name, session) for name, session in sessions.items()}
     assert list(teaching(rows, HELD_OUT)) == ["3mm/r02", "unlabelled/p", "0mm/r01"]
     assert teaching(rows, []) == rows
 
@@ -115,52 +108,41 @@ def test_no_more_of_a_file_is_read_than_its_header_takes(tmp_path, monkeypatch):
     assert read == []
 
 
-def test_the_fits_of_held_out_recordings_are_not_asked_for(tmp_path):
-    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
-    rows = [
-        ("3mm/r01", "accepted", "", "", "1", "autumn"),
-        ("3mm/r02", "accepted", "", "", "2", "spring"),
-    ]
-    table = tmp_path / "labelled.csv"
-    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
-    assert recordings_with_fits(table, ["spring"]) == ["3mm/r01"]
-    with pytest.raises(CapsuleError, match=r"held out: raw/3mm/r02: .* its session spring"):
-        recordings_with_fits(table, ["spring", "autumn"])
-
-
 def listed(folder, *rows):
     """Write the list of the recordings."""
-    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256"]
+    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
     table = folder / "labelled.csv"
     files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
     return table
 
 
-def test_recordings_with_fits_come_in_the_order_of_their_contents(tmp_path):
+OTHERS = [
+    ("0mm/r01", "accepted", "", "", "1", ""),
+    ("3mm/r02", "rejected", "the file is empty", "", "", "spring"),
+    ("3mm/r03", "accepted", "", "there is no wave", "0", ""),
+]
+
+
+def test_recordings_with_fits_teach_and_come_in_the_order_of_their_contents(tmp_path):
     table = listed(
         tmp_path,
-        ("0mm/r01", "accepted", "", "", "1"),
-        ("2mm/r01", "accepted", "", "", "9"),
-        ("3mm/r01", "accepted", "", "", "2"),
-        ("3mm/r02", "rejected", "the file is empty", "", ""),
-        ("3mm/r03", "accepted", "", "there is no wave", "0"),
-        ("3mm/r04", "accepted", "", "", "3"),
+        *OTHERS,
+        ("2mm/r01", "accepted", "", "", "9", ""),
+        ("3mm/r01", "accepted", "", "", "2", "autumn"),
+        ("3mm/r04", "accepted", "", "", "3", "spring"),
     )
     assert recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
+    assert recordings_with_fits(table, ["spring"]) == ["3mm/r01", "2mm/r01"]
 
 
 def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
-    table = listed(
-        tmp_path,
-        ("0mm/r01", "accepted", "", "", "1"),
-        ("3mm/r02", "rejected", "the file is empty", "", ""),
-        ("3mm/r03", "accepted", "", "there is no wave", "0"),
-    )
+    table = listed(tmp_path, *OTHERS, ("3mm/r04", "accepted", "", "", "3", "autumn"))
     with pytest.raises(CapsuleError) as caught:
-        recordings_with_fits(table)
+        recordings_with_fits(table, ["autumn"])
     first, *others = str(caught.value).splitlines()
     assert first.startswith("no recording of a nodule can be used, so no template can be made")
     assert others == [
         "  rejected: raw/3mm/r02: the file is empty",
         "  not judged: raw/3mm/r03: there is no wave",
+        "  held out: raw/3mm/r04: evaluation.held_out names its session autumn",
     ]
