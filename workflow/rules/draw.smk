@@ -29,7 +29,6 @@ rule draw:
         "results/logs/draw.log",
     conda:
         "../environment.yml"
-    threads: 2
     params:
         **told(DRAW),
         kind="svg",
@@ -39,7 +38,7 @@ rule draw:
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
         " --settings {params.settings:q} --kind {params.kind}"
-        " --output {params.results:q}/{params.folder} --processes {threads} > {log:q} 2>&1"
+        " --output {params.results:q}/{params.folder} > {log:q} 2>&1"
 
 
 use rule draw as figures with:

@@ -34,8 +34,6 @@ rule evaluate:
         "results/logs/evaluate.log",
     conda:
         "../environment.yml"
-    # With fewer recordings, a second process gains less than what runs beside.
-    threads: 2 if len(ARCHIVE.labelled()) >= 500 else 1
     params:
         **told(EVALUATE),
     message:
@@ -43,4 +41,4 @@ rule evaluate:
     shell:
         "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
         " --settings {params.settings:q}"
-        " --output {params.results:q}/evaluation --processes {threads} > {log:q} 2>&1"
+        " --output {params.results:q}/evaluation > {log:q} 2>&1"

@@ -39,8 +39,6 @@ rule report:
         "results/logs/report.log",
     conda:
         "../environment.yml"
-    # As for evaluate; here a second process gains something later.
-    threads: 2 if len(ARCHIVE.recordings) >= 5000 else 1
     params:
         **told(REPORT),
     message:
@@ -48,4 +46,4 @@ rule report:
     shell:
         "python {params.script:q} --results {params.results:q}"
         " --settings {params.settings:q} --key {params.key} --output {output:q}"
-        " --processes {threads} > {log:q} 2>&1"
+        " > {log:q} 2>&1"

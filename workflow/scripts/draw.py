@@ -5,7 +5,6 @@ import json
 from functools import partial
 from pathlib import Path
 
-from capsule.engine.forks import Forks
 from capsule.engine.jobs import run
 from capsule.figures.files import write_figure
 from capsule.figures.inputs import FigureInputs
@@ -21,12 +20,11 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format of the files")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of figures")
-    parser.add_argument("--processes", type=int, default=1, help="how many draw (default: 1)")
     arguments = parser.parse_args()
     results = Results.of_table(arguments.results, arguments.recordings)
     inputs = FigureInputs(results, arguments.settings)
     draw = partial(write_figure, inputs=inputs, kind=arguments.kind, folder=arguments.output)
-    print("\n".join(Forks(arguments.processes)(draw, FIGURES)))
+    print("\n".join(map(draw, FIGURES)))
 
 
 if __name__ == "__main__":

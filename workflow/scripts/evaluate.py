@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 from capsule.detectors.files import read_training_archive
-from capsule.engine.forks import Forks
 from capsule.engine.jobs import run
 from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
 from capsule.evaluation.measures import evaluate_archive
@@ -21,14 +20,13 @@ def main() -> None:
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
-    parser.add_argument("--processes", type=int, default=1, help="how many judge (default: 1)")
     arguments = parser.parse_args()
-    settings, spread = arguments.settings, Forks(arguments.processes)
+    settings = arguments.settings
     results = Results.of_table(arguments.results, arguments.recordings)
     rows = files.accepted_recordings(arguments.recordings)
     fitted = recordings_with_fits(arguments.recordings, settings["evaluation"]["held_out"])
     archive = read_training_archive(results, rows, fitted, settings)
-    tables = evaluate_archive(archive, rows, spread)
+    tables = evaluate_archive(archive, rows)
     for name, table in tables.items():
         cells = table.itertuples(index=False, name=None)
         files.write_cells(arguments.output / f"{name}.csv", list(table), cells)

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 from capsule.engine.configuration import read_schema
-from capsule.engine.forks import Forks
 from capsule.engine.jobs import run
 from capsule.engine.project import PROJECT, SCHEMAS
 from capsule.engine.project_state import read_project_state
@@ -28,7 +27,6 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
     parser.add_argument("--key", required=True, help="the key of this job, for the page's head")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
-    parser.add_argument("--processes", type=int, default=1, help="how many work (default: 1)")
     arguments = parser.parse_args()
     settings, folder, template = arguments.settings, arguments.results, PROJECT / "workflow/report"
     surveys = settings.pop("surveys")
@@ -38,7 +36,7 @@ def main() -> None:
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
     schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, schema, printed, Forks(arguments.processes)),
+        **page_values(tables, stored, schema, printed),
         "figure": partial(page_files.read_figure, folder / OfArchive.FIGURES),
         "shipped_figure": partial(page_files.read_figure, template / "figures"),
         "surveys": page_files.read_surveys(folder / OfArchive.SURVEYS, **surveys),

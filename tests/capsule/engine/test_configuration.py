@@ -117,6 +117,14 @@ def test_a_fault_names_the_key_the_value_and_what_is_allowed(path, value, fault)
     assert fault in text
 
 
+def test_ranges_may_be_one_number_and_reach_the_last_column_but_not_beyond():
+    config = changed("fit.peak_spacing_range", [283, 283])
+    config["fit"]["first_peak"] = 151
+    check_configuration(config, SCHEMA, {"config/config.yaml": CONFIG})
+    config["fit"]["first_peak"] = 152
+    assert "the last of 4 peaks could be at column 1001" in message(config)
+
+
 def test_all_faults_are_told_at_once_each_with_the_last_source_that_sets_the_value():
     config = changed("fit.particles", 0)
     config["preprocessing"]["window"] = "wide"

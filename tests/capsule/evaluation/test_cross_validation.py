@@ -12,7 +12,6 @@ from capsule.detectors.base import TrainingArchive
 from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
 from capsule.detectors.search import Passage
 from capsule.detectors.wave_traits import WaveTraits
-from capsule.evaluation import cross_validation
 from capsule.evaluation.cross_validation import (
     HELD_OUT,
     LEAVE_ONE_OUT,
@@ -332,22 +331,16 @@ def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fol
     assert found == expected | {"size_mm": 2.0, "scheme": LEAVE_ONE_OUT}
 
 
-def test_folds_that_differ_in_the_scheme_alone_are_judged_once_and_long_ones_in_parts(
-    detectors, monkeypatch
-):
-    monkeypatch.setattr(cross_validation, "_AT_ONCE", 2)
-    judged = []
+def test_folds_that_differ_in_the_scheme_alone_are_judged_once(detectors, monkeypatch):
+    judged, rows_of = [], detectors.rows
 
-    def counting(judge, parts):
-        parts = list(parts)
-        judged.extend(names for names, _ in parts)
-        return map(judge, parts)
+    def counted(names, left_out):
+        judged.append(names)
+        return rows_of(names, left_out)
 
+    monkeypatch.setattr(detectors, "rows", counted)
     folds = folds_of({name: row(session=name) for name in SIZES_MM}, RULES)
     assert {fold.scheme for fold in folds} >= {LEAVE_ONE_OUT, RESUBSTITUTION}
-    rows = cross_validate(
-        detectors, [*folds, *(replace(each, scheme="again") for each in folds)], counting
-    )
-    names = list(SIZES_MM)
-    assert judged == [*((name,) for name in names), *(tuple(names[i : i + 2]) for i in (0, 2, 4))]
+    rows = cross_validate(detectors, [*folds, *(replace(each, scheme="again") for each in folds)])
+    assert judged == [*((name,) for name in SIZES_MM), tuple(SIZES_MM)]
     assert len(rows) == 2 * len(cross_validate(detectors, folds))

@@ -49,7 +49,7 @@ def checks(*names, readings="x"):
         # The original keeps its place whatever the copy sorts before; a label counts more.
         *((["3mm/r01", f"3mm/{copy}"], {f"3mm/{copy}": "the same content as 3mm/r01"})
           for copy in ("a-copy-of-r01", "0r01", "r01-copy", "r01.1", "R01+")),
-        (["unlabelled/a", "3mm/longer"], {"unlabelled/a": "the same content as 3mm/longer"}),
+        (["unlabelled/a", "3mm/long-name"], {"unlabelled/a": "the same content as 3mm/long-name"}),
     ],
 )  # fmt: skip
 def test_of_recordings_with_the_same_readings_the_original_counts(names, reasons):

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from capsule.engine.forks import Forks
 from capsule.errors import CapsuleError
 from capsule.store import files
 from capsule.store.batches import batches, divide
@@ -70,17 +69,6 @@ def test_each_recording_is_read_as_it_was_written(tmp_path, size):
     assert list(results.fits(NAMES[::-1])) == NAMES[::-1]
     assert list(results.checks(NAMES[3::4])) == NAMES[3::4]
     assert {name: fit["lag"] for name, fit in results.fits(NAMES).items()} == LAGS
-
-
-def test_forks_read_the_archives_that_their_starter_has_open(tmp_path):
-    names = [f"3mm/r{run:02d}" for run in range(1, 81)]
-    results = make_results(tmp_path, 100, names)
-    results.matrix(names[0])
-
-    def largest(name):
-        return float(np.nanmax(results.matrix(name)))
-
-    assert list(Forks(2)(largest, names)) == [4.0 * int(name[-2:]) - 1 for name in names]
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 100])
@@ -165,11 +153,13 @@ def test_files_of_a_recording_that_is_gone_are_left_over(tmp_path):
     make_results(tmp_path, 1)
     assert left_in(tmp_path / "none", NAMES, 1) == left_in(tmp_path, NAMES, 1) == []
     files.write_json(tmp_path / "plot_data/2mm/batch.json", {})
+    files.write_json(tmp_path / "signals/3mm/r01.npz", {})
     assert left_in(tmp_path, [name for name in NAMES if name != "3mm/r07"], 1) == [
         "checks/3mm/r07.json",
         "fits/3mm/r07.json",
         "matrices/3mm/r07.npy",
         "plot_data/2mm/batch.json",
+        "signals/3mm/r01.npz",
         "signals/3mm/r07.npy",
     ]
 

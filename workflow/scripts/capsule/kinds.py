@@ -4,11 +4,8 @@ The types are wide, because the content of a file is known only after it is read
 imports nothing heavy, because the Snakefile checks the configuration at every start.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Protocol, TypeAlias, TypeVar
-
-_Part = TypeVar("_Part")
-_Result = TypeVar("_Result")
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
 #: A part of config.yaml, of its schema, or of the paper's printed tables, by name.
 Settings: TypeAlias = Mapping[str, Any]
@@ -21,12 +18,3 @@ Look: TypeAlias = Mapping[str, Any]
 
 #: A row that is being made, or the values that the report's template reads, by name.
 Cells: TypeAlias = dict[str, Any]
-
-
-class Spread(Protocol):
-    """The interface of what calls a function with each part of some work, such as `map`."""
-
-    def __call__(
-        self, function: Callable[[_Part], _Result], parts: Iterable[_Part], /
-    ) -> Iterable[_Result]:
-        """Return the result of each part, in the order of the parts."""

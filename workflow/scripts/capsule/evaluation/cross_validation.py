@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from math import ceil
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.registry import detector_class, detector_row
 from capsule.detectors.verdicts import row_verdict
 from capsule.evaluation.columns import DISTANCE
-from capsule.kinds import Cells, Settings, Spread
+from capsule.kinds import Cells, Settings
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_label, size_mm
 from capsule.recordings.places import places_of
@@ -31,13 +31,9 @@ _FEWEST_FOLDS = 50
 LEAST_GROUPS = 3
 # Without so many recordings of each kind, no detector learns what it needs.
 LEAST_HEALTHY, LEAST_NODULES = 3, 1
-# Most recordings of a fold that one process judges at once.
-_AT_ONCE = 512
 # Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
 _Group = TypeVar("_Group", bound=Hashable)
-# Recordings that are judged, and those that are left out.
-_Part: TypeAlias = tuple[tuple[str, ...], frozenset[str]]
 
 
 def group_scheme(key: str) -> str:
@@ -251,32 +247,20 @@ def verdict_cells(verdict: Verdict, rate_hz: float, reason: str | None = None) -
     return cells
 
 
-def cross_validate(
-    detectors: Detectors, folds: Sequence[Fold], spread: Spread = map
-) -> list[Cells]:
+def cross_validate(detectors: Detectors, folds: Sequence[Fold]) -> list[Cells]:
     """Return the verdicts on labelled recordings, each from its own training fold.
 
     The rows are those of `Detectors.rows` with ``size_mm`` and ``scheme``, in the order of the
     detectors and of the folds, which are from `folds_of`. Folds that differ in the scheme alone are
-    judged once. `spread` calls a function with each part of the work, like `map`.
+    judged once.
     """
-    # Of a large fold, several processes judge a part each; no part needs the results of another.
-    parts = [
-        (names[start : start + _AT_ONCE], left_out)
-        for names, left_out in dict.fromkeys((fold.judged, fold.left_out) for fold in folds)
-        for start in range(0, len(names), _AT_ONCE)
-    ]
-
-    def judge(part: _Part) -> list[Cells]:
-        return [row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(*part)]
-
     judged: dict[tuple[str, frozenset[str]], list[Cells]] = {}
-    for (names, left_out), rows in zip(parts, spread(judge, parts), strict=True):
-        each = iter(rows)
+    for names, left_out in dict.fromkeys((fold.judged, fold.left_out) for fold in folds):
+        rows = iter(detectors.rows(names, left_out))
         for name in names:
-            judged[name, left_out] = list(islice(each, len(detectors.names)))
+            judged[name, left_out] = list(islice(rows, len(detectors.names)))
     of_all = [
-        row | {"scheme": fold.scheme}
+        row | {"size_mm": size_mm(name), "scheme": fold.scheme}
         for fold in folds
         for name in fold.judged
         for row in judged[name, fold.left_out]

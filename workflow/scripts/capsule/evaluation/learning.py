@@ -23,7 +23,7 @@ from capsule.detectors.base import Detector, TrainingArchive
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
 from capsule.evaluation.intervals import gain_interval
 from capsule.evaluation.rates import cells_over, is_right, rate_over, units_of
-from capsule.kinds import Cells, Spread
+from capsule.kinds import Cells
 from capsule.seeding import generator
 
 PARTS = 4
@@ -139,7 +139,6 @@ def learning_rows(
     archive: TrainingArchive,
     predictions: pd.DataFrame,
     folds: Sequence[Fold],
-    spread: Spread = map,
 ) -> list[Cells]:
     """Return the rates of each detector for each number of recordings that teach it.
 
@@ -150,7 +149,7 @@ def learning_rows(
     (`capsule.evaluation.intervals.gain_interval`).
 
     The archive teaches the detectors. The rows of leave-one-out among the predictions give the last
-    point. Folds and spread are as in `capsule.evaluation.cross_validation.cross_validate`.
+    point. Folds are as in `capsule.evaluation.cross_validation.cross_validate`.
     """
     rules = archive.settings["evaluation"]
     apart = [name for fold in folds if fold.scheme == HELD_OUT for name in fold.judged]
@@ -161,13 +160,11 @@ def learning_rows(
         share: mean_taught([(judged, 1) for judged in splits], sizes_mm)
         for share, splits in by_share.items()
     }
-    points = [(name, share) for name in detectors for share in by_share]
-
-    def right_at(point: tuple[str, float]) -> pd.Series:
-        name, share = point
-        return mean_right(detectors[name], archive, by_share[share], apart)
-
-    right = dict(zip(points, spread(right_at, points), strict=True))
+    right = {
+        (name, share): mean_right(detector, archive, splits, apart)
+        for name, detector in detectors.items()
+        for share, splits in by_share.items()
+    }
     alone = predictions[predictions["scheme"] == LEAVE_ONE_OUT].set_index("recording")
     alone = alone[alone.index.isin([*sizes_mm])]
     if len(alone):

@@ -45,7 +45,7 @@ from capsule.evaluation.rates import (
     with_value,
 )
 from capsule.evaluation.sites import detections_by_passes
-from capsule.kinds import Cells, Settings, Spread
+from capsule.kinds import Cells, Settings
 from capsule.recordings.names import sort_key
 
 # The columns of a prediction that the verdict's follow.
@@ -54,25 +54,23 @@ ALWAYS = "always_nodule"
 _GRID = np.linspace(0.0, 1.0, 21)
 
 
-def evaluate_archive(
-    archive: TrainingArchive, index: Rows, spread: Spread = map
-) -> dict[str, pd.DataFrame]:
+def evaluate_archive(archive: TrainingArchive, index: Rows) -> dict[str, pd.DataFrame]:
     """Return all tables of the evaluation of an archive, as in results/evaluation/.
 
     They are ``predictions``, ``learning`` and those of `measure_tables`.
 
     Parameters
     ----------
-    archive, spread
-        As in `capsule.evaluation.cross_validation.Detectors` and `cross_validate`.
+    archive : TrainingArchive
+        As in `capsule.evaluation.cross_validation.Detectors`.
     index : mapping of str to mapping
         Row in results/recordings.csv of each accepted labelled recording, ordered by content.
     """
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
     folds = folds_of(index, rules)
-    rows = cross_validate(detectors, folds, spread)
+    rows = cross_validate(detectors, folds)
     predictions = pd.DataFrame(rows, columns=[*KEY, *detectors.columns])
-    learned = learning_rows(detectors.learners(), archive, predictions, folds, spread)
+    learned = learning_rows(detectors.learners(), archive, predictions, folds)
     return {
         "predictions": by_name(predictions),
         "learning": pd.DataFrame(learned, columns=LEARNING),

@@ -13,7 +13,7 @@ from capsule.arrays import FloatArray
 from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.detectors.unlike import unlike
 from capsule.evaluation.columns import distance_columns
-from capsule.kinds import Cells, Row, Settings, Spread
+from capsule.kinds import Cells, Row, Settings
 from capsule.method.nearest_template import nearest_size
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
@@ -66,12 +66,11 @@ def archive_evidence(
     templates: Sequence[Row],
     stored: StoredRecordings,
     settings: Settings,
-    spread: Spread = map,
 ) -> Iterable[tuple[str, str]]:
     """Return the name of each accepted recording, and JSON of what the page shows of it.
 
     The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
-    both are deflated. `spread` calls a function with each recording, like `map`.
+    both are deflated.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
     named = particles_of({str(each["size_mm"]): each for each in templates})
@@ -95,7 +94,7 @@ def archive_evidence(
         drawn = stored.described[name]["drawn"]
         return name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
 
-    return spread(shown, rows)
+    return map(shown, rows)
 
 
 def nearest_nodule_mm(verdicts: Sequence[Row]) -> float:

@@ -3,7 +3,7 @@
 from capsule import words
 from capsule.evaluation.lead import leading
 from capsule.evaluation.more_recordings import more_recordings
-from capsule.kinds import Cells, Settings, Spread
+from capsule.kinds import Cells, Settings
 from capsule.page import (
     cards,
     cells,
@@ -25,7 +25,6 @@ def page_values(
     stored: evidence.StoredRecordings,
     schema: Settings,
     printed: Settings,
-    spread: Spread = map,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow."""
     settings, evaluation = tables.settings, tables.evaluation
@@ -81,7 +80,7 @@ def page_values(
         "data": to_json(listed["data"]),
         # Made while the page is written: of a large archive it takes 100 MB.
         "evidence": evidence.archive_evidence(
-            accepted, verdicts, tables.templates, stored, settings, spread
+            accepted, verdicts, tables.templates, stored, settings
         ),
         **provenance.page_values(rows, settings, schema, printed),
     }

@@ -67,10 +67,6 @@ class Archive:
     refused: dict[str, str]
     passed_over: dict[str, str]
 
-    def labelled(self) -> list[str]:
-        """Return the recordings of a known condition, with or without a nodule."""
-        return [name for name in self.recordings if size_mm(name) is not None]
-
     def others(self) -> str:
         """Return a checksum of the files that are no recordings, and of the reasons."""
         named = json.dumps([self.refused, self.passed_over])

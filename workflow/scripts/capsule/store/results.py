@@ -8,7 +8,6 @@ table of recordings names the batch of each, by which `Results` finds it.
 Every script uses this module, so it imports nothing but numpy and fast modules.
 """
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from io import BytesIO
@@ -264,7 +263,7 @@ def arrays_in(paths: Iterable[Path], recordings: Iterable[str]) -> Iterator[tupl
 
 
 def _names(path: Path) -> list[str]:
-    return _opened(path, os.getpid()).namelist()
+    return _opened(path).namelist()
 
 
 def read_array(path: Path, recording: str) -> FloatArray:
@@ -274,7 +273,7 @@ def read_array(path: Path, recording: str) -> FloatArray:
         if path.suffix == ".npy":
             content = files.read_whole(path)
         else:
-            content = _opened(path, os.getpid()).read(f"{recording}.npy")
+            content = _opened(path).read(f"{recording}.npy")
         array: FloatArray = np.lib.format.read_array(BytesIO(content), allow_pickle=False)
         return array
 
@@ -282,6 +281,6 @@ def read_array(path: Path, recording: str) -> FloatArray:
 
 
 @lru_cache(maxsize=_MOST_OPEN)
-def _opened(path: Path, process: int) -> ZipFile:
-    """Open an archive once for each process: forks must not share a position in a file."""
+def _opened(path: Path) -> ZipFile:
+    """Open an archive once."""
     return ZipFile(path)
