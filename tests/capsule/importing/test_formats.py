@@ -154,6 +154,40 @@ def workbook(times, change=None, number_format="General"):
     return write
 
 
+def named_over_all(*heads):
+    """Return what writes a sheet; the second of two cells stands over all sensors."""
+
+    def write(folder):
+        book = openpyxl.Workbook()
+        for at, row in enumerate([*heads, *np.vstack([TIME_S, COUNTS]).T.tolist()], start=1):
+            book.active.append(row)
+            if len(row) == 2:
+                book.active.merge_cells(start_row=at, end_row=at, start_column=2, end_column=5)
+        book.save(folder / "run.xlsx")
+        return folder / "run.xlsx"
+
+    return write
+
+
+def beside(*rows):
+    """Return what writes a sheet of samples, and one of remarks."""
+    samples = [["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]
+    return sheets(Run=samples, About=[list(row) for row in rows])
+
+
+def cells_73(folder):
+    """Write a cell of texts beside the arrays, as MATLAB does."""
+    path = matlab_73(t=TIME_S[:, None], V=COUNTS.T)(folder)
+    with h5py.File(path, "r+") as file:
+        units = file.create_dataset("units", (1, 4), dtype=h5py.ref_dtype)
+        units.attrs["MATLAB_class"] = np.bytes_("cell")
+        for n in range(4):
+            text = file.create_dataset(f"#refs#/{n}", data=np.array([[*b"kPa"]], np.uint16).T)
+            text.attrs["MATLAB_class"] = np.bytes_("char")
+            units[0, n] = text.ref
+    return path
+
+
 def sheets(**by_title):
     return lambda folder: write_workbook(folder / "lab.xlsx", by_title) or folder / "lab.xlsx"
 
@@ -287,7 +321,19 @@ SAID = {
         hdf(LATER, RATES | {(n, "start_time"): 2.0 * at for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
-    "an interval and a rate in words": Said(matlab(V=COUNTS.T, dt=0.1, fs="10")),
+    "an interval and a rate in words": Said(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
+    "a rate beside the structure": Said(matlab(run={"V": COUNTS.T}, info={"acq": {"fs": 10.0}})),
+    "a unit over several columns": Said(
+        named_over_all(["time", *SENSORS], ["s", "mV"]), (TIME_S, COUNTS / 1000)
+    ),
+    "a packing for each column": Said(
+        hdf(
+            {"t": TIME_S, "V": COUNTS.T},
+            {("V", "scale_factor"): [1.0, 2.0, 1.0, 0.5], ("V", "add_offset"): [0, 0, 9.0, 0]},
+        ),
+        (TIME_S, COUNTS * [[1], [2], [1], [0.5]] + [[0], [0], [9], [0]]),
+        options="--unit counts",
+    ),
     "fs and freq alike": Said(matlab(V=COUNTS.T, freq=10.0, fs=10.0)),
     "packed": Said(netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
     "packed before NetCDF 4": Said(netcdf("scipy"), (TIME_S, COUNTS / 100)),
@@ -434,6 +480,31 @@ ASKED = {
         "the file names kPa of",
         "--unit counts",
     ),
+    **{
+        f"a unit of {name}": (write, "the file names kPa of", "--unit counts")
+        for name, write in {
+            "info in MATLAB": matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}),
+            "meta in MATLAB": matlab(d={"t": TIME_S, "V": COUNTS.T}, meta={"daq": {"unit": "kPa"}}),
+            "units in MATLAB": matlab(t=TIME_S, V=COUNTS.T, units={"V": "kPa"}),
+            "cells in MATLAB 7.3": cells_73,
+            "several columns of a sheet": named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
+            "another sheet": beside(["Unit", "kPa"]),
+            "another sheet, by columns": beside(
+                ["time", "s", 1], *([n, "kPa", 2] for n in SENSORS)
+            ),
+            "another sheet, below": beside(["channel", "unit"], ["AI0", "kPa"]),
+        }.items()
+    },
+    "a rate on another sheet": (
+        beside(["Sampling rate", "50 Hz"]),
+        "in no unit the rate that the file states, Sampling rate = 50",
+        "--time-unit s",
+    ),
+    "a rate for each column": (
+        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "rate"): [10.0, 10.0, 10.0, 5.0]}),
+        "is 10 Hz, but the file states rate = 5 and another rate = 10; give --time-unit s if",
+        "--time-unit s",
+    ),
     "a unit beside the arrays of MATLAB": (
         matlab(run={"t": TIME_S, "V": COUNTS.T, "units": "mmHg"}),
         "the file names mmHg of",
@@ -490,7 +561,7 @@ ASKED = {
         "--rate 10",
     ),
     "a rate in words beside other times": (
-        matlab(t=TIME_S, V=COUNTS.T, Fs="50 Hz"),
+        matlab(t=TIME_S, V=COUNTS.T, Fs="0.05 kHz"),
         "its usual step of 0.1 is in no unit the rate that the file states, Fs = 50",
         "--time-unit s",
     ),

@@ -157,7 +157,27 @@ READ = {
     "words in a comment": Read("# all readings in millivolts\n" + PLAIN, values=COUNTS / 1000),
     **{
         f"rate in {line!r}": Read(f"{line}\n" + lines(*COUNTS, head="S1,S2,S3,S4"))
-        for line in ("# fs: 10", "% Sampling rate (kHz) = 0.01", "sample_rate,10 Hz")
+        for line in (
+            "# fs: 10",
+            "% Sampling rate (kHz) = 0.01",
+            "sample_rate,10 Hz",
+            "# fs_khz: 0,01",
+            "# dt_ms: 100",
+        )
+    },
+    **{
+        f"scaling in {line!r}": Read(
+            f"{line}\n{PLAIN}", note=f"the file says {line.strip('# ')}; that is not applied"
+        )
+        for line in (
+            "# values x 10",
+            "# scaled by 0.001",
+            "# readings are 10 * mV",
+            "# true = raw * 0.5 + 3",
+            "# 1 LSB = 4.88 mV",
+            "# gain: 10",
+            "All values multiplied by 100",
+        )
     },
     "sample interval": Read("# Sample Interval: 100 ms\n" + lines(*COUNTS, head="S1,S2,S3,S4")),
     **{
@@ -355,11 +375,18 @@ ASKED = {
             f"{line}\n{PLAIN}", f"but the file states {told} = 5; give", "--time-unit s"
         )
         for line, told in (
-            ("# Sampling interval (ms): 200", "Sampling interval"),
-            ("Sample Interval,0.2,s", "Sample Interval"),
+            ("# Sampling interval (ms): 200", "1 / Sampling interval"),
+            ("Sample Interval,0.2,s", "1 / Sample Interval"),
+            ("# dt_ms: 200", "1 / dt"),
+            ("# fs: 5 samples per second", "fs"),
             ("# Acquisition rate = 5.0e0 Hz", "Acquisition rate"),
         )
     },
+    "a rate for each column": Asked(
+        f"# rate: 10, 10, 10, 5\n{PLAIN}",
+        "the file states rate = 5 and another rate = 10; give --time-unit s if the times are right",
+        "--time-unit s",
+    ),
     "rate beside dates": Asked(
         "# rate: 20 Hz\n" + lines(clocks(NOON), *COUNTS),
         "is 10 Hz, but the file states rate = 20; give --time-unit clock if the times are right",
@@ -372,6 +399,8 @@ ASKED = {
         for line, told in (
             ("# scale_factor: 0.001", "scale_factor = 0.001"),
             ("Offset,-2", "Offset = -2"),
+            ("# mV_per_lsb: 4.88", "mV_per_lsb = 4.88"),
+            ("mV/count,4.88", "mV/count = 4.88"),
         )
     },
     "unit between name and number": Asked(
@@ -386,6 +415,16 @@ ASKED = {
     ),
     "unit for a name": Asked(
         lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"), "names kPa of ", "--unit counts"
+    ),
+    "unit over several columns": Asked(
+        lines(TIME_S, *COUNTS, head="time,Pressure (kPa),,,\ns,S1,S2,S3,S4"),
+        "names kPa of 'S1' and all others",
+        "--unit counts",
+    ),
+    "unit in a column": Asked(
+        lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units"),
+        "names kPa of 'S1' and all others",
+        "--unit counts",
     ),
     "unit in a row": Asked(
         lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
@@ -405,6 +444,11 @@ ASKED = {
             ("ticks", "ticks", 1e7),
             ("time (0.1 ms)", "0.1 ms", 1e4),
             ("time_hundredths", "hundredths", 100),
+            ("time_10 us", "10 us", 1e5),
+            ("time in 10 us", "10 us", 1e5),
+            ("t (10 us)", "10 us", 1e5),
+            ("time_us_x10", "us_x10", 1e5),
+            ("time (us)/10", "us)/10", 1e5),
         )
     },
     **{
@@ -417,8 +461,14 @@ ASKED = {
             ("# x-axis unit: cs", "cs", 100),
             ("# time is in 1/256 s", "1/256 s", 256),
             ("# Time base: 10 us", "10 us", 1e5),
+            ("# time in units of 10 us", "10 us", 1e5),
         )
     },
+    "two units of time": Asked(
+        "# time unit: ms\n" + in_time_unit("time_us", 1e5),
+        "the file names the unit 'us and ms'",
+        "--time none --rate 10",
+    ),
     **{
         f"a clock without colons, {form}": Asked(
             lines(

@@ -3,11 +3,13 @@
 What a file says of an array counts for it: its unit, start, sampling rate and scaling.
 """
 
+import contextlib
 import io
+import re
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,17 +17,18 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import (
-    INTERVAL,
-    RATE,
-    SCALE,
-    UNSURE_RATE,
-    Channel,
-    Table,
+from capsule.importing.stated import (
+    UNIT,
+    as_text,
+    attribute,
+    decoded,
+    is_scale,
     not_applied,
-    scales,
-    with_stamps,
+    scalings,
+    stated_rates,
+    states_rate,
 )
+from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.times import later
 
 # The word for a table of these formats.
@@ -38,15 +41,18 @@ _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
 # A longer text is no unit and no date.
 _LONGEST_TEXT = 100
-# Attributes that name a unit, and the time of the first sample by the file's clock.
-UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
+# Attributes that tell the time of the first sample by the file's clock.
 _START = ("start_time", "start_s", "t0")
 # Attributes that are applied when an array is read.
 _APPLIED = ("scale_factor", "add_offset")
 # So are limits, beyond which a sample is missing, with as many numbers.
 _LIMITS = {"valid_range": 2, "valid_min": 1, "valid_max": 1}
-# A longer time between two samples is hardly in seconds.
-_LONGEST_INTERVAL_S = 5.0
+# Names of a group of remarks on what it lies beside.
+_INFO = re.compile(
+    "info.*|meta.*|header|hdr|attr.*|about|param.*|prop.*|settings?|config.*|acq.*|daq|recording|"
+    "general|experiment|description",
+    re.IGNORECASE,
+)
 # NetCDF writes an array under this name for an axis without values.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 
@@ -74,10 +80,11 @@ def array_tables(
     about |= {path: dict(said) for path, said in told.items()}
     places = {path: path.rpartition(separator) for path in arrays}
     for path, (parent, _, name) in places.items():
-        is_about_all = SCALE.fullmatch(name) or RATE.fullmatch(name)
+        is_about_all = is_scale(name) or states_rate(name)
         most = keys.sensor_count if is_about_all else 1
         if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
+    _hand_up(about, {path for path in arrays if any(array_channels("", arrays[path]))}, separator)
     groups: defaultdict[str, defaultdict[int, list[tuple[str, Channel]]]]
     groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
@@ -85,8 +92,8 @@ def array_tables(
         unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
         started, rates_hz = date or attribute(scopes, "started"), stated_rates(scopes)
         how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
-        for start in _numbers(_nearest(scopes[:1], *_START))[:1]:
-            how["start_s"] = float(start)
+        with contextlib.suppress(ValueError):
+            how["start_s"] = float(attribute(scopes[:1], *_START))
         for channel in array_channels(name, arrays[path], **how):
             groups[parent][channel.values.size].append((path, channel))
     for parent, by_size in groups.items():
@@ -106,6 +113,25 @@ def array_tables(
             yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
 
 
+def _hand_up(
+    about: defaultdict[str, dict[str, Any]], series: Collection[str], separator: str
+) -> None:
+    """Have what stands in a group of remarks, as ``run.info.units``, hold for what it lies beside.
+
+    In a group ``units``, as in ``run.units.S1``, each remark is the unit of the series of its name.
+    """
+    for path in sorted(about, key=len, reverse=True):
+        parent, between, name = path.rpartition(separator)
+        while _INFO.fullmatch(name) and not any(
+            f"{each}{separator}".startswith(f"{path}{separator}") for each in series
+        ):
+            about[parent] = about[path] | about[parent]
+            path = parent
+            parent, between, name = path.rpartition(separator)
+        for key, value in about[path].items() if name.lower() in UNIT else ():
+            about[parent + between + key].setdefault("unit", value)
+
+
 def _scopes(
     path: str, separator: str, about: Mapping[str, dict[str, Any]]
 ) -> list[Mapping[str, Any]]:
@@ -121,59 +147,6 @@ def _of_readings(said: Mapping[str, Any], array: np.ndarray) -> dict[str, Any]:
     """Return the attributes of an array that are not applied to it yet."""
     is_compound = array.dtype.names is not None
     return {name: value for name, value in said.items() if is_compound or name not in _APPLIED}
-
-
-def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return what attributes say of a scaling of the readings; the last scope is the nearest."""
-    told = {name: _text(value) for said in scopes for name, value in said.items()}
-    return {name: value for name, value in told.items() if value and scales(name, value)}
-
-
-def _nearest(scopes: Iterable[Mapping[str, Any]], *names: str) -> Any:
-    found = (said[key] for said in scopes for name in names for key in said if key.lower() == name)
-    return next(found, "")
-
-
-def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
-    """Return the nearest attribute with one of the names as a text; empty if there is none."""
-    return _text(_nearest(scopes, *names))
-
-
-def _text(value: Any) -> str:
-    """Return an attribute as a text; of several values, each different one once."""
-    return ", ".join(
-        dict.fromkeys(_decoded(each).strip() for each in np.ravel(value)[:_MOST_COLUMNS])
-    )
-
-
-def _numbers(value: Any) -> np.ndarray:
-    """Return the different numbers of an attribute; a text can be one, such as ``50 Hz``."""
-    try:
-        numbers = np.ravel(value)
-        if numbers.dtype.kind not in "iuf":
-            numbers = np.array([float(_text(value).lower().removesuffix("hz"))])
-    except ValueError:
-        return np.empty(0)
-    return np.unique(numbers[np.isfinite(numbers)])
-
-
-def stated_rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
-    """Return the sampling rates in the nearest scope that states one surely, by their names."""
-    rates: dict[str, float] = {}
-    for said in scopes:
-        for name, value in said.items():
-            numbers = _numbers(value) if RATE.fullmatch(name) else np.empty(0)
-            if INTERVAL.fullmatch(name):
-                steps = _numbers(value)
-                name, numbers = (
-                    f"1 / {name}",
-                    1 / steps[(steps > 0) & (steps < _LONGEST_INTERVAL_S)],
-                )
-            for at, number in enumerate(numbers[numbers > 0].tolist()):
-                rates.setdefault(f"another {name}" if at else name, number)
-        if any(not UNSURE_RATE.fullmatch(name) for name in rates):
-            break
-    return rates
 
 
 def array_channels(name: str, array: np.ndarray, **how: Any) -> list[Channel]:
@@ -248,7 +221,7 @@ def _matlab_parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray | str
         yield from _matlab_parts(f"{name}.{field}", getattr(value, field))
     array = np.asarray(value)
     if array.size and all(isinstance(each, str) for each in array.flat):
-        yield name, _text(array)
+        yield name, as_text(array)
     elif array.dtype.kind in "iufb":
         yield name, array
     elif array.ndim and all(hasattr(each, "_fieldnames") for each in array.flat):
@@ -300,15 +273,22 @@ def read_hdf(content: bytes, keys: Keys) -> Iterator[Table]:
             continue
         said, (parent, _, name) = dict(node.attrs), path.rpartition("/")
         told[path.strip("/")] |= said
-        kind = _decoded(said.get("MATLAB_class", ""))
-        is_axis = _decoded(said.get("NAME", "")).startswith(_NO_VARIABLE)
-        if not isinstance(node, h5py.Dataset) or node.shape is None or kind == "cell":
+        kind = decoded(said.get("MATLAB_class", ""))
+        is_axis = decoded(said.get("NAME", "")).startswith(_NO_VARIABLE)
+        if not isinstance(node, h5py.Dataset) or node.shape is None:
             continue
-        if kind == "char" and node.size <= _LONGEST_TEXT:
-            told[parent][name] = "".join(map(chr, np.ravel(node[()])))
+        if kind in ("char", "cell") and node.size <= _LONGEST_TEXT:
+            # A cell refers to its parts.
+            cells = [node] if kind == "char" else [node.file[each] for each in np.ravel(node[()])]
+            texts = [
+                each[()] for each in cells if decoded(each.attrs.get("MATLAB_class", "")) == "char"
+            ]
+            told[parent][name] = ["".join(map(chr, np.ravel(text))) for text in texts]
+        elif kind == "string":
+            told[parent][name] = "a string that only MATLAB can read"
         elif node.shape == () and h5py.check_string_dtype(node.dtype):
             told[parent][name] = node[()]
-        elif node.dtype.kind in "iufbV" and not (kind == "char" or is_axis):
+        elif node.dtype.kind in "iufbV" and not (kind in ("char", "cell") or is_axis):
             arrays[path] = _scaled(path, node[()], said)
     return array_tables(arrays, "/", keys, told)
 
@@ -332,7 +312,7 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
     marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
     scaling = [key for key in _APPLIED if key in said]
     limits = {key: np.ravel(said[key]) for key in _LIMITS if key in said}
-    is_unsigned = _decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i"
+    is_unsigned = decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i"
     if array.dtype.kind not in "iuf" or not (marks or scaling or limits or is_unsigned):
         return array
     values = array.astype(float)
@@ -341,16 +321,20 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
     stored = values
     for key in scaling:
         factor = np.ravel(said[key])
-        if factor.size != 1:
+        # One for each channel lies along the axis of the channels.
+        axes = [axis for axis, size in enumerate(values.shape) if size == factor.size]
+        if factor.size != 1 and (len(axes) != 1 or values.ndim == 1):
             raise CapsuleError(
-                f"{key} of {path} holds {factor.size} numbers, and only one is understood; export "
-                "the readings without packing"
+                f"{key} of {path} holds {factor.size} numbers, which are not one for each channel; "
+                "export the readings without packing"
             )
+        if factor.size != 1:
+            factor = factor.reshape([-1 if axis in axes else 1 for axis in range(values.ndim)])
         values = values * factor if key == "scale_factor" else values + factor
     for key, limit in limits.items():
         if limit.size != _LIMITS[key] or limit.dtype.kind not in "iuf":
             raise CapsuleError(
-                f"{key} of {path} is {_text(limit)[:60]!r}, and {_LIMITS[key]} numbers are "
+                f"{key} of {path} is {as_text(limit)[:60]!r}, and {_LIMITS[key]} numbers are "
                 "understood; export the readings without it"
             )
         # Limits of packed numbers are whole; decimals are limits of what they stand for.
@@ -360,10 +344,6 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
     for mark in marks:
         values[np.isin(array, mark)] = np.nan
     return values
-
-
-def _decoded(value: object) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
@@ -383,14 +363,14 @@ def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
             shape[each.attrs.get("axis", 1)] = -1
             values = values * each[()].reshape(shape)
         values = values + told.get("offset", 0.0)
-        how: dict[str, Any] = {"unit": _decoded(told.get("unit", ""))}
+        how: dict[str, Any] = {"unit": decoded(told.get("unit", ""))}
         if times:
             how |= {"stamps": Channel("timestamps", times[()], "s"), "start_s": float(times[0])}
         elif start:
             rates_hz = {"rate": float(start.attrs["rate"])}
             how |= {"start_s": float(start[()]), "rates_hz": rates_hz}
         # All times count from the start of the session.
-        session = _decoded(group.file["session_start_time"][()])
+        session = decoded(group.file["session_start_time"][()])
         how["started"] = later(session, how.get("start_s", 0.0)) or session
         channels = array_channels(name, values, **how)
         if channels and (times or start):

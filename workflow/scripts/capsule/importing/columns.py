@@ -1,17 +1,28 @@
-"""Choose the columns of a table that hold the time and the sensors."""
+"""Choose the columns of a table that hold the time and the sensors, and find the readings' unit."""
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import Table
+from capsule.importing.stated import is_scale, scales
+from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.text import STAMP_NAME
 from capsule.importing.times import WRAPS, text_kind, unwrapped
-from capsule.importing.units import is_time_name, split_unit
+from capsule.importing.units import (
+    LEAST_COUNT,
+    NUMBER,
+    THOUSANDFOLD,
+    WRITTEN,
+    is_time_name,
+    is_unit,
+    split_unit,
+    unit_of,
+)
+from capsule.recordings.names import displayed
 
 _COUNTER_NAMES = re.compile(
     r"(samples?|index|frames?|n|no|nr|number|count(er)?|#|row|line|id|seq|unnamed.*)"
@@ -20,6 +31,22 @@ _COUNTER_NAMES = re.compile(
 )
 _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
+# What follows the number of a sensor and is short, or a share, or a multiple: no name, but a unit.
+_BEHIND_NUMBER = re.compile(
+    r"\D*[0-9]+[\s_/,:;-]*"
+    r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|.+[\s_*][x\u00d7] ?[0-9.]+)"
+)
+# A full scale up to this is in volts, a larger one in counts.
+_HIGHEST_VOLTS = 60.0
+# Least reading, and range of the largest one, that fit a unit.
+_FITS = {
+    "counts": (0, 0, np.inf),
+    "V": (0, 0, 5.5),
+    "mV": (0, 100, 5500),
+    "ohm": (100, 100, 1e7),
+    "kohm": (0.1, 0.1, 1e4),
+}
+_HIGHEST_COUNT = 65_535.0
 
 
 def choose_columns(
@@ -154,3 +181,97 @@ def _sensors(table: Table, taken: Collection[int | None], sensors: int) -> tuple
 
 def _is_counter(table: Table, index: int) -> bool:
     return bool(_COUNTER_NAMES.fullmatch(table.names[index].strip()))
+
+
+def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str, str]:
+    """Return the unit of the sensors' readings, as lab.yaml names it, and the reason for it.
+
+    `sensors` holds the indices of the columns. Of the keys, ``unit`` and ``full_scale`` are used.
+
+    Raises
+    ------
+    CapsuleError
+        If the file names a unit that cannot be used, or names none and several fit.
+    """
+    if keys.unit:
+        return keys.unit, "given"
+    for key, value in table.notes.items():
+        if is_scale(key) and scales(key, value):
+            raise QuestionError(
+                f"the file states {displayed(key)} = {displayed(value)[:60]}, and not whether it "
+                "is applied already; if it is, or is not needed, give the unit of the readings "
+                "with --unit, or else convert them first"
+            )
+    texts = [_named(table, index) for index in sensors]
+    # Different texts that are no units, such as (left) and (right), are names.
+    if len({*texts}) == len(texts) > 1 and not any(map(is_unit, texts)):
+        texts = [""] * len(texts)
+    noted = table.notes.get("unit", "")
+    for at, index in enumerate(sensors):
+        is_adc = split_unit(table.names[index])[0].lower().startswith("adc")
+        texts[at] = texts[at] or ("counts" if is_adc else noted)
+    units = [unit_of(text) or "" for text in texts]
+    if not any(texts):
+        values = np.concatenate([table.checked_numbers(table.channels[index]) for index in sensors])
+        with naming(f"column {table.column_label(table.channels[sensors[0]])}"):
+            return _by_values(values[~np.isnan(values)], keys.full_scale)
+    if units[0] not in WRITTEN or len({*units}) > 1:
+        alike = len({*texts}) == 1
+        named = ", ".join(
+            f"{displayed(text)[:60] or 'no unit'} of {table.column_label(table.channels[index])}"
+            for index, text in zip(sensors[: 1 if alike else None], texts, strict=False)
+        )
+        raise QuestionError(
+            f"the file names {named}{' and all others' if alike and len(texts) > 1 else ''}; "
+            "allowed are counts, V, mV, ohm and kohm, the same for all sensors; use --unit if the "
+            "readings have one of these units, or else convert them first"
+        )
+    return units[0], "named in the file"
+
+
+def _named(table: Table, index: int) -> str:
+    """Return the unit that the file names for a column, known or not; empty if it names none."""
+    _, unit = split_unit(table.names[index])
+    # Behind a name, as in S1_min, a unit of time is a word.
+    bare = NUMBER.sub("", table.names[index])
+    is_word = unit_of(unit) not in (None, *WRITTEN) and bare.endswith(unit)
+    if is_unit(name := table.names[index]) and table.names.count(name) > 1:
+        unit, is_word = name, False
+    if match := _BEHIND_NUMBER.fullmatch(name):
+        unit, is_word = match[1], False
+    return table.channels[index].unit.strip() or ("" if is_word else unit)
+
+
+def _by_values(known: np.ndarray, full_scale: float) -> tuple[str, str]:
+    """Return the unit that fits all readings, of which none is missing, and the reason."""
+    if known.size == 0:
+        raise CapsuleError("it has no reading; name other columns with --sensors")
+    low, high = float(known.min()), float(known.max())
+    whole, below_scale = bool(np.all(known % 1.0 == 0)), LEAST_COUNT <= high < full_scale
+    jumps = below_scale and not whole and high > THOUSANDFOLD * low
+    span = f"readings from {low:.6g} to {high:.6g}"
+    if low >= 0 and whole and below_scale:
+        reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
+        return "counts", reason
+    if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
+        return "V", f"{span}, within diagonal.full_scale {full_scale:g}"
+    likely = {
+        # Averaged counts are not whole, and kilo-ohms hardly ever are.
+        "counts": high <= _HIGHEST_COUNT if whole else below_scale and not jumps,
+        "kohm": not whole or high < LEAST_COUNT,
+    }
+    fitting = [
+        unit
+        for unit, (least, lowest, highest) in _FITS.items()
+        if least <= low and lowest <= high <= highest and likely.get(unit, True)
+    ]
+    if len(fitting) == 1 and not jumps:
+        return fitting[0], f"{span} fit no other unit"
+    if not fitting:
+        raise QuestionError(
+            f"{span} fit no unit; if one of them marks a missing sample, name it with --missing, "
+            "else give the unit with --unit"
+        )
+    options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
+    other = ", or --thousands point if points separate thousands" if jumps else ""
+    raise QuestionError(f"{span} can be {options}; choose one{other}")

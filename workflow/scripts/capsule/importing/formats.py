@@ -24,23 +24,20 @@ from capsule.errors import CapsuleError
 from capsule.importing.array_formats import (
     MOST_UNPACKED,
     TOO_LARGE,
-    UNIT,
     VARIABLE,
     array_tables,
-    attribute,
     read_hdf,
     read_matlab,
     read_netcdf,
     read_numpy,
     read_nwb,
     refuse_unpacked,
-    scalings,
-    stated_rates,
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.table import Channel, Table, not_applied, with_stamps
-from capsule.importing.text import read_rows, read_text
+from capsule.importing.stated import UNIT, attribute, not_applied, scalings, stated_rates
+from capsule.importing.table import Channel, Table, with_stamps
+from capsule.importing.text import read_sheets, read_text
 from capsule.store.files import read_limited
 
 # 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
@@ -143,7 +140,7 @@ def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
 def _tdms_channel(channel: Any, around: list[dict[str, Any]]) -> Channel:
     """Return a channel of TDMS, with its own start and sampling rate."""
     data, said = channel[:], channel.properties
-    unit, step = attribute([said], *UNIT), said.get("wf_increment")
+    unit = attribute([said], *UNIT)
     if data.dtype.kind == "M":
         # In seconds since 1970, with a resolution of 1 microsecond.
         data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
@@ -151,8 +148,8 @@ def _tdms_channel(channel: Any, around: list[dict[str, Any]]) -> Channel:
     if start := said.get("wf_start_time"):
         offset = np.timedelta64(round(1e6 * start_s), "us")
         started, start_s = f"{np.datetime64(start, 'us') + offset}Z", 0.0
-    rates_hz = {"1 / wf_increment": 1.0 / step} if step else {}
-    rates_hz |= stated_rates([said, *around])
+    # A rate of the group counts beside the interval of a channel.
+    rates_hz = stated_rates([said]) | stated_rates(around)
     values = np.asarray(data, dtype=float)
     return Channel(channel.name, values, unit, started=started, start_s=start_s, rates_hz=rates_hz)
 
@@ -220,15 +217,20 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
 
     # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
     book = load_workbook(io.BytesIO(content), data_only=True)
-    tables = []
+    sheets = {}
     for sheet in book.worksheets:
         if sheet.max_row * sheet.max_column > _MOST_CELLS:
             raise CapsuleError(
                 f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} "
                 "columns, too many for one session; delete the cells that hold no readings"
             )
-        cells = (list(map(_cell_text, row)) for row in sheet.values)
-        tables.append(read_rows(enumerate(cells, start=1), keys, sheet.title))
+        texts = sheets[sheet.title] = [list(map(_cell_text, row)) for row in sheet.values]
+        # What stands over several columns holds for each of them.
+        for area in sheet.merged_cells.ranges:
+            if area.min_row == area.max_row:
+                row, first = texts[area.min_row - 1], area.min_col - 1
+                row[first : area.max_col] = [row[first]] * (area.max_col - first)
+    tables = list(read_sheets(sheets, keys))
     if not has_formulas:
         return tables
     formulas = load_workbook(io.BytesIO(content))

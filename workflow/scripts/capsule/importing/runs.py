@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.columns import NO_TIME, choose_columns
+from capsule.importing.columns import NO_TIME, choose_columns, reading_unit
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
@@ -22,7 +22,7 @@ from capsule.importing.table import (
     without_first,
 )
 from capsule.importing.times import Clock, later, read_time
-from capsule.importing.units import WRITTEN, reading_unit
+from capsule.importing.units import WRITTEN
 from capsule.recordings.names import displayed
 from capsule.recordings.recording import Recording
 

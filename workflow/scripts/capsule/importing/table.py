@@ -10,42 +10,12 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
+from capsule.importing.stated import UNSURE_RATE
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
 # A reading far from its neighbours: samples, and steps in those that hardly any exceeds.
 _LEAST_LONE, _LONE_STEPS = 50, 4.0
-# A number of this name can be the frequency of a filter or of a wave, too.
-UNSURE_RATE = re.compile(r"freq(uency)?(_?hz)?", re.IGNORECASE)
-# Names of a sampling rate, and of what turns stored numbers into readings.
-RATE = re.compile(
-    r"(fs|s?rate|odr|(samp(le|ling)?|acquisition|scan|data|update)[_ ]?(rate|freq(uency)?)|"
-    rf"{UNSURE_RATE.pattern})([_ ]?hz)?",
-    re.IGNORECASE,
-)
-# Names of the time between two samples.
-INTERVAL = re.compile("(samp(le|ling)?|scan)[_ ]?(interval|period)|dt|delta[_ ]?t", re.IGNORECASE)
-SCALE = re.compile(
-    "(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier", re.IGNORECASE
-)
-# Other words for a scaling, which may be that of the recorder.
-_SCALING = re.compile(
-    r"(scal|gain|offset|multipl|factor|lsb|calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi).*",
-    re.IGNORECASE,
-)
-
-
-def scales(key: str, value: str) -> bool:
-    """Return whether a file's line tells a scaling of the readings, other than one by 1 and 0."""
-    neutral = "[+-]?0*[.]?0*" if "offset" in key.lower() else "[+]?1[.]?0* ?[xX]?"
-    told = SCALE.fullmatch(key) or _SCALING.fullmatch(key)
-    return bool(told) and not re.fullmatch(neutral, value.strip())
-
-
-def not_applied(notes: Mapping[str, str]) -> str:
-    """Return the note on the scalings that a file tells; empty if it tells none."""
-    told = [f"{key}: {value[:60]}" for key, value in notes.items() if scales(key, value)]
-    return f"the file says {'; '.join(told)}; that is not applied to the readings" if told else ""
 
 
 @contextlib.contextmanager
@@ -120,9 +90,13 @@ class Channel:
     @property
     def rate_hz(self) -> float | None:
         """The sampling rate that the file states; None for none, several, or another frequency."""
-        rates = {*self.rates_hz.values()}
-        is_sure = any(not UNSURE_RATE.fullmatch(name) for name in self.rates_hz)
-        return rates.pop() if len(rates) == 1 and is_sure else None
+        is_sure = self.sure_rates_hz and len({*self.rates_hz.values()}) == 1
+        return self.sure_rates_hz[0] if is_sure else None
+
+    @property
+    def sure_rates_hz(self) -> list[float]:
+        """The sampling rates that the file states under a name that no other frequency has."""
+        return [rate for name, rate in self.rates_hz.items() if not UNSURE_RATE.fullmatch(name)]
 
     @property
     def holds_numbers(self) -> bool:

@@ -7,7 +7,7 @@ import io
 import re
 from array import array
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeAlias
@@ -27,29 +27,20 @@ from capsule.importing.dialects import (
 )
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.table import (
-    INTERVAL,
-    RATE,
-    SCALE,
-    Channel,
-    Table,
-    not_a_number,
+from capsule.importing.stated import (
+    NOTE,
     not_applied,
     scales,
+    speaks_of_scaling,
+    stated_rates,
+    states_rate,
 )
-from capsule.importing.units import is_unit, unit_of
+from capsule.importing.table import Channel, Table, not_a_number
+from capsule.importing.units import SECONDS, is_time_name, is_unit, split_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
-_NOTE = re.compile(
-    r"\s*([A-Za-z][A-Za-z0-9_ -]{0,40}?)\s*(?:[\[(](k?Hz|[mu]?s)[\])]\s*)?[:=]\s*(.+)"
-)
-_STATED_RATE = re.compile(
-    r"((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?)[\s:]*(k?)(?:Hz|sps|s/s|/s|samples/s)?",
-    re.IGNORECASE,
-)
-_STATED_STEP = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)[\s:]*([mu]?)(?:s|sec)?", re.IGNORECASE)
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
@@ -69,13 +60,15 @@ _LEAST_SHARE = 0.5
 # What a comment, or a line above the samples, says of all readings.
 _IN_UNIT = re.compile(
     r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
-    r"pressures?|forces?|voltages?|resistances?))\b(?:.* in |[^,;|\t(\[:=]*[(\[:=] *)"
-    r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-z]+)[)\]]?\.?",
+    r"pressures?|forces?|voltages?|resistances?))\b"
+    r"(?:.* in (?:(?:unit|step|tick)s? of )?|[^,;|\t(\[:=]*[(\[:=] *)"
+    r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-zµμ]+)[)\]]?(?: (?:unit|step|tick)s?)?\.?",
     re.IGNORECASE,
 )
 _UNIT_LINE = re.compile(
     r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
 )
+_UNIT_WORD = re.compile(r"(.*[\s_])?(units?|einheit(en)?)\W*", re.IGNORECASE)
 _TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
 # Keys of comments that tell a mark of missing samples.
 _MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
@@ -113,19 +106,19 @@ def read_text(content: bytes, keys: Keys) -> Table:
         check_thousands(known[dialect.first :], dialect, keys)
         above = [dialect.split(line) for _, line in known[: dialect.first]]
         for number, line in known[: dialect.first]:
-            text = ": ".join(filter(None, dialect.split(line)))
-            note = _NOTE.fullmatch(text)
-            if note and (
-                any(way.fullmatch(note[1]) for way in (RATE, INTERVAL, SCALE))
-                or scales(note[1], note[3])
-            ):
-                comments[number] = text
-            if any(way.fullmatch(line.strip()) for way in (_UNIT_LINE, _IN_UNIT)):
-                comments[number] = line.strip()
+            cells, plain = dialect.split(line), line.strip()
+            text = ": ".join(filter(None, cells))
+            is_prose = len(cells) < dialect.cells and speaks_of_scaling(plain)
+            is_prose |= any(way.fullmatch(plain) for way in (_UNIT_LINE, _IN_UNIT))
+            if _states_much(text) or is_prose:
+                comments[number] = text if _states_much(text) else plain
         heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
+    notes = _notes(comments)
+    # A recording of this project tells all that was done to it.
+    remarks = [] if "format_version" in notes else [*comments.values()]
     table = _table(
         above,
         rows,
@@ -135,11 +128,10 @@ def read_text(content: bytes, keys: Keys) -> Table:
         is_log=is_log,
         heads=heads,
         said=said,
-        notes=_notes(comments),
+        notes=notes,
+        remark=not_applied(notes, remarks),
         reading=reading,
     )
-    if said_so := not_applied(table.notes):
-        table = replace(table, remark="; ".join(filter(None, (table.remark, said_so))))
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
     return table if ends else _checked_end(table, known, dialect)
@@ -186,23 +178,88 @@ def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any
     return columns
 
 
-def read_rows(rows: _Rows, keys: Keys, title: str) -> Table:
-    """Return the table in the rows of a sheet; empty rows and rows above the names are left out.
+def read_sheets(sheets: Mapping[str, Sequence[list[str]]], keys: Keys) -> Iterator[Table]:
+    """Yield the table in the rows of each sheet, by its title; empty if there is none.
 
-    `rows` holds the number of each row, and its cells; all rows have the same number of cells.
+    Empty rows and rows above the names are left out. What a sheet without a table says of units,
+    rates and scales holds for the others. All rows of a sheet have the same number of cells.
     """
-    rows = [row for row in rows if row[0] > (keys.skip_lines or 0) and any(row[1])]
-    way = table_in([cells for _, cells in rows], plain_dialect(keys), keys.sensor_count)
-    if way is None:
-        return Table((), "sheet", title)
+    numbered = {
+        title: [
+            row
+            for row in enumerate(rows, start=1)
+            if row[0] > (keys.skip_lines or 0) and any(row[1])
+        ]
+        for title, rows in sheets.items()
+    }
+    plain = plain_dialect(keys)
+    ways = {
+        title: table_in([cells for _, cells in rows], plain, keys.sensor_count)
+        for title, rows in numbered.items()
+    }
+    beside = [cells for title, way in ways.items() if way is None for _, cells in numbered[title]]
+    for title, way in ways.items():
+        if way is None:
+            yield Table((), "sheet", title)
+        else:
+            yield _sheet(numbered[title], way, keys, title, beside)
+
+
+def _sheet(
+    rows: Sequence[tuple[int, list[str]]],
+    way: Dialect,
+    keys: Keys,
+    title: str,
+    beside: Sequence[list[str]],
+) -> Table:
+    """Return the table in the rows of a sheet, and what the rows of other sheets say of it."""
     above, below = rows[: way.first], rows[way.first :]
     # Empty cells that have a format make rows wider.
     width = max(at for _, cells in below for at, cell in enumerate(cells, 1) if cell)
     named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
     samples = ((number, cells[:width]) for number, cells in below)
+    said = {
+        n: ": ".join(dict.fromkeys(filter(None, cells))) for n, cells in above if len({*cells}) <= 3
+    }
+    elsewhere = [": ".join(filter(None, cells)) for cells in beside]
+    told = [_notes({0: text}) for text in elsewhere if _states_much(text)]
+    names = [cell for cells in named for cell in cells if cell and not is_time_name(cell)]
+    told += [{"unit": unit} for unit in _units_in(beside, names)]
+    merged: dict[str, str] = {}
+    for key, value in (pair for notes in told for pair in notes.items()):
+        merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
+    notes = merged | _notes(said)
+    remark = not_applied(notes, [*elsewhere, *said.values()])
     way = way._replace(cells=width)
-    said = {n: ": ".join(filter(None, cells)) for n, cells in above if sum(map(bool, cells)) <= 2}
-    return _table(named, samples, way, keys, kind="sheet", label=title, notes=_notes(said))
+    return _table(named, samples, way, keys, kind="sheet", label=title, notes=notes, remark=remark)
+
+
+def _states_much(text: str) -> bool:
+    """Return whether a line of the form ``key: value`` states a rate or a scaling."""
+    note = NOTE.fullmatch(text)
+    return note is not None and (states_rate(_key(note)) or scales(note[1], note[3]))
+
+
+def _units_in(rows: Sequence[list[str]], names: Collection[str]) -> list[str]:
+    """Return the different units in rows that name columns, and beside or below a cell "unit"."""
+    found, below = dict[str, None](), set[int]()
+    for cells in rows:
+        heads = {at for at, cell in enumerate(cells) if _UNIT_WORD.fullmatch(cell)}
+        is_about_all = heads or {*cells} & {*names}
+        for at, cell in enumerate(cells):
+            if (is_about_all or at in below) and is_unit(cell) and not _is_of_time(cell):
+                found[cell] = None
+        below |= heads
+    return list(found)
+
+
+def _is_of_time(unit: str) -> bool:
+    return unit_of(unit) in (*SECONDS, "sample")
+
+
+def _key(note: re.Match[str]) -> str:
+    """Return the key of a line ``key: value``, with what stands in brackets behind it."""
+    return f"{note[1]} {note[2]}" if note[2] else note[1]
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -268,14 +325,14 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
             notes.setdefault(key, (match[2], number))
         elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
             notes.setdefault("unit", (match[2], number))
-        elif match := _NOTE.fullmatch(text):
-            key, kind, value = match.groups("")
-            value = f"{value} {kind}".rstrip()
-            is_base = re.fullmatch("time ?base", key, re.IGNORECASE) and is_unit(value)
-            if is_base or re.search("unit|einheit", key, re.IGNORECASE):
+        elif match := NOTE.fullmatch(text):
+            key, value = _key(match), match[3]
+            if re.fullmatch("time ?base|tick", key, re.IGNORECASE) and is_unit(value):
+                key = "time base"
+            elif re.search("unit|einheit", key, re.IGNORECASE):
                 key = "time unit" if _TIME_AXIS.match(key) else "unit"
             other, line = notes.get(key, (value, number))
-            if (key in _DECISIVE or RATE.fullmatch(key)) and other != value:
+            if (key in _DECISIVE or states_rate(key)) and other != value:
                 raise CapsuleError(
                     f"lines {line} and {number} name two values of {key}, {other[:60]!r} and "
                     f"{value[:60]!r}; delete the line that is wrong"
@@ -347,6 +404,7 @@ def _table(
     names, units = heads_only[-1], heads_only[0]
     if len(heads_only) > 2 and _are_units(*heads_only[-2:]):
         names, units = heads_only[-2:]
+    units = _with_units_above(heads_only, names, units)
     begun = {row[0] for row in heads if row and dialect.number(row[0]) == np.inf}
     lines, restarts, passed_over = array("q"), list[int](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
@@ -377,7 +435,10 @@ def _table(
     ]
     if said:
         channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
-    if rates_hz := _stated_rates(told["notes"]):
+    for channel in channels:
+        if _UNIT_WORD.fullmatch(channel.name) and all(map(is_unit, channel.words or [""])):
+            told["notes"].setdefault("unit", ", ".join(dict.fromkeys(channel.words)))
+    if rates_hz := stated_rates([told["notes"]]):
         channels = [replace(each, rates_hz=each.rates_hz or rates_hz) for each in channels]
     channels = with_own_times(channels, keys)
     stamped = [stamps.get(line, "") for line in lines] if stamps else [""]
@@ -392,16 +453,22 @@ def _table(
     )
 
 
-def _stated_rates(notes: Mapping[str, str]) -> dict[str, float]:
-    """Return the sampling rates in Hz that notes state, by their keys."""
-    stated = {
-        key: _STATED_RATE.fullmatch(text) for key, text in notes.items() if RATE.fullmatch(key)
-    }
-    rates = {key: float(m[1]) * (1000 if m[2] else 1) for key, m in stated.items() if m}
-    for key, text in notes.items():
-        if INTERVAL.fullmatch(key) and (m := _STATED_STEP.fullmatch(text)) and float(m[1]):
-            rates[key] = round({"": 1.0, "m": 1e3, "u": 1e6}[m[2].lower()] / float(m[1]), 9)
-    return {key: rate for key, rate in rates.items() if rate > 0}
+def _with_units_above(
+    heads: Sequence[list[str]], names: Sequence[str], units: Sequence[str]
+) -> list[str]:
+    """Return the units of columns, also from the heads of several columns above their names."""
+    units = list(units)
+    for row in heads[: heads.index(names)]:
+        unit = ""
+        for at, cell in enumerate(row):
+            unit = split_unit(cell)[1] if cell else unit
+            name = names[at]
+            is_named = (
+                units[at] or is_unit(split_unit(name)[1]) or is_time_name(name) or is_unit(name)
+            )
+            if is_unit(unit) and not (is_named or _is_of_time(unit)):
+                units[at] = unit
+    return units
 
 
 def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:

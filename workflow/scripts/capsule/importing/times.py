@@ -10,9 +10,10 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import Channel, QuestionError, Table, naming
-from capsule.importing.units import is_unit, split_unit, unit_of
+from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
 
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
+# Units that a file can name.
+_NAMED = (*SECONDS, "sample")
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
 # First cells of a column that tell whether it holds dates or times of day.
@@ -112,9 +113,10 @@ def read_time(table: Table, time: Channel | None, channel: Channel, keys: Keys) 
     assert stamps is not None
     is_text = not stamps.holds_numbers or keys.time_unit in ("date", "clock")
     clock = (_from_texts if is_text else _from_numbers)(table, stamps, channel, keys)
-    stated_hz, is_decided = channel.rate_hz, keys.time_unit or keys.rate or clock.unit == "sample"
+    is_decided = keys.time_unit or keys.rate or clock.unit == "sample"
     step_s = float(np.median(np.diff(clock.time_s))) if clock.time_s.size > 1 else 0.0
-    if stated_hz and not is_decided and step_s > 0 and abs(1 / step_s / stated_hz - 1) > _SAME_RATE:
+    others = [hz for hz in channel.sure_rates_hz if abs(step_s * hz - 1) > _SAME_RATE]
+    if others and not is_decided and step_s > 0:
         raise QuestionError(
             f"column {table.column_label(stamps)}: its usual step of {step_s:.6g} s is "
             f"{1 / step_s:.4g} Hz, but the file states {_stated(channel)}; give --time-unit "
@@ -140,7 +142,7 @@ def _from_numbers(table: Table, stamps: Channel, channel: Channel, keys: Keys) -
         no_rate = f"{column} counts samples; give the sampling rate in Hz with --rate"
         seconds = 1 / _rate(channel, keys, no_rate)[0]
     else:
-        seconds = _SECONDS[unit]
+        seconds = SECONDS[unit]
     first_s, started = float(numbers[0] * seconds), stamps.started or channel.started
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
         started = _iso(datetime.fromtimestamp(int(first_s), UTC))
@@ -230,17 +232,25 @@ def _unit(
     bare, in_name = split_unit(stamps.name)
     # As in "seconds since 2026-03-04".
     in_units = stamps.unit.partition(" since ")[0].strip("[]()<> ")
-    said = (in_units, table.notes.get("time unit", ""), in_name, bare)
-    named = next((unit for unit in map(unit_of, said) if unit in (*_SECONDS, "sample")), None)
-    said = (*said[:3], bare if len(bare) > 1 and is_unit(bare) else "")
-    unknown = next((text for text in said if text and not _NO_UNITS.fullmatch(text.lower())), "")
-    if unknown and not named and not keys.time_unit:
+    said = (in_units, in_name, table.notes.get("time unit", ""))
+    texts = [text for text in said if text and not _NO_UNITS.fullmatch(text.lower())]
+    if not any(unit_of(text) in _NAMED for text in texts):
+        texts += [bare] if unit_of(bare) in _NAMED or (len(bare) > 1 and is_unit(bare)) else []
+    texts = texts or list(filter(None, [table.notes.get("time base")]))
+    units = {each: text for text in texts if (each := unit_of(text) or "") in _NAMED}
+    # Beside a unit, other words are names.
+    unknown = [
+        text for text in texts if unit_of(text) not in units and (is_unit(text) or not units)
+    ]
+    named = next(iter(units), None)
+    if (unknown or len(units) > 1) and not keys.time_unit:
+        stated = unknown[0][:60] if unknown else " and ".join(units.values())
         raise QuestionError(
-            f"the file names the unit {unknown[:60]!r}, which is none of {', '.join(_SECONDS)}; if "
+            f"the file names the unit {stated!r}, which is none of {', '.join(SECONDS)}; if "
             "it is one of these, give --time-unit, or else --time none and the sampling rate with "
             "--rate"
         )
-    rates = {unit: 1.0 / (step * seconds) for unit, seconds in _SECONDS.items()}
+    rates = {unit: 1.0 / (step * seconds) for unit, seconds in SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
         if told != "sample" and not _POSSIBLE_HZ[0] <= rates[told] <= _POSSIBLE_HZ[1]:
@@ -253,7 +263,7 @@ def _unit(
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
     fitting = [unit for unit in _TRIED if low <= rates[unit] <= high]
     # Other programs count 100 ns, from the year 1 or 1601 on.
-    if _YEAR_S < numbers[0] * _SECONDS["ns"] < _EPOCH_S[0]:
+    if _YEAR_S < numbers[0] * SECONDS["ns"] < _EPOCH_S[0]:
         fitting = [unit for unit in fitting if unit != "ns"]
     skips = np.abs(steps[:, None] - step - _SKIPPED) < 0.5 * step
     if step < 1 and np.all(numbers % 100 < 60) and skips.any():
@@ -325,8 +335,8 @@ def _from_texts(table: Table, stamps: Channel, channel: Channel, keys: Keys) -> 
     seconds, remark = unwrapped(seconds, [_HOUR])
     if kind == "clock":
         # After midnight the times continue to rise.
-        days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_SECONDS["day"] / 2)])
-        seconds, reason, started = seconds + _SECONDS["day"] * days, "times of day", channel.started
+        days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -SECONDS["day"] / 2)])
+        seconds, reason, started = seconds + SECONDS["day"] * days, "times of day", channel.started
     else:
         reason, started = "dates", _iso(moments[0])
     return Clock(seconds, kind, reason, first_s, started, order, remark)

@@ -1,0 +1,158 @@
+"""Understand what a file states beside its samples: units, sampling rates and scalings.
+
+A statement is a name with a value: an attribute, a property, a field of a structure or a line of a
+text. Scopes hold the statements on a thing, and those on what is around it, nearest first.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from capsule.importing.units import SECONDS, unit_of
+
+# Names of a unit.
+UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
+# A number of this name can be the frequency of a filter or of a wave, too.
+UNSURE_RATE = re.compile("freq(uency)?", re.IGNORECASE)
+# Names of a sampling rate, and of the time between two samples; with its unit or without.
+_TIMING = re.compile(
+    r"(?:(?P<rate>fs|s?rates?|odr|"
+    r"(?:samp(?:le|ling)?|acquisition|scan|data|update)[_ ]?(?:rates?|freq(?:uency)?)|"
+    rf"{UNSURE_RATE.pattern})|"
+    r"(?P<step>(?:samp(?:le|ling)?|scan)[_ ]?(?:interval|period)|dt|delta[_ ]?t|wf_increment))"
+    r"(?:[_ ]*(?P<hz>k?hz)|(?:[_ ]|[_ ]*[\[(] *)(?P<unit>k?hz|k?sps|[mnuµμ]?s(?:ec)?|min)[\])]?)?",
+    re.IGNORECASE,
+)
+_QUANTITY = re.compile(r"((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?)[\s:]*(.*)", re.IGNORECASE)
+_PER_SECOND = dict.fromkeys(["hz", "sps", "s/s", "/s", "1/s", "samples/s"], 1.0)
+_PER_SECOND |= dict.fromkeys(["samples per second", "samples/sec", "s^-1"], 1.0)
+_PER_SECOND |= dict.fromkeys(["khz", "ksps", "ks/s"], 1000.0)
+# Without a unit, a longer time between two samples is hardly in seconds.
+_LONGEST_INTERVAL_S = 5.0
+# Names of what turns stored numbers into readings.
+_SCALE = re.compile(
+    r"(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier|"
+    r"lsb[_ ([].*|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?",
+    re.IGNORECASE,
+)
+# Other words for a scaling, which may be that of the recorder.
+_SCALING = re.compile(
+    r"(scal|gain|offset|multipl|factor|lsb|calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|"
+    r"sensitiv).*",
+    re.IGNORECASE,
+)
+# A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
+_PROSE = re.compile(
+    r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|offset|multipl\w+|factor|lsb|amplif\w+|attenuat\w+|"
+    r"divi(de|sor)\w*|subtract\w*|normali[sz]ed|resolution|sensitivity)\b.*|"
+    r".*\b(tenth|hundredth|thousandth)s\b.*|"
+    r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"
+    r"[0-9.]+ ?[*] ?\w+)([\s)].*)?",
+    re.IGNORECASE,
+)
+# A remark of the form ``key: value``.
+NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
+# Scalings that a note quotes.
+_MOST_QUOTED = 5
+# More values of an attribute are no list of units or scales.
+_MOST_VALUES = 256
+
+
+def nearest(scopes: Iterable[Mapping[str, Any]], *names: str) -> Any:
+    """Return the value of the nearest statement with one of the names, which are in lower case."""
+    found = (said[key] for said in scopes for name in names for key in said if key.lower() == name)
+    return next(found, "")
+
+
+def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
+    """Return the nearest statement with one of the names as a text; empty if there is none."""
+    return as_text(nearest(scopes, *names))
+
+
+def as_text(value: Any) -> str:
+    """Return a value as a text; of several values, each different one once."""
+    return ", ".join(
+        dict.fromkeys(decoded(each).strip() for each in np.ravel(value)[:_MOST_VALUES])
+    )
+
+
+def decoded(value: object) -> str:
+    """Return a value as a text; the bytes of a text as UTF-8."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def states_rate(name: str) -> bool:
+    """Return whether a statement of this name tells a sampling rate, or its inverse."""
+    return bool(_TIMING.fullmatch(name))
+
+
+def stated_rates(scopes: Iterable[Mapping[str, Any]]) -> dict[str, float]:
+    """Return the sampling rates in Hz in the nearest scope that states one surely, by their names.
+
+    A value is a number, several numbers, or a text such as ``0.01 kHz``.
+    """
+    rates: dict[str, float] = {}
+    for said in scopes:
+        for name, value in said.items():
+            if match := _TIMING.fullmatch(name):
+                unit = match["hz"] or match["unit"] or ""
+                told = match["rate"] or f"1 / {match['step']}"
+                found = {*_rates_in(value, unit.lower(), is_step=bool(match["step"]))}
+                for at, rate in enumerate(sorted(found)):
+                    rates.setdefault(f"another {told}" if at else told, rate)
+        if any(not UNSURE_RATE.fullmatch(name) for name in rates):
+            break
+    return rates
+
+
+def _rates_in(value: Any, unit: str, *, is_step: bool) -> Iterator[float]:
+    """Yield the sampling rates in Hz in a value, in the unit of its name; none if it is unclear."""
+    text = as_text(value)
+    # A comma between digits is a decimal sign, or between thousands; several part a list.
+    is_list = text.count(",") > 1 or ", " in text
+    parts = text.split(",") if is_list else [re.sub(r"(?<=\d),(?=\d{1,2}(?!\d))", ".", text)]
+    for match in filter(None, (_QUANTITY.fullmatch(part.strip()) for part in parts)):
+        number, word = float(match[1]), match[2].strip().lower() or unit
+        if not word:
+            word = "hz" if not is_step else "s" if number < _LONGEST_INTERVAL_S else "unknown"
+        seconds = SECONDS.get(unit_of(word) or "", 0.0)
+        if number and word in _PER_SECOND:
+            yield round(number * _PER_SECOND[word], 9)
+        elif number and seconds:
+            yield round(1.0 / (number * seconds), 9)
+
+
+def is_scale(name: str) -> bool:
+    """Return whether a number of this name turns stored numbers into readings."""
+    return bool(_SCALE.fullmatch(name))
+
+
+def scales(name: str, value: str) -> bool:
+    """Return whether a statement tells a scaling of the readings, other than one by 1 and 0."""
+    neutral = "[+-]?0*[.]?0*" if "offset" in name.lower() else "[+]?1([.]0*)? ?[xX]?"
+    told = is_scale(name) or _SCALING.fullmatch(name)
+    return bool(told) and not re.fullmatch(neutral, value.strip())
+
+
+def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Return what is stated of a scaling of the readings; the last scope is the nearest."""
+    told = {name: as_text(value) for said in scopes for name, value in said.items()}
+    return {name: value for name, value in told.items() if value and scales(name, value)}
+
+
+def speaks_of_scaling(text: str) -> bool:
+    """Return whether a remark in words tells a scaling."""
+    return bool(_PROSE.fullmatch(text))
+
+
+def not_applied(notes: Mapping[str, str], remarks: Iterable[str] = ()) -> str:
+    """Return the note on the scalings that statements and remarks tell; empty if none does."""
+    told = [f"{key}: {value}" for key, value in notes.items() if scales(key, value)]
+    prose = [text for text in remarks if speaks_of_scaling(text)]
+    # A scaling by 1 is no scaling, and what is quoted already is quoted once.
+    keys = [match[1] if (match := NOTE.fullmatch(text)) else "" for text in prose]
+    told += [text for key, text in zip(keys, prose, strict=True) if not _SCALING.fullmatch(key)]
+    shown = "; ".join(text[:60] for text in told[:_MOST_QUOTED])
+    return f"the file says {shown}; that is not applied to the readings" if told else ""
