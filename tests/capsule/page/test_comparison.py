@@ -8,6 +8,7 @@ from capsule import words
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison
+from capsule.page.cells import cell_of
 from capsule.seeding import generator
 from support.verdicts import index_of, verdicts
 
@@ -148,9 +149,8 @@ def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
 )
 def test_a_number_has_its_unit_and_its_interval(value, low, cell):
     row = {"bias_mm": value, "bias_mm_low": low, "bias_mm_high": 0.6}
-    made = comparison.number_cell(row, "bias_mm", " mm")
+    made = cell_of(row, "bias_mm", words.number, " mm")
     assert (made["text"], made["interval"]) == cell
-    assert comparison.difference({"difference": UNKNOWN})["text"] == words.UNKNOWN
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():

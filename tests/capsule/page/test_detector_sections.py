@@ -42,9 +42,10 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
 
 
 def test_a_rate_that_nobody_counted_is_not_a_number():
-    point = {"rate": UNKNOWN, "low": UNKNOWN, "high": UNKNOWN}
-    assert cells.rate_cell(point, "leave_one_out")["text"] == "not known"
-    assert cells.rate_cell(None, "paper")["text"] == "not given"
+    points = pd.DataFrame({"measure": "recall", "scheme": ["leave_one_out", "paper"]})
+    points = points.assign(size_mm=2.0, rate=UNKNOWN, one_sided=False)
+    (row,) = cells.rate_table(points, {"recall": "Recall"}, [2.0])["rows"]
+    assert [cell["text"] for cell in row["cells"]] == ["not known", "not given"]
 
 
 def test_more_passes_are_rows_and_sizes_are_columns():

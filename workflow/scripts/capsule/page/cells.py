@@ -1,11 +1,44 @@
 """Make the cells of the report's tables; a cell has a text and the value behind it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import pandas as pd
 
 from capsule import words
 from capsule.kinds import Cells, Row
+
+
+def plain_cell(
+    value: float | None, text: str, interval: str = "", count: str = "", scheme: str = ""
+) -> Cells:
+    """Return a cell; without a scheme, it belongs to none."""
+    return {"value": value, "text": text, "interval": interval, "count": count, "scheme": scheme}
+
+
+def percent(rate: float) -> str:
+    """Return a rate in percent, without the sign."""
+    return words.percent(rate).removesuffix(" %")
+
+
+def cell_of(
+    row: Row,
+    name: str,
+    form: Callable[[float], str] = percent,
+    unit: str = " %",
+    count: str = "",
+    scheme: str = "",
+) -> Cells:
+    """Return the cell of a column of a table, with its interval if the table has one.
+
+    `form` writes a number. The unit, which begins with a space, stands once in an interval.
+    """
+    value, low = row[name], row.get(f"{name}_low")
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN, "", count, scheme)
+    interval = ""
+    if words.is_known(low):
+        interval = f"{form(low)} to {form(row[f'{name}_high'])}{unit}"
+    return plain_cell(float(value), f"{form(value)}{unit}", interval, count, scheme)
 
 
 def rate_table(
@@ -17,18 +50,25 @@ def rate_table(
     """
     schemes = list(dict.fromkeys(rates["scheme"]))
     titles = [words.scheme(name) for name in schemes]
-    points = {
-        (point["measure"], point["scheme"], point["size_mm"]): point
-        for point in rates.to_dict("records")
-    }
     one_sided = set(rates.loc[rates["one_sided"], "size_mm"])
+    unknown = {
+        name: plain_cell(None, words.NOT_GIVEN if name == "paper" else words.UNKNOWN, scheme=name)
+        for name in schemes
+    }
+    known = rates.dropna(subset="rate").rename(columns={"low": "rate_low", "high": "rate_high"})
+    cells = {
+        (row["measure"], row["scheme"], row["size_mm"]): cell_of(
+            row, "rate", count=words.count_of(row["hits"], row["of"]), scheme=row["scheme"]
+        )
+        for row in known.to_dict("records")
+    }
     rows = [
         {
             "size_mm": size_mm,
             "size": words.size(size_mm),
             "one_sided": size_mm in one_sided,
             "cells": [
-                rate_cell(points.get((measure, name, size_mm)), name)
+                cells.get((measure, name, size_mm), unknown[name])
                 for measure in measures
                 for name in schemes
             ],
@@ -41,32 +81,6 @@ def rate_table(
     }
 
 
-def rate_cell(point: Row | None, scheme: str) -> Cells:
-    """Return the cell of one rate, with its interval and its counts."""
-    if point is None or not words.is_known(point["rate"]):
-        text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
-        return plain_cell(None, text, scheme=scheme)
-    rate, bounds = float(point["rate"]), words.interval(point["low"], point["high"])
-    count = words.count_of(point["hits"], point["of"])
-    return plain_cell(rate, words.percent(rate), bounds, count, scheme)
-
-
-def plain_cell(
-    value: float | None, text: str, interval: str = "", count: str = "", scheme: str = ""
-) -> Cells:
-    """Return a cell; without a scheme, it belongs to none."""
-    return {"value": value, "text": text, "interval": interval, "count": count, "scheme": scheme}
-
-
-def rate_cell_of(row: Row, name: str, count: str = "") -> Cells:
-    """Return the cell of a rate and its interval from a row of a table."""
-    value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
-    if not words.is_known(value):
-        return plain_cell(None, words.UNKNOWN, count=count)
-    bounds = words.interval(low, high) if words.is_known(low) else ""
-    return plain_cell(float(value), words.percent(value), bounds, count)
-
-
 def retest_rows(retest: pd.DataFrame) -> Cells:
     """Return how often a nodule is reported, by the number of passes that are judged together."""
     if retest.empty:
@@ -75,7 +89,7 @@ def retest_rows(retest: pd.DataFrame) -> Cells:
     rows = []
     for (detector, passes), group in retest.groupby(["detector", "passes"], sort=False):
         of_size = {
-            row["size_mm"]: rate_cell_of(row, "detected", words.plural(int(row["sites"]), "place"))
+            row["size_mm"]: cell_of(row, "detected", count=words.plural(int(row["sites"]), "place"))
             for row in group.to_dict("records")
         }
         cells = [of_size.get(size_mm, empty) for size_mm in sizes_mm]

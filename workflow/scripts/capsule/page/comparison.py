@@ -14,7 +14,7 @@ from capsule.evaluation.cross_validation import RESUBSTITUTION
 from capsule.evaluation.measures import ALWAYS
 from capsule.evaluation.rates import of_any
 from capsule.kinds import Cells, Row, Settings
-from capsule.page.cells import plain_cell, rate_cell_of
+from capsule.page.cells import cell_of, plain_cell
 
 NOT_APPLICABLE = plain_cell(None, words.NOT_APPLICABLE)
 BASELINE = "baseline: calls everything a nodule"
@@ -43,46 +43,33 @@ class Measure:
     of_specificity: bool = False
 
 
-def number_cell(row: Row, name: str, unit: str = "") -> Cells:
-    """Return the cell of a number with its unit, which begins with a space, and its interval."""
-    value, low, high = (row[f"{name}{end}"] for end in ("", "_low", "_high"))
-    if not words.is_known(value):
-        return plain_cell(None, words.UNKNOWN)
-    interval = f"{words.number(low)} to {words.number(high)}{unit}" if words.is_known(low) else ""
-    return plain_cell(float(value), words.number(value) + unit, interval)
-
-
 def _brier(row: Row) -> Cells:
     """Return the Brier score, and the score of always stating the prevalence."""
-    uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
-    return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
+    three = partial(words.number, digits=3)
+    uninformed = f"always stating the prevalence: {three(row['brier_uninformed'])}"
+    return cell_of(row, "brier", three, "", uninformed)
 
 
 def _size_error(row: Row) -> Cells:
     """Return the mean absolute error of the size, and the number of nodules that it covers."""
-    cell = number_cell(row, "absolute_error_mm", " mm")
-    return cell | {"count": words.count_of(row["detected"], row["recordings"])}
+    covered = words.count_of(row["detected"], row["recordings"])
+    return cell_of(row, "absolute_error_mm", words.number, " mm", covered)
 
 
 def _location_error(row: Row) -> Cells:
     """Return the median error of the place, and the number of recordings that it covers."""
-    if not row["located"]:
-        return NOT_APPLICABLE
-    cell = number_cell(row, "location_error_mm", " mm")
-    return cell | {"count": words.plural(int(row["located"]), "recording")}
+    covered = words.plural(int(row["located"]), "recording")
+    known = cell_of(row, "location_error_mm", words.number, " mm", covered)
+    return known if row["located"] else NOT_APPLICABLE
 
 
 def difference(row: Row) -> Cells:
     """Return the difference of two rates, with the p value of McNemar's test."""
-    value = row["difference"]
-    if not words.is_known(value):
-        return plain_cell(None, words.UNKNOWN)
-    bounds = f"{words.points(row['difference_low'])} to {words.points(row['difference_high'])}"
-    return plain_cell(float(value), words.points(value), bounds, words.p_value(row["mcnemar_p"]))
+    return cell_of(row, "difference", words.points, "", words.p_value(row["mcnemar_p"]))
 
 
-_auc = partial(number_cell, name="auc")
-_bias = partial(number_cell, name="bias_mm", unit=" mm")
+_auc = partial(cell_of, name="auc", form=words.number, unit="")
+_bias = partial(cell_of, name="bias_mm", form=words.number, unit=" mm")
 _differs = partial(Measure, table="comparison", cell=difference)
 
 # The rows under each heading, in which {prevalence} and {reference} are filled in.
@@ -175,7 +162,7 @@ def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: st
                 "stated": words.interval(row["stated_low"], row["stated_high"]),
                 "recordings": int(row["recordings"]),
                 "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
-                "observed": rate_cell_of(row, "observed"),
+                "observed": cell_of(row, "observed"),
             }
             for row in bins.to_dict("records")
         ],
@@ -231,7 +218,7 @@ def _cells(
         sizes_mm = pd.to_numeric(table["size_mm"])
         table = table[sizes_mm.isna() if size_mm is None else sizes_mm == size_mm]
     for values in table.to_dict("records"):
-        cell = rate_cell_of(values, row.cell) if isinstance(row.cell, str) else row.cell(values)
+        cell = cell_of(values, row.cell) if isinstance(row.cell, str) else row.cell(values)
         if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):
             # The threshold sets it: its interval and its differences say nothing.
             wanted = words.percent(settings["specificity"])

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 from capsule import words
 from capsule.arrays import FloatArray
@@ -14,8 +15,6 @@ from capsule.kinds import Cells, Row
 # From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
 STANDS_OUT = 5.0
 SHADES = 4
-# The median absolute deviation of normal values, in standard deviations.
-_MAD = 0.6745
 
 
 @dataclass(frozen=True)
@@ -102,6 +101,6 @@ def _deviations(scaled: FloatArray, least: float) -> FloatArray:
     """Return the deviations from the median, in robust standard deviations or ``least``."""
     if not scaled.size:
         return scaled
-    off = scaled - np.median(scaled)
-    deviations: FloatArray = off / max(float(np.median(np.abs(off))) / _MAD, least)
+    spread = max(float(median_abs_deviation(scaled, scale="normal")), least)
+    deviations: FloatArray = (scaled - np.median(scaled)) / spread
     return deviations

@@ -181,8 +181,7 @@ def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
     marks = []
     for size_mm in np.unique(true_mm):
         ranked = np.sort(scores[true_mm == size_mm])
-        count = min(len(ranked), MAX_MARKS)
-        last = max(count - 1, 1)
-        kept = [ranked[round(rank * (len(ranked) - 1) / last)] for rank in range(count)]
-        marks.append({"size_mm": float(size_mm), "of": len(ranked), "scores": rounded(kept)})
+        ranks = np.linspace(0, len(ranked) - 1, min(len(ranked), MAX_MARKS))
+        kept = rounded(ranked[np.rint(ranks).astype(int)])
+        marks.append({"size_mm": float(size_mm), "of": len(ranked), "scores": kept})
     return marks
