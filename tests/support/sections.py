@@ -3,6 +3,7 @@
 import html
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -14,7 +15,7 @@ from capsule.page.tables import Tables
 from capsule.store import files
 from support.evaluated import DETECTIONS, index_of, read_paper
 from support.project import ROOT
-from support.stored import StoredResults
+from support.stored import Described
 
 REPORT = ROOT / "workflow" / "report"
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -38,8 +39,13 @@ def page_of(evaluation, *rows, settings=CONFIG):
         learning=pd.DataFrame(columns=learning.COLUMNS),
         benches=files.read_csv(REPORT / "benches.csv"),
         references=(REPORT / "references.bib").read_text(encoding="utf-8"),
+        printed=read_paper(),
+        schema=SCHEMA,
+        described=Described(),
+        fits={},
+        matrix=lambda name: np.zeros((4, settings["preprocessing"]["length"])),
     )
-    page = sections.page_values(tables, StoredResults(), SCHEMA, read_paper())
+    page = sections.page_values(tables)
     # The page takes them once, while it is written; a test looks at them several times.
     return page | {"evidence": list(page["evidence"])}
 

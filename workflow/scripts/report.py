@@ -6,18 +6,15 @@ import json
 from functools import partial
 from pathlib import Path
 
-from capsule.engine.configuration import read_schema
 from capsule.engine.jobs import run
-from capsule.engine.project import PROJECT, SCHEMAS
+from capsule.engine.project import PROJECT
 from capsule.engine.project_state import read_project_state
-from capsule.evaluation.files import read_printed
 from capsule.page import files as page_files
-from capsule.page.evidence import StoredRecordings
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from capsule.store import files
-from capsule.store.results import OfArchive, Results
+from capsule.store.results import OfArchive
 
 
 def main() -> None:
@@ -30,13 +27,11 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, folder, template = arguments.settings, arguments.results, PROJECT / "workflow/report"
     surveys = settings.pop("surveys")
-    printed, versions = read_printed(template / "paper.yaml"), page_files.read_versions(template)
-    tables = page_files.read_tables(folder, template, printed, settings)
-    stored = StoredRecordings(Results.of_table(folder, folder / OfArchive.RECORDINGS), settings)
+    tables = page_files.read_tables(folder, template, settings)
+    versions = page_files.read_versions(template)
     state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
-    schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, schema, printed),
+        **page_values(tables),
         "figure": partial(page_files.read_figure, folder / OfArchive.FIGURES),
         "shipped_figure": partial(page_files.read_figure, template / "figures"),
         "surveys": page_files.read_surveys(folder / OfArchive.SURVEYS, **surveys),

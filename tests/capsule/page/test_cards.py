@@ -5,11 +5,12 @@ import pytest
 
 from capsule.evaluation.lead import Lead
 from capsule.page import cards
-from capsule.page.sketches import felt_sketch, score_strip
+from capsule.page.packing import inflated
+from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.recordings.quality import NO_FAULT
 from support.evaluated import index_of
 from support.sections import section
-from support.stored import StoredResults
+from support.stored import Described
 
 NAN = float("nan")
 ROW = {"score": 2.0, "threshold": 1.0, "probability": 0.9, "estimate_mm": 2.5, "no_verdict": ""}
@@ -65,7 +66,7 @@ def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_p
 
 def said_of(card):
     """Return the words of a card."""
-    drawn = cards.with_sketches(card, StoredResults().felt, [0.1, 0.2, 1.5], [3.0])
+    drawn = cards.with_sketches(card, Described(), [0.1, 0.2, 1.5], [3.0])
     page = {"cards": [drawn], "lead": Lead("taught", False, NAN, 2), "most_listed": 20}
     page |= {"verdict_counts": [], "prevalence": "10 %", "largest_mm": 5.0, "pressed": 1.25}
     return " ".join(section("cards", **page, most_cards=6).split())
@@ -101,7 +102,7 @@ def test_a_card_says_what_to_do_and_why(name, words):
 
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
-    felt = StoredResults().felt("a")
+    felt = Felt.of(inflated(Described()["a"]["drawn"]))
     assert len(felt_sketch(felt, diagonal=True)["passed"]) == 4
     assert felt_sketch(felt, diagonal=False)["passed"] == []
 

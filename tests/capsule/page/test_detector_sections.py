@@ -4,18 +4,17 @@ import pandas as pd
 import pytest
 
 from capsule import words
-from capsule.evaluation.lead import Lead
 from capsule.page import cells, detector_sections
-from support.evaluated import UNKNOWN, evaluated, rates_of
+from support.evaluated import UNKNOWN, evaluated
 from support.project import ROOT
+from support.sections import page_of
 
-LEAD = Lead("template", False, UNKNOWN, 0)
+ROWS = [["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0]]
 
 
 @pytest.mark.parametrize("scheme", ["held_out", "leave_one_out", "resubstitution"])
 def test_the_page_names_the_scheme_that_it_stands_on(scheme):
-    rates = rates_of(evaluated([("0mm/a", 0.0, 0.0)], (0.0,), scheme=scheme))
-    values = detector_sections.page_values(rates, LEAD)
+    values = page_of(evaluated([("0mm/a", 0.0, 0.0)], (0.0,), scheme=scheme), *ROWS)
     assert values["figure_series"] == f"template ({words.scheme(scheme)}) and the paper"
 
 

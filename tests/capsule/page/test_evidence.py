@@ -1,6 +1,7 @@
 """Tests of the data that the page holds of each recording: complete, and small."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from capsule.page.packing import deflated, inflated, to_json
 from capsule.page.plot_data import plot_data
 from support.evaluated import UNKNOWN
 from support.project import ROOT
-from support.stored import StoredResults
+from support.stored import Described
 from support.synthetic import make_recording
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
@@ -78,7 +79,14 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         {"size_mm": 0.0, "parameters": None},
         {"size_mm": 3.0, "parameters": parameters},
     ]
-    made = dict(archive_evidence(rows, verdicts, templates, StoredResults(matrix), SETTINGS))
+    tables = SimpleNamespace(
+        settings=SETTINGS,
+        templates=templates,
+        described=Described(),
+        fits={},
+        matrix=lambda name: matrix,
+    )
+    made = dict(archive_evidence(rows, verdicts, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["recording"] == "3mm/r01"
     healthy, nodule = (inflated(json.loads(each)["judged"]) for each in made.values())
@@ -89,7 +97,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     drawn = nodule["template"]
     assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
-    without = dict(archive_evidence(rows, {}, templates, StoredResults(matrix), SETTINGS))
+    without = dict(archive_evidence(rows, {}, tables))
     assert inflated(json.loads(without["3mm/r01"])["judged"])["template"] is None
 
 

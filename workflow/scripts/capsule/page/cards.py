@@ -1,7 +1,7 @@
 """The cards of the first screen: one a patient or place, or two examples of the archive."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,7 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
 from capsule.kinds import Cells, Row, Settings
+from capsule.page.packing import inflated
 from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
@@ -24,20 +25,15 @@ _FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
 _ORDER = list(VerdictWord)
 
 
-def page_values(
-    tables: Tables,
-    lead: str,
-    scheme: str,
-    described: Mapping[str, Row],
-    felt_of: Callable[[str], Felt],
-) -> Cells:
+def page_values(tables: Tables) -> Cells:
     """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts."""
-    predictions = tables.evaluation.predictions
+    predictions, lead = tables.evaluation.predictions, tables.lead.detector
+    described = tables.described
     made = patient_cards(tables.index, tables.detections, tables.sites, lead, described)
-    made = made or example_cards(predictions, lead, scheme)
+    made = made or example_cards(predictions, lead, tables.schemes[0])
     known = known_scores(predictions, lead, tables.settings)
     counted = Counter(card["word"] for card in made)
-    drawn = [with_sketches(card, felt_of, *known) for card in made[:CARDS]]
+    drawn = [with_sketches(card, described, *known) for card in made[:CARDS]]
     return {
         "cards": drawn + made[CARDS:],
         "verdict_counts": [(str(word), counted[word]) for word in VerdictWord if counted[word]],
@@ -113,7 +109,7 @@ def known_scores(
 
 def with_sketches(
     card: Cells,
-    felt_of: Callable[[str], Felt | None],
+    described: Mapping[str, Row],
     healthy: Sequence[float],
     nodules: Sequence[float],
 ) -> Cells:
@@ -123,7 +119,7 @@ def with_sketches(
     ``healthy_above`` the threshold and ``healthy_higher`` than this score, of ``healthy`` that
     are known. Without signals ``felt`` and ``deepest`` are None, without a score ``strip``.
     """
-    felt = felt_of(card["names"][0]) if card["names"] else None
+    felt = Felt.of(inflated(described[card["names"][0]]["drawn"])) if card["names"] else None
     score, threshold = card["row"]["score"], card["row"]["threshold"]
     judged = words.is_known(score) and words.is_known(threshold)
     of_beats = felt is not None and felt.in_depths

@@ -11,10 +11,11 @@ from capsule.evaluation.answers import Answers, answers_of, set_specificity
 from capsule.evaluation.archive_rates import Rates, table_note
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
-from capsule.evaluation.lead import Lead, headline_confidence
+from capsule.evaluation.lead import headline_confidence
 from capsule.kinds import Cells
 from capsule.page.cells import plain_cell, rate_table
 from capsule.page.recordings import known_or_none
+from capsule.page.tables import Tables
 from capsule.recordings.origin import origin_of
 
 _SCHEMES = {
@@ -26,27 +27,27 @@ _SCHEMES = {
 }
 
 
-def page_values(rates: Rates, lead: Lead) -> Cells:
+def page_values(tables: Tables) -> Cells:
     """Return the page's values from the detectors' rates."""
-    evaluation, scheme, detector = rates.evaluation, rates.schemes[0], lead.detector
-    judged, _ = rates.recordings(scheme)
-    rules, reliable = rates.settings["evaluation"], rates.settings["report"]["reliable_rate"]
+    scheme, lead, detector = tables.schemes[0], tables.lead, tables.lead.detector
+    judged, _ = tables.recordings(scheme)
+    rules, reliable = tables.settings["evaluation"], tables.settings["report"]["reliable_rate"]
     drawn = [f"{name} ({words.scheme(scheme)})" for name in dict.fromkeys([detector, PAPER])]
-    ours = answers_of(rates, detector, scheme, lead)
+    ours = answers_of(tables, detector, scheme, lead)
     return {
         "ours": ours,
         "not_reliable": ours.not_reliable(reliable),
         "held_out": scheme == HELD_OUT,
-        **_by_size(rates, detector, scheme),
+        **_by_size(tables, detector, scheme),
         "lead": lead,
         "scheme": words.scheme(scheme),
         "headline_confidence": words.percent(
             headline_confidence(lead, scheme, rules["confidence"])
         ),
         "judged_origin": origin_of(judged["source"].fillna("")).kind,
-        "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
-        "threshold": set_specificity(rates, scheme),
-        "rates_hold": table_note(rates),
+        "sizes": [words.size(size_mm) for size_mm in tables.evaluation.sizes_mm()],
+        "threshold": set_specificity(tables, scheme),
+        "rates_hold": table_note(tables),
         "figure_series": words.enumerate_words([*drawn, "the paper"]),
     }
 

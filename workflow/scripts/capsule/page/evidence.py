@@ -4,97 +4,59 @@ What neither its fit nor another recording changes is made by jobs of its own
 (`capsule.page.plot_data`). The report adds the fit, the verdicts and the nearest template.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from capsule import words
-from capsule.arrays import FloatArray
 from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.detectors.unlike import unlike
 from capsule.evaluation.columns import distance_columns
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row
 from capsule.method.nearest_template import nearest_size
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
-from capsule.page.packing import deflated, inflated, rounded, to_json
+from capsule.page.packing import deflated, rounded, to_json
 from capsule.page.recordings import Verdicts, known_or_none, outcome, seven_digits
-from capsule.page.sketches import Felt
-from capsule.recordings import names
-from capsule.recordings.held_out import teaching
-from capsule.store import files
-from capsule.store.results import PLOT_DATA, OfArchive, Results
+from capsule.page.tables import Tables
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
 
 
-class StoredRecordings:
-    """The stored results of the accepted recordings of a run of the workflow.
-
-    `described` is what `capsule.page.plot_data` has collected of each recording.
-    """
-
-    def __init__(self, results: Results, settings: Settings) -> None:
-        self._results, table = results, results.folder / OfArchive.RECORDINGS
-        accepted = files.accepted_recordings(table)
-        fitted = teaching(accepted, settings["evaluation"]["held_out"])
-        self._fits = results.fits(name for name in fitted if names.size_mm(name))
-        self._particles = particles_of(self._fits)
-        self.described: Mapping[str, Row] = results.described(PLOT_DATA, accepted, files.read_json)
-
-    def felt(self, name: str) -> Felt:
-        """Return what each sensor felt in a recording."""
-        return Felt.of(inflated(self.described[name]["drawn"]))
-
-    def matrix(self, name: str) -> FloatArray:
-        """Return the recording's matrix V, (S, L)."""
-        return self._results.matrix(name)
-
-    def fit(self, name: str) -> tuple[Row, Particle] | None:
-        """Return the numbers of the recording's fit, and Theta*; None if it has none.
-
-        Without a nodule of known size, a recording has no fit.
-        """
-        particle = self._particles.get(name)
-        return (self._fits[name], particle) if particle else None
-
-
 def archive_evidence(
-    rows: Sequence[Row],
-    verdicts: Verdicts,
-    templates: Sequence[Row],
-    stored: StoredRecordings,
-    settings: Settings,
-) -> Iterable[tuple[str, str]]:
-    """Return the name of each accepted recording, and JSON of what the page shows of it.
+    rows: Sequence[Row], verdicts: Verdicts, tables: Tables
+) -> Iterator[tuple[str, str]]:
+    """Yield the name of each accepted recording, and JSON of what the page shows of it.
 
     The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
     both are deflated.
     """
+    settings, fits = tables.settings, tables.fits
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
-    named = particles_of({str(each["size_mm"]): each for each in templates})
+    fitted = particles_of(fits)
+    named = particles_of({str(each["size_mm"]): each for each in tables.templates})
     averaged = {float(size_mm): particle for size_mm, particle in named.items()}
     rendered = {
         size_mm: RepeatedParticle(render(particle, first_peak, length))
         for size_mm, particle in averaged.items()
     }
-    largest_mm = max((each["size_mm"] for each in templates), default=None)
+    largest_mm = max((each["size_mm"] for each in tables.templates), default=None)
     tolerance_mm = settings["evaluation"]["tolerance_mm"]
 
-    def shown(row: Row) -> tuple[str, str]:
+    for row in rows:
         name, nearest = row["recording"], None
         judged = verdicts.get(name, [])
         size_mm = nearest_nodule_mm(judged)
         if size_mm in averaged:
-            _, lag = SlidingComparison(stored.matrix(name)).gain_of(rendered[size_mm])
+            _, lag = SlidingComparison(tables.matrix(name)).gain_of(rendered[size_mm])
             nearest = {"size_mm": size_mm, **surface(averaged[size_mm], first_peak, lag, length)}
         said = [in_words(each, row["size_mm"], tolerance_mm, largest_mm) for each in judged]
-        content = evidence_among_others(row, said, nearest, stored.fit(name), length)
-        drawn = stored.described[name]["drawn"]
-        return name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
-
-    return map(shown, rows)
+        # Without a nodule of known size, a recording has no fit.
+        fit = (fits[name], fitted[name]) if name in fitted else None
+        content = evidence_among_others(row, said, nearest, fit, length)
+        drawn = tables.described[name]["drawn"]
+        yield name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
 
 
 def nearest_nodule_mm(verdicts: Sequence[Row]) -> float:

@@ -8,16 +8,19 @@ from pathlib import Path
 from urllib.parse import quote
 
 from capsule.detectors.registry import DETECTORS
+from capsule.engine.configuration import read_schema
 from capsule.engine.keys import imported_files
-from capsule.engine.project import PROJECT
-from capsule.evaluation.files import read_evaluation, read_table
+from capsule.engine.project import PROJECT, SCHEMAS
+from capsule.evaluation.files import read_evaluation, read_printed, read_table
 from capsule.figures.registry import FIGURES
 from capsule.kinds import Cells, Settings
 from capsule.page import surveys
 from capsule.page.render import Frame
 from capsule.page.tables import Tables
+from capsule.recordings.held_out import teaching
+from capsule.recordings.names import size_mm
 from capsule.store import files
-from capsule.store.results import SURVEY_VALUES, OfArchive
+from capsule.store.results import PLOT_DATA, SURVEY_VALUES, OfArchive, Results
 
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (
@@ -37,21 +40,29 @@ SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sketches.html.j2", "sections/[!.]*.html.j2")
 
 
-def read_tables(results: Path, template: Path, printed: Settings, settings: Settings) -> Tables:
-    """Read the tables that the page shows."""
-    confidence = settings["evaluation"]["confidence"]
-    averaged = files.read_or_explain(results / OfArchive.TEMPLATE_PARAMETERS, files.read_json)
+def read_tables(folder: Path, template: Path, settings: Settings) -> Tables:
+    """Read the results that the page shows, and what stands in the folder of the template."""
+    table, confidence = folder / OfArchive.RECORDINGS, settings["evaluation"]["confidence"]
+    averaged = files.read_or_explain(folder / OfArchive.TEMPLATE_PARAMETERS, files.read_json)
+    printed = read_printed(template / "paper.yaml")
+    results, accepted = Results.of_table(folder, table), files.accepted_recordings(table)
+    fitted = teaching(accepted, settings["evaluation"]["held_out"])
     return Tables(
-        evaluation=read_evaluation(results, printed, confidence),
-        index=read_table(results / OfArchive.RECORDINGS),
+        evaluation=read_evaluation(folder, printed, confidence),
+        index=read_table(table),
         settings=settings,
-        passed_over=read_table(results / OfArchive.PASSED_OVER),
-        detections=read_table(results / OfArchive.DETECTIONS),
-        sites=read_table(results / OfArchive.SITES),
+        passed_over=read_table(folder / OfArchive.PASSED_OVER),
+        detections=read_table(folder / OfArchive.DETECTIONS),
+        sites=read_table(folder / OfArchive.SITES),
         templates=averaged["templates"],
-        learning=read_table(results / OfArchive.LEARNING),
+        learning=read_table(folder / OfArchive.LEARNING),
         benches=files.read_csv(template / "benches.csv"),
         references=(template / "references.bib").read_text(encoding="utf-8"),
+        printed=printed,
+        schema=read_schema(SCHEMAS / "config.schema.json"),
+        described=results.described(PLOT_DATA, accepted, files.read_json),
+        fits=results.fits(name for name in fitted if size_mm(name)),
+        matrix=results.matrix,
     )
 
 

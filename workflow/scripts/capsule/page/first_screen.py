@@ -16,22 +16,23 @@ from capsule.evaluation.answers import (
     pooled,
     together,
 )
-from capsule.evaluation.archive_rates import Rates
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT
-from capsule.evaluation.lead import Lead, headline_confidence
+from capsule.evaluation.lead import headline_confidence
 from capsule.kinds import Cells
 from capsule.page.sketches import size_chart
+from capsule.page.tables import Tables
 
 # The nodules that are counted together, from a size in mm to below another: small ones are harder.
 _SIZES = {"large": (2.0, math.inf), "small": (0.0, 2.0)}
 
 
-def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
+def page_values(tables: Tables, ours: Answers) -> Cells:
     """Return the counts of the first screen."""
-    scheme, confidence = rates.schemes[0], rates.settings["evaluation"]["confidence"]
+    lead, scheme = tables.lead, tables.schemes[0]
+    confidence = tables.settings["evaluation"]["confidence"]
     level = headline_confidence(lead, scheme, confidence)
-    verdicts = rates.verdicts(lead.detector, scheme)
-    paper, paper_quiet = found_and_quiet(rates.evaluation.paper["detection"])
+    verdicts = tables.verdicts(lead.detector, scheme)
+    paper, paper_quiet = found_and_quiet(tables.evaluation.paper["detection"])
     counts = []
     for what, (least_mm, end_mm) in _SIZES.items():
         mine, theirs = (
@@ -43,7 +44,7 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
                 {
                     "what": what,
                     "sizes": _range(mine),
-                    "ours": pooled(rates, verdicts, mine, level),
+                    "ours": pooled(tables, verdicts, mine, level),
                     "paper": together([*theirs.values()], confidence),
                     "split": _split(verdicts[verdicts["size_mm"].isin([*mine])]),
                 }
@@ -58,12 +59,12 @@ def page_values(rates: Rates, ours: Answers, lead: Lead) -> Cells:
                 "split": _split(verdicts[verdicts["size_mm"] == 0]),
             }
         )
-    charted = [name for name in (HELD_OUT, LEAVE_ONE_OUT) if name in rates.schemes]
+    charted = [name for name in (HELD_OUT, LEAVE_ONE_OUT) if name in tables.schemes]
     series = {
-        words.scheme(name): found_and_quiet(rates.of(lead.detector, name)["detection"])[0]
+        words.scheme(name): found_and_quiet(tables.of(lead.detector, name)["detection"])[0]
         for name in charted or [scheme]
     }
-    nodules_mm = [size_mm for size_mm in rates.evaluation.sizes_mm() if size_mm > 0]
+    nodules_mm = [size_mm for size_mm in tables.evaluation.sizes_mm() if size_mm > 0]
     return {
         "counts": counts,
         "chart": size_chart(series | {"paper": paper}, nodules_mm),

@@ -14,7 +14,8 @@ from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
-from capsule.page.quality_map import MEASURES, NOT_MEASURED
+from capsule.page.quality_map import MEASURES, NOT_MEASURED, quality_cells
+from capsule.page.tables import Tables
 
 OUTCOMES = (
     *("exact", "within tolerance", "off", "missed"),
@@ -44,17 +45,15 @@ def verdicts_of(
     return verdicts
 
 
-def page_values(
-    index: pd.DataFrame,
-    verdicts: Verdicts,
-    detectors: Sequence[str],
-    sizes_mm: Sequence[float],
-    compared: Sequence[str],
-    tolerance_mm: float,
-    quality: Mapping[str, Cells],
-) -> Cells:
-    """Return the page's values that list the recordings; the verdicts are the first detector's."""
-    rows = recording_rows(index, verdicts, detectors[0], tolerance_mm, quality)
+def page_values(tables: Tables, verdicts: Verdicts, compared: Sequence[str]) -> Cells:
+    """Return the page's values that list the recordings, with the leading detector's verdicts.
+
+    `compared` are the schemes by which the page compares the detectors.
+    """
+    lead, tolerance_mm = tables.lead.detector, tables.settings["evaluation"]["tolerance_mm"]
+    quality = quality_cells(tables.described)
+    rows = recording_rows(tables.index, verdicts, lead, tolerance_mm, quality)
+    detectors = list(dict.fromkeys([lead, *tables.evaluation.detectors()]))
     accepted = [row for row in rows if row["accepted"]]
     present = {row["outcome"] for row in rows}
     return {
@@ -64,7 +63,7 @@ def page_values(
         "outcomes": [name for name in OUTCOMES if name in present],
         "tolerance": f"{tolerance_mm:g} mm",
         "measures": [(measure.title, "number") for measure in MEASURES.values()],
-        "data": page_data(accepted, verdicts, detectors, sizes_mm, compared),
+        "data": page_data(accepted, verdicts, detectors, tables.evaluation.sizes_mm(), compared),
     }
 
 

@@ -1,20 +1,25 @@
-"""The tables of results that the page shows."""
+"""The results that the page shows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import pandas as pd
 
+from capsule.arrays import FloatArray
 from capsule.evaluation.archive_rates import Rates
-from capsule.kinds import Row
+from capsule.evaluation.lead import Lead, leading
+from capsule.kinds import Row, Settings
 
 
 @dataclass(frozen=True)
 class Tables(Rates):
-    """The tables of results that the page shows, besides the rates.
+    """The results that the page shows, besides the rates.
 
-    `learning` is from `capsule.evaluation.learning`; `benches` and `references` are
-    workflow/report/benches.csv and references.bib.
+    `learning` is from `capsule.evaluation.learning`. `benches`, `references` and `printed` are
+    workflow/report/benches.csv, references.bib and paper.yaml; `schema` is that of the
+    configuration. Of each accepted recording, `described` is from `capsule.page.plot_data`; `fits`
+    are those of the recordings that teach, and `matrix` returns the matrix V of one, (S, L).
     """
 
     passed_over: pd.DataFrame
@@ -24,3 +29,15 @@ class Tables(Rates):
     learning: pd.DataFrame
     benches: Sequence[Row]
     references: str
+    printed: Settings
+    schema: Settings
+    described: Mapping[str, Row]
+    fits: Mapping[str, Row]
+    matrix: Callable[[str], FloatArray]
+
+    @cached_property
+    def lead(self) -> Lead:
+        """The detector whose verdicts the page shows first."""
+        summary, settings = self.evaluation.tables["summary"], self.settings
+        schemes, named = settings["evaluation"]["schemes"], settings["report"]["lead"]
+        return leading(summary, settings["detectors"], schemes, named)
