@@ -109,45 +109,42 @@ def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
         bench.wait(3)
 
 
-def test_both_switches_closed_in_a_move_stop_it_until_one_opens():
-    bench = folding(2)
-    before = bench.wound()
-    for switch in (0, 1):
-        bench.stick(switch, STUCK_CLOSED)
-    bench.wait(2)
-    assert (bench.name(), bench.coils()) == ("fault", 0)
-    assert bench.reason() == b"both end switches are closed"
-    assert bench.wound() - before <= DEBOUNCED
-    for switch in (0, 1):
+OPEN, CLOSED = (0, STUCK_OPEN), (0, STUCK_CLOSED)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "stuck", "command", "reason", "wound"),
+    [
+        # Both closed in a move: it stops at once.
+        (2, [CLOSED, (1, STUCK_CLOSED)], "hold", "both end switches are closed", (778, 786)),
+        # What was wound before the switch should have opened is let out.
+        (
+            0, [CLOSED], "hold", "the switch unfolded did not open or closed again",
+            (0, RELEASE + 1),
+        ),
+        # Little more is let out than was wound.
+        (
+            4.9, [OPEN], "unfold", "the switch unfolded did not close where it should",
+            (-SLACK - DEBOUNCED, -1),
+        ),
+    ],
+)  # fmt: skip
+def test_a_switch_that_sticks_stops_a_move_until_it_is_free(seconds, stuck, command, reason, wound):
+    bench = folding(seconds)
+    for switch, how in stuck:
+        bench.stick(switch, how)
+    bench.refusal(command)
+    for _ in range(80):
+        if bench.name() == "fault":
+            break
+        bench.wait(0.1)
+    assert (bench.name(), bench.coils(), bench.reason().decode()) == ("fault", 0, reason)
+    assert wound[0] <= bench.wound() <= wound[1]
+    assert bench.refusal("fold") == bench.refusal("hold") == reason
+    for switch, _ in stuck:
         bench.stick(switch, FREE)
     bench.wait(5)
     assert (bench.name(), bench.coils()) == ("unfolded", 0)
-
-
-def test_a_switch_that_does_not_open_is_a_fault_and_what_was_wound_is_let_out():
-    bench = folding(0)
-    bench.stick(0, STUCK_CLOSED)
-    while bench.name() == "folding":
-        bench.wait(0.1)
-    assert bench.reason() == b"the switch unfolded did not open or closed again"
-    assert bench.wound() <= RELEASE + 1
-    bench.wait(4)
-    assert (bench.name(), bench.coils()) == ("unfolded", 0)
-    assert bench.wound() == pytest.approx(0, abs=1)
-
-
-def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound():
-    bench = folding(4.9)
-    bench.stick(0, STUCK_OPEN)
-    bench.refusal("unfold")
-    bench.wait(8)
-    assert (bench.name(), bench.coils()) == ("fault", 0)
-    for command in ("fold", "hold"):
-        assert bench.refusal(command) == "the switch unfolded did not close where it should"
-    assert -SLACK - DEBOUNCED <= bench.lowest() < 0
-    bench.stick(0, FREE)
-    bench.wait(0.1)
-    assert bench.name() == "unfolded"
 
 
 def test_switches_that_bounce_or_open_for_a_moment_are_no_fault():
@@ -191,44 +188,32 @@ def test_a_dead_switch_lets_out_no_more_than_two_moves_in_a_quarter_of_the_time(
     assert bench.writes() < 50  # nor does it begin moves that it has to end at once
 
 
-# Kills: a memory that is tried again and again, or that keeps a folded origami folded.
-def test_a_memory_that_fails_is_tried_once_and_what_is_folded_unfolds():
-    bench = folding(4.9)
+# Kills: a memory that is tried again and again, or that keeps a folded origami folded; moves that
+# no count bounds, since the memory keeps none over the restarts.
+@pytest.mark.parametrize("seconds", [0, 2, 4.9])
+@pytest.mark.parametrize("switch", [STUCK_OPEN, FREE])
+def test_a_memory_that_fails_is_tried_once_and_nothing_but_an_unfolding_moves(seconds, switch):
+    bench = folding(seconds) if seconds else Bench()
     bench.damage_memory()
+    if not seconds:
+        bench.wait(1)
     before = bench.writes()
-    assert not bench.refusal("unfold")
+    bench.refusal("unfold" if seconds else "fold")
     bench.wait(5)
     assert (bench.name(), bench.coils()) == ("unfolded", 0)
     bench.wait(100)
     assert bench.refusal("fold") == "the memory cannot be written"
     assert bench.writes() == before + 1
-
-
-# Kills: moves that no count bounds, since the memory keeps none over the restarts.
-@pytest.mark.parametrize("switch", [STUCK_OPEN, FREE])
-def test_a_memory_that_fails_lets_nothing_move_after_a_restart(switch):
-    bench = folding(2)
-    bench.damage_memory()
-    bench.refusal("unfold")
-    bench.wait(5)
-    bench.stick(0, switch)
     wound = bench.wound()
+    assert wound < SWITCH_TRAVEL
+    bench.stick(0, switch)
     for _ in range(20):
         bench.reset()
         bench.wait(1)
         bench.refusal("unfold")
         bench.wait(100)
-        assert bench.refusal("fold")
+        bench.refusal("fold")
     assert bench.wound() == wound
-
-
-def test_a_memory_that_fails_before_a_fold_begins_lets_nothing_move():
-    bench = Bench()
-    bench.damage_memory()
-    bench.wait(1)
-    bench.refusal("fold")
-    bench.wait(2)
-    assert (bench.name(), bench.wound()) == ("unfolded", 0)
 
 
 class AnyOrder(RuleBasedStateMachine):

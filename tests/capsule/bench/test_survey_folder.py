@@ -31,32 +31,31 @@ def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monk
     assert not folder.exists()
 
 
+def refuse(*_):
+    raise PermissionError(errno.EACCES, "Permission denied")
+
+
 @pytest.mark.parametrize(
-    ("writer", "act"),
+    ("writer", "fault", "act", "kind", "said"),
     [
-        ("write_csv", lambda disk: disk.write_places([])),
-        ("write_json", lambda disk: disk.note_index(1.0)),
+        ("write_csv", no_room, lambda disk: disk.write_places([]), DiskFullError,
+         r"the disk is full at .*capsule survey --resume"),
+        ("write_json", no_room, lambda disk: disk.note_index(1.0), DiskFullError,
+         r"the disk is full at .*capsule survey --resume"),
+        ("write_csv", refuse, lambda disk: disk.write_places([]), AcquisitionError,
+         "cannot be written: Permission denied"),
     ],
-)
-def test_a_disk_that_gets_full_is_named_with_the_way_to_go_on(tmp_path, monkeypatch, writer, act):
+)  # fmt: skip
+def test_a_disk_that_refuses_is_told_as_it_is(
+    tmp_path, monkeypatch, writer, fault, act, kind, said
+):
     disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
-    monkeypatch.setattr(survey_folder, writer, no_room)
-    with pytest.raises(DiskFullError, match=r"the disk is full at .*capsule survey --resume"):
+    monkeypatch.setattr(survey_folder, writer, fault)
+    with pytest.raises(AcquisitionError, match=said) as refused:
         act(disk)
+    assert type(refused.value) is kind
     disk.discard()
-
-
-def test_another_fault_of_the_disk_is_told_as_it_is(tmp_path, monkeypatch):
-    disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
-
-    def refuse(*_):
-        raise PermissionError(errno.EACCES, "Permission denied")
-
-    monkeypatch.setattr(survey_folder, "write_csv", refuse)
-    with pytest.raises(AcquisitionError, match="cannot be written: Permission denied") as refused:
-        disk.write_places([])
-    assert not isinstance(refused.value, DiskFullError)
-    disk.discard()
+    assert not disk.folder.exists()
 
 
 # Kills: a column that is read and that nobody writes, such as whether a place may be off.

@@ -37,9 +37,8 @@ def test_the_budget_is_kept_whatever_the_noise_and_its_tail(noise, tail):
     for _ in range(20):
         adaptive = AdaptiveThreshold()
         for block in range(200):
-            largest = noise * 0.07 + noise * 0.0166 * (
-                numbers.gumbel() if tail == "gumbel" else numbers.standard_t(3) * 2
-            )
+            off = numbers.gumbel() if tail == "gumbel" else 2 * numbers.standard_t(3)
+            largest = noise * (0.07 + 0.0166 * off)
             if largest > adaptive.threshold:
                 adaptive.suspected()
                 suspicions += block >= 40

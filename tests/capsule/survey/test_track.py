@@ -41,12 +41,8 @@ def test_each_stretch_has_the_look_of_its_states(session):
     track = track_of(session)
     looks = [(run.group, run.known) for run in runs_of(track)]
     assert looks == [
-        (AHEAD, True),
-        (BACK, False),
-        (AGAIN, False),
-        (AGAIN, True),
-        (AHEAD, True),
-    ]
+        (AHEAD, True), (BACK, False), (AGAIN, False), (AGAIN, True), (AHEAD, True),
+    ]  # fmt: skip
     runs = runs_of(track)
     assert [run.first for run in runs[1:]] == [run.last for run in runs[:-1]]
     assert track.time_s[runs[1].first] == pytest.approx(120)
@@ -59,13 +55,10 @@ def test_a_survey_that_never_knew_its_position_has_no_path():
     assert np.isnan(crest_at_mm(lost, DETECTOR))
 
 
-def test_a_place_is_pinned_from_its_suspicion_to_its_verdict(session):
-    first, second = pins_of(session)
-    assert first == (96.0, 280.0)
-    assert second == (320.0, 340.0)
-
-
-def test_crests_stand_where_the_sensors_felt_them(session):
+def test_a_place_is_pinned_from_its_suspicion_to_its_verdict_and_crests_where_they_were_felt(
+    session,
+):
+    assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
     assert crest_at_mm(session, DETECTOR) == pytest.approx(CREST_MM, abs=0.5)
 
 
