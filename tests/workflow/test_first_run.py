@@ -66,16 +66,6 @@ def test_every_recording_is_accepted_and_judged_by_every_detector_under_every_sc
         assert fit["rmse"] <= fit["rmse_initial"]
 
 
-def test_every_detector_judges_the_unlabelled_recording(finished):
-    verdicts = {row["detector"]: row for row in finished.table("detections.csv")}
-    assert list(verdicts) == list(DETECTORS)
-    by_rule, by_diagonal = verdicts["template"], verdicts["diagonal"]
-    nearest = min(("0mm", "1mm", "2.5mm"), key=lambda size: float(by_rule[f"rmse_{size}"]))
-    assert f"{float(by_rule['predicted_mm']):g}mm" == nearest
-    assert float(by_diagonal["score"]) != float(by_diagonal["threshold"])
-    assert 0 < float(by_diagonal["probability"]) < 1
-
-
 def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     settings = read_config_file(finished.folder / "config/config.yaml")
     final = FinalVerdict(

@@ -47,19 +47,27 @@ def present(folder):
     }
 
 
-def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder):
+@pytest.mark.parametrize("deleted", [False, True], ids=["there", "deleted by hand"])
+def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder, deleted, capsys):
     (folder / "raw/3mm/r07.csv.part").touch()
+    others = {"raw/3mm/r07.2.csv", "results/fits/3mm/r07.2.json"}
+    for name in others:
+        (folder / name).write_text("made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b.")
     for name in ("r07", "r07b"):
         log = folder / f"logs/acquisition/3mm/{name}.log"
         log.parent.mkdir(parents=True, exist_ok=True)
         log.write_text("damaged, a wrong checksum\n")
+    if deleted:
+        (folder / "raw/3mm/r07.csv").unlink()
     assert forget("raw/3mm/r07.csv", "--yes") == 0
     left = present(folder)
-    assert {name for name in left if "r07." in name} == set()
+    assert {name for name in left if "r07." in name} == others
     assert {f"raw/{name}.csv" for name in NAMES} - left == {"raw/3mm/r07.csv"}
     assert {"results/fits/3mm/r07b.json", "logs/acquisition/3mm/r07b.log"} <= left
     assert not {"results/recordings.csv", "results/report.html"} & left
     assert "results/surveys/gut-7/survey.json" in left
+    told = capsys.readouterr().out
+    assert "All results over the archive" in told and "snakemake -c2" in told
 
 
 def test_a_survey_goes_with_its_pictures(folder):
@@ -69,12 +77,6 @@ def test_a_survey_goes_with_its_pictures(folder):
         "results/surveys/gut-8/survey.json",
     }
     assert not (folder / "sessions/gut-7").exists()
-
-
-def test_a_recording_that_was_deleted_by_hand_leaves_its_traces_too(folder):
-    (folder / "raw/3mm/r07.csv").unlink()
-    assert forget("3mm/r07", "--yes") == 0
-    assert {name for name in present(folder) if "r07." in name} == set()
 
 
 @pytest.mark.parametrize(
@@ -126,7 +128,7 @@ def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
         assert forget("3mm/r07", "--yes") == 130
     assert (folder / "raw/3mm/r07.csv").exists()
     assert forget("3mm/r07", "--yes") == 0
-    assert {name for name in present(folder) if "r07." in name} == set()
+    assert not {name for name in present(folder) if "r07." in name}
 
 
 def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
@@ -152,19 +154,3 @@ def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
     assert forget("0mm/r01", "--yes") == 1
     assert present(elsewhere) == before
     assert "raw/0mm/r01.csv stays: a link leads there" in capsys.readouterr().out
-
-
-def test_it_says_that_the_results_over_the_archive_go_and_how_they_come_back(folder, capsys):
-    assert forget("3mm/r07", "--yes") == 0
-    told = capsys.readouterr().out
-    assert "All results over the archive" in told
-    assert "snakemake -c2" in told
-
-
-def test_a_name_with_a_dot_is_another_recording(folder):
-    (folder / "raw/3mm/r07.2.csv").touch()
-    (folder / "results/fits/3mm/r07.2.json").write_text(
-        "made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b."
-    )
-    assert forget("3mm/r07", "--yes") == 0
-    assert {"raw/3mm/r07.2.csv", "results/fits/3mm/r07.2.json"} <= present(folder)

@@ -1,5 +1,8 @@
 """The check of a recording: its outcome, its samples, and the column of each sample."""
 
+from contextlib import nullcontext
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -110,8 +113,7 @@ def test_what_came_after_the_wave_stopped_is_no_evidence(stated, status, columns
 def test_a_copy_with_another_clock_has_the_same_marks_and_duration_counts_from_its_start():
     whole = make_recording(0, "0mm/r01", samples=SAMPLES)
     first, other = (
-        check(Recording(7.5 + whole.time_s * factor, whole.values, whole.header))[0]
-        for factor in (1.0, 0.96)
+        check(replace(whole, time_s=7.5 + whole.time_s * factor))[0] for factor in (1.0, 0.96)
     )
     assert first["marks"] == other["marks"] != []
     assert first["duration_s"] == pytest.approx(51.9)
@@ -273,18 +275,6 @@ def test_a_recording_is_never_cut_nor_shorter_than_the_window():
     np.testing.assert_array_equal(accept(two, rules=rules, window=2, length=1000), two.values)
 
 
-def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
-    sensors = recording().values + np.linspace(0, 300, MADE)
-    accept(recording(values=sensors), **SETTINGS)
-    sensors[3] = sensors[1] + np.random.default_rng(1).integers(-1, 2, MADE)
-    # In volts, the readings are small numbers.
-    for values in (sensors, 1e-4 * sensors):
-        with pytest.raises(RecordingError, match=r"sensor_2 and sensor_4 .*\(correlation 0\."):
-            accept(recording(values=values, header={}), **SETTINGS)
-    rules = SECTION | {"max_sensor_correlation": 1.0}
-    accept(recording(values=sensors), **SETTINGS | {"rules": rules})
-
-
 @pytest.mark.parametrize("window", [84, 85])
 def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_means(window):
     """The limit lies exactly at the correlation that is computed slowly."""
@@ -297,13 +287,14 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
     correlation = (moving @ moving.T) / np.outer(length, length)
     largest = correlation[np.triu_indices(4, 1)].max()
     assert largest == correlation[1, 3] < 0.999
-    for limit in (largest + 1e-9, largest - 1e-9):
-        rules = {"rules": SECTION | {"max_sensor_correlation": limit}, "window": window}
-        if limit > largest:
-            accept(recording(values=values), **rules, length=1000)
-        else:
-            with pytest.raises(RecordingError, match=rf"sensor_2 and sensor_4 .* {largest:.3f}\)"):
-                accept(recording(values=values), **rules, length=1000)
+    # Volts are small numbers, and a drift common to all sensors adds little.
+    drifting = values + np.linspace(0, 300, MADE)
+    for made, margin in ((values, 1e-9), (1e-4 * values, 1e-9), (drifting, 0.02)):
+        for limit in (largest + margin, largest - margin):
+            rules = {"rules": SECTION | {"max_sensor_correlation": limit}, "window": window}
+            refused = pytest.raises(RecordingError, match=r"sensor_2 and .*_4 .*\(correlation 0\.")
+            with refused if limit < largest else nullcontext():
+                accept(recording(values=made, header={}), **rules, length=1000)
 
 
 # Columns.

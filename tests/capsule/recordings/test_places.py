@@ -11,11 +11,6 @@ def passage(site="", near_copies=""):
     return {"site": site, "near_copies": near_copies}
 
 
-def test_a_recording_that_shares_nothing_is_a_place_of_its_own():
-    rows = {"0mm/a": passage(), "3mm/b": passage("here")}
-    assert places_of(rows) == {"0mm/a": "0mm/a", "3mm/b": "3mm/b"}
-
-
 def test_passes_over_a_site_and_near_copies_are_one_place():
     rows = {
         "3mm/a": passage("here"),
