@@ -1,6 +1,6 @@
 """The documents describe the configuration as the schema does."""
 
-from capsule.engine.configuration import read_schema
+from capsule.engine.configuration import allowed_values, read_schema
 from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.store.files import read_csv
 from support.project import ROOT
@@ -19,33 +19,9 @@ def described_keys(schema, path=""):
             yield key, part
 
 
-def allowed(part):
-    """Return the allowed values of a key in words, from the schema."""
-    part = SCHEMA["$defs"][part["$ref"].rsplit("/", 1)[1]] | part if "$ref" in part else part
-    if "oneOf" in part:
-        return " or ".join(map(allowed, part["oneOf"]))
-    if "const" in part:
-        return f"`{part['const']}`"
-    if "enum" in part:
-        return " or ".join(f"`{value}`" for value in part["enum"])
-    if part["type"] == "array":
-        items = part["items"]
-        if "enum" in items:
-            return "list of " + ", ".join(f"`{value}`" for value in items["enum"])
-        if "maxItems" not in part:
-            return f"list of {items['type']}s" + (f", {_limits(items)}" if _limits(items) else "")
-        items = SCHEMA["$defs"][items["$ref"].rsplit("/", 1)[1]] if "$ref" in items else items
-        return f"pair of {items['type']}s, {_limits(items)}"
-    return f"{part['type']}{', ' if _limits(part) else ''}{_limits(part)}"
-
-
-def _limits(part):
-    signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-    return ", ".join(f"{sign} {part[name]}" for name, sign in signs.items() if name in part)
-
-
 def row(key, part):
-    cells = [f"`{key}`", part.get("symbol", ""), part.get("unit", ""), allowed(part)]
+    cells = [f"`{key}`", part.get("symbol", ""), part.get("unit", "")]
+    cells.append(allowed_values(part, SCHEMA))
     return "| " + " | ".join([*cells, part["description"]]) + " |"
 
 

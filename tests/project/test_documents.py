@@ -11,13 +11,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pandas as pd
+import numpy as np
 import pytest
 
 from capsule.commands.cli import COMMANDS
-from support.command import CAPSULE, parsers
+from support.command import parsers
 from support.documents import all_blocks, blocks, documents
+from support.importing import assert_readings, import_files
 from support.project import ROOT
+from support.synthetic import make_recording
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 BLOCKS = all_blocks()
@@ -190,38 +192,13 @@ def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
     assert (folder / "before/detections.csv").exists()
 
 
-@pytest.mark.slow
-@pytest.mark.takes(30)
-def test_the_lines_of_the_readme_on_your_data_run(tmp_path):
-    """On files like the one that it shows: five sensors, kilo-ohms and milliseconds."""
-    data = tmp_path / "data"
-    data.mkdir()
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    (block,) = [each.text for each in all_blocks() if "time_ms,S1_kOhm" in each.text]
-    head = block.splitlines()[0]
-    assert head.count(",") == 4
-    for name, sizes in (("healthy", 0), ("nodule", 3)):
-        words = ["--out", str(data / name), "--sizes", str(sizes), "--runs", "4"]
-        subprocess.run([*CAPSULE, "simulate", *words], check=True, capture_output=True)
-    commands = [line for line, _ in lines_to_type("README.md") if line.startswith("capsule ")]
-    assert commands[1].startswith("capsule new lab && cd lab")
-    for number, path in enumerate(sorted(data.rglob("*.csv"))):
-        table = pd.read_csv(path, comment="#")
-        kohm = (12 * table.iloc[:, 1:] / (1024 - table.iloc[:, 1:])).round(3)
-        kohm.insert(0, "time_ms", (table["time_s"] * 1000).round().astype(int))
-        kohm.columns = head.split(",")
-        folder = data / ("0" if "0mm" in path.parts else "3")
-        folder.mkdir(exist_ok=True)
-        kohm.to_csv(folder / f"r{number}.csv", index=False)
-    lines = [(commands[1], [])]
-    for command in commands[2:]:
-        sizes = ("0", "3") if "--size" in command else ("3",)
-        for size in sizes if "import" in command else ("",):
-            line = command.replace("--size 3", f"--size {size}").replace(
-                "*.csv", f"{data}/{size}/*.csv"
-            )
-            lines.append((line, []))
-    assert "--unlabelled" in text
-    lines = [each for each in lines if "--unlabelled" not in each[0]]
-    folder = run_lines(tmp_path / "data", lines)
-    assert (folder / "results/detections.csv").exists()
+def test_a_file_like_that_of_the_readme_is_imported(tmp_path):
+    (block,) = [each.text for each in BLOCKS if "time_ms,S1_kOhm" in each.text]
+    made = make_recording(3.0, "3mm/r01", samples=525)
+    kohm = (12 * made.values / (1024 - made.values)).round(3)
+    rows = np.vstack([1000 * made.time_s, kohm]).T
+    lines = [block.splitlines()[0], *(",".join(f"{each:g}" for each in row) for row in rows)]
+    (tmp_path / "r01.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    recording = import_files(tmp_path, tmp_path / "r01.csv").the_recording()
+    assert recording.header["unit"] == "kohm"
+    assert_readings(recording, made.time_s, kohm)

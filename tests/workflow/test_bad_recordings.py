@@ -198,13 +198,3 @@ def test_on_request_the_run_stops_before_any_fit_and_names_them_all(mixed):
             rf"\n  {re.escape(f'{listed_as(path)}: ')}.*{re.escape(reason)}", run.output
         )
     assert "set on_rejected: report in config/config.yaml" in run.output
-
-
-def test_without_any_usable_nodule_the_run_says_so(new):
-    for path in new.raw.glob("*mm/*.csv"):
-        path.write_bytes(b"")
-    run = new.snakemake("results/templates.npz")
-    assert run.status != 0
-    assert "error: no recording of a nodule can be used" in run.output
-    assert "  rejected: raw/1mm/r01: the file is empty" in run.output
-    assert "Traceback" not in run.output

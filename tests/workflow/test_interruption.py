@@ -12,7 +12,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from capsule.engine.locks import hold_run_lock
 from capsule.store.files import UNFINISHED
 from support.marks import needs_process_groups
 from support.project import JOB, Project
@@ -58,16 +57,6 @@ def test_after_a_kill_the_plain_command_goes_on(new, finished):
     assert half_written(new, expected) == []
     assert {"detections.csv", "templates.npz"} <= new.result_bytes().keys()
     assert not list(new.results.rglob(f"*{UNFINISHED}"))
-
-
-def test_beside_a_run_another_is_refused_and_a_dry_run_is_possible(new):
-    with hold_run_lock(new.folder / ".snakemake/run.lock"):
-        second = new.snakemake(*TABLES)
-        assert new.snakemake("-n").status == 0
-    assert second.status != 0
-    assert not second.jobs
-    assert f"another run uses this folder (process {os.getpid()} on" in second.output
-    assert "wait until it has ended" in second.output
 
 
 def job_of(run: subprocess.Popen[str]) -> psutil.Process:
