@@ -8,7 +8,7 @@ import urllib.request
 
 import pytest
 
-from capsule.bench.live import MOST_CONNECTIONS, LivePage
+from capsule.bench.live import MOST_LISTENERS, LivePage
 from capsule.bench.state import State, sensor_remarks
 from support.bench.scripted import ScriptedBench, sample_frame
 from support.browser import Browser, needed
@@ -99,13 +99,13 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
 
 def test_when_there_are_too_many_the_oldest_goes(page, state):
     page.show(state)
-    listeners = [Listener(page) for _ in range(MOST_CONNECTIONS + 1)]
+    listeners = [Listener(page) for _ in range(MOST_LISTENERS + 1)]
     for each in listeners:
         each.read()
     assert listeners[0].read() is None
     state.add((1, 2, 3, 4))
     page.show(state)
-    assert [each.read()[0] for each in listeners[1:]] == [701] * MOST_CONNECTIONS
+    assert [each.read()[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
     for each in listeners:
         each.close()
 

@@ -9,26 +9,21 @@ import contextlib
 import json
 import secrets
 import socket
-import sys
 import threading
-import time
 import webbrowser
 from collections.abc import Iterator
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import TypeAlias
 
 from capsule.bench.state import State
 from capsule.engine.project import PROJECT
 
 SHOW_EVERY_S = 0.1
-# Further connections close the oldest one; a browser that is still there comes back.
-MOST_CONNECTIONS = 8
+# A further browser ends the oldest one's events; one that is still there comes back.
+MOST_LISTENERS = 8
 # A browser that takes nothing for so long is dead.
 TAKES_WITHIN_S = 5.0
 LAST_WORDS_S = 1.0
-# What the classes of the standard library's server hand on.
-_Request: TypeAlias = socket.socket | tuple[bytes, socket.socket]
-_RetAddress: TypeAlias = object
 _REPORT = PROJECT / "workflow" / "report"
 _STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 _SCRIPTS = (
@@ -44,10 +39,10 @@ class LivePage:
         self._news = threading.Condition()
         self._samples: list[tuple[float, ...] | None] = []
         self._count, self._version, self._values = 0, 0, "null"
+        self._listeners: list[object] = []
         self._closed = False
-        self._server = _Server(self)
-        host, port = self._server.server_address[:2]
-        self.host = f"{host!s}:{port}"
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Browser, self))
+        self.host = f"127.0.0.1:{self._server.server_port}"
         self.path = f"/{secrets.token_urlsafe(16)}/"
         self.address = f"http://{self.host}{self.path}"
         threading.Thread(
@@ -73,14 +68,12 @@ class LivePage:
             self._news.notify_all()
 
     def close(self) -> None:
-        """Send the last state, and end all connections."""
+        """Send the last state, and end all events."""
+        self._server.shutdown()
         with self._news:
             self._closed = True
             self._news.notify_all()
-        self._server.shutdown()
-        deadline_s = time.monotonic() + LAST_WORDS_S
-        while self._server.connections and time.monotonic() < deadline_s:
-            time.sleep(0.01)
+            self._news.wait_for(lambda: not self._listeners, LAST_WORDS_S)
         self._server.server_close()
 
     def document(self) -> tuple[str, str]:
@@ -97,34 +90,36 @@ class LivePage:
         policy += f"; form-action 'none'; style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'"
         return page, f"{policy}; frame-ancestors 'none'"
 
-    def next_event(self, sent: int, version: int) -> tuple[str, int, int] | None:
-        """Wait for news, and return them as an event; None after the last one.
+    def events(self, sent: int) -> Iterator[str]:
+        """Yield news as events, up to the last state or until newer browsers take the place.
 
-        Parameters
-        ----------
-        sent : int
-            Number of samples that the browser has.
-        version : int
-            Version of the state that it has.
-
-        Returns
-        -------
-        event : str
-            Its id is the number of samples so far.
-        sent, version : int
-            What the browser has after it.
+        The id of an event is the number of samples so far; a browser begins with the `sent` that
+        it has.
         """
+        mine, version = object(), 0
         with self._news:
-            self._news.wait_for(lambda: self._version != version or self._closed)
-            if self._version == version:
-                return None
-            new = min(self._count - sent, len(self._samples))
-            # A number from another recording is above all of this one: begin anew.
-            new = len(self._samples) if new < 0 else new
-            samples = self._samples[len(self._samples) - new :]
-            count, version, values = self._count, self._version, self._values
-        data = json.dumps({"first": count - new, "samples": samples})
-        return f"id: {count}\ndata: [{data}, {values}]\n\n", count, version
+            self._listeners.append(mine)
+            del self._listeners[:-MOST_LISTENERS]
+            self._news.notify_all()
+        try:
+            while True:
+                with self._news:
+                    while self._version == version and not self._closed and mine in self._listeners:
+                        self._news.wait()
+                    if self._version == version or mine not in self._listeners:
+                        return
+                    new = min(self._count - sent, len(self._samples))
+                    # A number from another recording is above all of this one: begin anew.
+                    new = len(self._samples) if new < 0 else new
+                    samples = self._samples[len(self._samples) - new :]
+                    sent, version, values = self._count, self._version, self._values
+                data = json.dumps({"first": sent - new, "samples": samples})
+                yield f"id: {sent}\ndata: [{data}, {values}]\n\n"
+        finally:
+            with self._news:
+                if mine in self._listeners:
+                    self._listeners.remove(mine)
+                self._news.notify_all()
 
 
 @contextlib.contextmanager
@@ -140,49 +135,26 @@ def opened_page(*, browser: bool = True) -> Iterator[LivePage]:
         page.close()
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-    def __init__(self, page: LivePage) -> None:
-        self.page = page
-        self.connections: list[socket.socket] = []
-        self._changing = threading.Lock()
-        super().__init__(("127.0.0.1", 0), _Handler)
-
-    def process_request(self, request: _Request, client_address: _RetAddress) -> None:
-        with self._changing:
-            if isinstance(request, socket.socket):  # as every connection over TCP
-                self.connections.append(request)
-            oldest = self.connections[:-MOST_CONNECTIONS]
-        for each in oldest:
-            self.shutdown_socket(each)
-        super().process_request(request, client_address)
-
-    def shutdown_request(self, request: _Request) -> None:
-        with self._changing:
-            self.connections = [each for each in self.connections if each is not request]
-        super().shutdown_request(request)
-
-    @staticmethod
-    def shutdown_socket(request: socket.socket) -> None:
-        """End a connection, so that its thread ends too."""
-        try:
-            request.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            return  # it has ended by itself
-
-    def handle_error(self, request: _Request, client_address: _RetAddress) -> None:
-        """Say nothing of a browser that has left."""
-        if not isinstance(sys.exception(), OSError):
-            super().handle_error(request, client_address)
-
-
-class _Handler(BaseHTTPRequestHandler):
-    server: _Server
+class _Browser(BaseHTTPRequestHandler):
     timeout = TAKES_WITHIN_S
 
+    def __init__(
+        self,
+        page: LivePage,
+        request: socket.socket,
+        address: tuple[str, int],
+        server: ThreadingHTTPServer,
+    ) -> None:
+        self._page = page
+        super().__init__(request, address, server)  # which answers
+
+    def handle(self) -> None:
+        """Answer, and say nothing of a browser that has left."""
+        with contextlib.suppress(OSError):
+            super().handle()
+
     def do_GET(self) -> None:
-        page = self.server.page
+        page = self._page
         if self.headers.get("Host") != page.host:  # of a page elsewhere that found the port
             self.send_error(403)
         elif self.path == page.path:
@@ -191,7 +163,10 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(document.encode("utf-8"))
         elif self.path == f"{page.path}events":
             self._begin("text/event-stream", "default-src 'none'")
-            self._send_events(page)
+            last = self.headers.get("Last-Event-ID", "")
+            sent = int(last) if last.isascii() and last.isdecimal() else 0
+            for event in page.events(sent):
+                self.wfile.write(event.encode("utf-8"))
         else:
             self.send_error(404)
 
@@ -209,10 +184,3 @@ class _Handler(BaseHTTPRequestHandler):
         ):
             self.send_header(name, value)
         self.end_headers()
-
-    def _send_events(self, page: LivePage) -> None:
-        last = self.headers.get("Last-Event-ID", "")
-        sent, version = int(last) if last.isascii() and last.isdecimal() else 0, 0
-        while event := page.next_event(sent, version):
-            text, sent, version = event
-            self.wfile.write(text.encode("utf-8"))
