@@ -148,15 +148,14 @@ def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
     counts, now_s = np.arange(12).reshape(4, 3) + 100, [50.0]
     monkeypatch.setattr(demo_command, "elapsed_s", lambda: now_s[0])
     monkeypatch.setattr(demo_command.time, "sleep", lambda seconds: now_s.append(now_s.pop() + 1))
-    run, taken, ended = demo_command.PlayedRun(counts, PHANTOM.electronics, 0.1), [], []
-    while not run.complete:
-        run.serve(1.0)
-        taken.append(run.take())
-        ended.append(run.at_end)
+    run = demo_command.PlayedRun(counts, PHANTOM.electronics, 0.1, {})
     # One sample a second at a tenth of the speed.
-    assert taken == [[tuple(column)] for column in counts.T.tolist()]
-    assert ended == [False, False, True]
-    assert run.state.samples == 3
+    told = [[arrival.event for arrival in run.receive(1.0)] for _ in range(4)]
+    assert [[each.counts for each in some] for some in told] == [
+        *([tuple(column)] for column in counts.T.tolist()),
+        [],
+    ]
+    assert [each.at_end for some in told for each in some] == [False, False, True]
 
 
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):

@@ -108,14 +108,14 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
     for _ in range(3 * looks):
         drive.look()
-        drive.watch(0.0)
+        drive.serve()
     assert "stop" not in line.sent
     line.sent.clear()
     for _ in range(looks):
         drive.look()
     assert line.sent[0] == "position"
     assert line.sent[-1] == "stop"
-    drive.watch(0.0)
+    drive.serve()
     drive.look()
     assert line.sent[-1] != "stop"
 
@@ -139,16 +139,19 @@ def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(
     monkeypatch.setattr(wave, "ASK_EVERY_S", 0.0)
     drive = Drive(board(line), WAVE, LOG)
     for tenth in range(30):
-        assert drive.watch(tenth / 10) == ""
+        drive.serve(tenth / 10)
+        assert drive.fault == ""
         line.frames = [f"P,{100 * tenth},{40 * tenth},2.5,25.0,running,"]
     assert drive.until == "end"
     # The program was stopped; all samples since are in the port, and read first.
-    assert drive.watch(60.0) == ""
+    drive.serve(60.0)
+    assert drive.fault == ""
     line.frames = ["P,60000,1200,75.0,0.0,stopped,"]
-    assert "no wave runs" in drive.watch(60.1)
+    drive.serve(60.1)
+    assert "no wave runs" in drive.fault
     assert drive.until == "2.9"
     line.frames = ["P,60200,1200,75.0,0.0,stopped,"]
-    drive.watch(60.3)
+    drive.serve(60.3)
     assert drive.until == "2.9"
     assert set(line.sent) == {"position"}
 

@@ -223,7 +223,7 @@ def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
     board = {"adc_bits": "12", "vref_v": "3.3", "source": "recorded by the logger board"}
     chosen = choose(describe(name, board=board), None, RULES)
     assert chosen.identity().entries["adc_bits"] == "12"
-    assert chosen.full_scale == 4095
+    assert float(chosen.identity().entries["full_scale"]) == 4095
     header = chosen.header()
     assert (header["adc_bits"], header["vref_v"]) == ("12", "3.3")
     assert header["source"].startswith("recorded by the logger board; recorded from the LSL")
@@ -276,13 +276,13 @@ def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missin
     source.wait_for_listener()
     source.send([0, 1, 2], lambda n: [n, 1, 2, math.nan if n == 1 else 3])
     events = []
-    wait_until(lambda: events.extend(line.receive()) or len(events) == 3, "three samples")
+    wait_until(lambda: events.extend(line.receive(0.05)) or len(events) == 3, "three samples")
     first, odd, last = (arrival.event for arrival in events)
     assert first.counts == (3, 2, 1, 0) and last.counts == (3, 2, 1, 2)
     assert (first.sequence, last.sequence, last.device_ms) == (0, 2, 200)
     assert isinstance(odd, Damaged) and b"nan" in odd.content
     line.send("pause")
-    assert [each.event for each in line.receive()] == [Acknowledgement("pause", "")]
+    assert [each.event for each in line.receive(0.05)] == [Acknowledgement("pause", "")]
     line.close()
 
 

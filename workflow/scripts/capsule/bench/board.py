@@ -48,6 +48,18 @@ class Board:
         return self._line is not None
 
     @property
+    def header(self) -> dict[str, str]:
+        """Entries of a recording's header that describe this logger."""
+        entries, device = self.identity.entries, self.identity.device
+        return {
+            "source": f"recorded by the {device} board, firmware {entries['firmware']}",
+            "rate_hz": entries["rate_hz"],
+            "adc_bits": entries["adc_bits"],
+            "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
+            "series_ohm": entries["series_ohm"],
+        }
+
+    @property
     def line(self) -> Line:
         """The open line; raises `LineLostError` if the board is not connected."""
         if self._line is None:

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 import webbrowser
+from collections.abc import Mapping
 from itertools import count
 from pathlib import Path
 
@@ -14,8 +15,10 @@ from capsule.arguments import natural, number_within
 from capsule.arrays import IntArray
 from capsule.bench import recorder, terminal
 from capsule.bench.clock import elapsed_s
+from capsule.bench.line import Arrival
 from capsule.bench.live import opened_page
-from capsule.bench.logger import Samples
+from capsule.bench.logger import Source
+from capsule.bench.protocol import Identity, Sample
 from capsule.bench.record_command import options_of
 from capsule.commands.new import is_taken, own_configuration
 from capsule.commands.report import (
@@ -109,8 +112,8 @@ def demo(chosen: argparse.Namespace) -> None:
         )
         learning = Learning(chosen)
         at_end.callback(learning.end)
-        run = PlayedRun(played.counts, phantom.electronics, chosen.speed)
-        run.header = simulated_header(SOURCE, phantom, seed)
+        header = simulated_header(SOURCE, phantom, seed)
+        run = PlayedRun(played.counts, phantom.electronics, chosen.speed, header)
         # Afterwards Ctrl-C reaches the workflow again.
         for number in (signal.SIGINT, signal.SIGTERM):
             at_end.callback(signal.signal, number, signal.getsignal(number))
@@ -214,27 +217,40 @@ def _tell_truth(played: Run) -> None:
         tell("The truth: there is no nodule.")
 
 
-class PlayedRun(Samples):
-    """A simulated run in place of a logger."""
+class PlayedRun(Source):
+    """A simulated run in place of a logger board."""
 
-    port = "a simulated board"
-
-    def __init__(self, counts: IntArray, electronics: Electronics, speed: float) -> None:
-        super().__init__(electronics.rate_hz, len(counts), 2**electronics.adc_bits - 1)
-        self._readings = counts.T.tolist()
-        self._samples_per_s = electronics.rate_hz * speed
+    def __init__(
+        self,
+        counts: IntArray,
+        electronics: Electronics,
+        speed: float,
+        header: Mapping[str, str],
+    ) -> None:
+        self._readings, self._rate_hz, self._speed = counts.T.tolist(), electronics.rate_hz, speed
+        entries = {
+            "rate_hz": f"{self._rate_hz:g}",
+            "channels": str(len(counts)),
+            "adc_bits": str(electronics.adc_bits),
+        }
+        super().__init__("a simulated board", Identity("logger", entries), header)
         self._begun_s: float | None = None
+        self._sent = 0
 
-    def serve(self, timeout_s: float) -> None:
-        """Wait, and keep the samples that are due since the first call."""
+    def read(self, timeout_s: float) -> list[Arrival]:
+        """Wait, and return the samples that are due since the first call."""
         if self._begun_s is None:
             self._begun_s = elapsed_s()
         time.sleep(timeout_s)
-        self.taken_s = elapsed_s()
-        due = int((self.taken_s - self._begun_s) * self._samples_per_s)
-        for reading in self._readings[self.state.samples : due]:
-            self.keep(tuple(reading))
-        self.at_end = self.complete = self.state.samples == len(self._readings)
+        now_s = elapsed_s()
+        due = int((now_s - self._begun_s) * self._rate_hz * self._speed)
+        first, self._sent = self._sent, min(due, len(self._readings))
+        return [Arrival(self._sample(number), now_s) for number in range(first, self._sent)]
+
+    def _sample(self, number: int) -> Sample:
+        device_ms = round(1000 * number / self._rate_hz)
+        at_end = number == len(self._readings) - 1
+        return Sample(number, device_ms, tuple(self._readings[number]), at_end)
 
 
 def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:

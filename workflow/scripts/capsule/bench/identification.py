@@ -27,7 +27,7 @@ QUIET_S = 2.5
 ASK_EVERY_S = 0.1
 ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
 GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
-CONFIRM_S = 0.25
+CONFIRM_S, TRIES = 0.25, 12
 # A search only listens for so long, before it asks: a board that the opening has restarted says by
 # itself who it is.
 LISTEN_S = 3.0
@@ -184,8 +184,8 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
     )
 
 
-def request(line: Line, command: str, tries: int = 12) -> str:
-    """Send a command until the board confirms it; return the confirmed argument.
+def request(line: Line, command: str) -> None:
+    """Send a command until the board confirms it.
 
     Raises
     ------
@@ -197,14 +197,14 @@ def request(line: Line, command: str, tries: int = 12) -> str:
         The port disappeared.
     """
     name = command.partition(",")[0]
-    for _ in range(tries):
+    for _ in range(TRIES):
         line.send(command)
         deadline = time.monotonic() + CONFIRM_S
         while time.monotonic() < deadline:
             for arrival in line.receive():
                 match arrival.event:
-                    case Acknowledgement(command=answered, argument=argument) if answered == name:
-                        return argument
+                    case Acknowledgement(command=answered) if answered == name:
+                        return
                     case Refusal(command=answered, reason=reason) if answered == name:
                         raise RefusedError(
                             f"the board at {line.port} refuses {command!r}: {reason}"

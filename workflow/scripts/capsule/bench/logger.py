@@ -9,7 +9,7 @@ from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
-from capsule.bench.lsl import StreamLine
+from capsule.bench.line import Arrival
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
@@ -23,24 +23,42 @@ LAST_FRAMES_S = 0.5
 LOOK_EVERY_S = 0.05
 
 
-class Samples:
-    """Samples on an even grid in time, in the order in which their source takes them.
+class Source:
+    """A source of samples that is always there, in place of a logger board.
 
-    Parameters
-    ----------
-    rate_hz : float
-        Samples per second.
-    sensors : int
-        Number of sensors S.
-    full_scale : float
-        The largest reading.
+    A subclass reads the samples; `header` has the first entries of a recording's header.
+    """
+
+    connected, connections = True, 1
+
+    def __init__(self, port: str, identity: Identity, header: Mapping[str, str]) -> None:
+        self.port, self.identity, self.header = port, identity, header
+        self._answers: list[Arrival] = []
+
+    def read(self, timeout_s: float) -> list[Arrival]:
+        """Return the samples that have come; wait up to the timeout for the first."""
+        raise NotImplementedError
+
+    def receive(self, timeout_s: float) -> list[Arrival]:
+        """Return answers and samples, as a `Board` does."""
+        answers, self._answers = self._answers, []
+        return answers + self.read(timeout_s)
+
+    def send(self, payload: str) -> None:
+        """Confirm a pause; other commands are not needed."""
+        if payload == "pause":
+            self._answers.append(Arrival(Acknowledgement("pause", ""), elapsed_s()))
+
+    def close(self) -> list[Damaged]:
+        """Let go of it."""
+        return []
+
+
+class Logger:
+    """One logger, from its frames to samples on an even grid in time.
 
     Attributes
     ----------
-    port : str
-        Name of the source for messages.
-    header : mapping of str to str
-        First entries of a recording's header, which describe the source.
     state : State
         State of the recording.
     samples : list of tuple of float, or None
@@ -54,64 +72,18 @@ class Samples:
         Estimated time of the last sample, by the computer's clock; rather too early.
     """
 
-    port = ""
-
-    def __init__(self, rate_hz: float, sensors: int, full_scale: float) -> None:
-        self.rate_hz, self.sensors = rate_hz, sensors
-        self.header: Mapping[str, str] = {}
+    def __init__(self, board: Board | Source, log: FrameLog, *, to_end_stop: bool = True) -> None:
+        self._board, self._log, self._to_end_stop = board, log, to_end_stop
+        self.port, self._identity = board.port, board.identity
+        entries = self._identity.entries
+        rate_hz, self._largest = float(entries["rate_hz"]), 2 ** int(entries["adc_bits"]) - 1
+        self.rate_hz, self.sensors = rate_hz, int(entries["channels"])
+        full_scale = float(entries.get("full_scale", self._largest))
         self.state = State(1.0 / rate_hz, full_scale=full_scale)
         self.samples: list[tuple[float, ...] | None] = []
         self._new: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
         self.taken_s = 0.0
-
-    @property
-    def fault(self) -> str:
-        """What is wrong now and what to do; empty if nothing is."""
-        return ""
-
-    def trouble(self, patience_s: float, option: str = "--patience") -> AcquisitionError | None:
-        """Return the error that ends recording or survey; None if it can continue.
-
-        Parameters
-        ----------
-        patience_s : float
-            Longest wait for a sample.
-        option : str
-            What says so, for the message.
-        """
-
-    def serve(self, timeout_s: float) -> None:
-        """Keep the samples that have come, and wait for them up to the timeout."""
-
-    def end(self) -> None:
-        """Keep the last samples, and close the source."""
-
-    def take(self) -> list[tuple[float, ...] | None]:
-        """Return the samples since the last call, up to the newest; None is a missing one."""
-        new, self._new = self._new, []
-        return new
-
-    def keep(self, counts: tuple[float, ...] | None) -> None:
-        """Add the next sample; None is a missing one."""
-        self._new.append(counts)
-        if len(self.samples) <= self.state.longest < math.inf:
-            self.samples.append(counts)
-        self.state.add(counts)
-
-
-class Logger(Samples):
-    """One logger, from its frames to samples on an even grid in time."""
-
-    def __init__(
-        self, board: Board | StreamLine, log: FrameLog, *, to_end_stop: bool = True
-    ) -> None:
-        self._board, self._log, self._to_end_stop = board, log, to_end_stop
-        self._identity = board.identity
-        entries = self._identity.entries
-        rate_hz, self._largest = float(entries["rate_hz"]), 2 ** int(entries["adc_bits"]) - 1
-        super().__init__(rate_hz, int(entries["channels"]), self._largest)
-        self.port = board.port
         self._timeline = Timeline(rate_hz)
         self._sieve = Sieve(self._timeline, self._accept, self._refuse)
         self._connections, self._connected = board.connections, True
@@ -137,7 +109,15 @@ class Logger(Samples):
         return ""
 
     def trouble(self, patience_s: float, option: str = "--patience") -> AcquisitionError | None:
-        """Return the error after a silence, even if other frames come; None without one."""
+        """Return the error after a silence, even if other frames come; None without one.
+
+        Parameters
+        ----------
+        patience_s : float
+            Longest wait for a sample.
+        option : str
+            What says so, for the message.
+        """
         # Since the last accepted sample, or since the board came back after it.
         silent_s = AWAKE.now_s() - self._sampled_s
         if silent_s <= patience_s:
@@ -177,6 +157,11 @@ class Logger(Samples):
             self._sampled_s = AWAKE.now_s()
             self._granted = False
         return [arrival.event for arrival in arrivals]
+
+    def take(self) -> list[tuple[float, ...] | None]:
+        """Return the samples since the last call, up to the newest; None is a missing one."""
+        new, self._new = self._new, []
+        return new
 
     def end(self) -> None:
         """Pause the board, keep the samples that it sends until it confirms, and close its port."""
@@ -267,12 +252,18 @@ class Logger(Samples):
         if slot.missing:
             self._note_gap(slot)
         for _ in range(slot.missing):
-            self.keep(None)
-        self.keep(sample.counts)
+            self._keep(None)
+        self._keep(sample.counts)
         self.taken_s = self._timeline.taken_s
         if sample.at_end:
             self.at_end = True
             self.complete = self.complete or self._to_end_stop
+
+    def _keep(self, counts: tuple[float, ...] | None) -> None:
+        self._new.append(counts)
+        if len(self.samples) <= self.state.longest < math.inf:
+            self.samples.append(counts)
+        self.state.add(counts)
 
     def _note_gap(self, slot: Slot) -> None:
         self.state.gaps += 1
@@ -282,7 +273,7 @@ class Logger(Samples):
         self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
 
 
-def check_fits(rate_hz: float, sensors: int, settings: Settings) -> None:
+def check_fits(logger: Identity, settings: Settings) -> None:
     """Raise an error if the workflow could not read recordings of a logger.
 
     Raises
@@ -290,25 +281,14 @@ def check_fits(rate_hz: float, sensors: int, settings: Settings) -> None:
     AcquisitionError
         The board has another number of sensors or another rate.
     """
-    for entry, key, has in (("channels", "sensors", sensors), ("rate_hz", "rate_hz", rate_hz)):
+    for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
+        has = float(logger.entries[entry])
         if has != settings[key]:
             raise AcquisitionError(
                 f"the board has {entry} = {has:g}, but the workflow is configured for "
                 f"{settings[key]:g}; change recording.{key} in config/config.yaml, or use another "
                 "board"
             )
-
-
-def header_of(identity: Identity) -> dict[str, str]:
-    """Return the entries of a header that describe this logger."""
-    entries = identity.entries
-    return {
-        "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
-        "rate_hz": entries["rate_hz"],
-        "adc_bits": entries["adc_bits"],
-        "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
-        "series_ohm": entries["series_ohm"],
-    }
 
 
 def moment_text(moment: datetime) -> str:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, WrongBoardError
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.line import Arrival
-from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
+from capsule.bench.logger import Source
+from capsule.bench.protocol import Damaged, Event, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install
@@ -32,7 +33,6 @@ _UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm",
 _UNITS |= {"kohm": "kohm", "kohms": "kohm", "": ""}
 _IMPORT = "record it with LabRecorder, then import the XDF file: capsule import"
 _LONGEST = 100
-PULL_S = 0.05
 LOOK_S = 0.2
 OPEN_S = 5.0
 SILENT_S = 2.5
@@ -110,19 +110,16 @@ class ChosenStream:
 
     def identity(self) -> Identity:
         """Return a description of the stream in the form of a logger board's."""
-        entries = {"rate_hz": f"{self.info.nominal_srate():g}", "channels": str(len(self.channels))}
-        return Identity("logger", entries | {"adc_bits": str(self._bits or _ALL_BITS)})
-
-    @property
-    def full_scale(self) -> float:
-        """Approximate largest reading."""
-        return _FULL_SCALES.get(self.unit, 2.0 ** (self._bits or _USUAL_BITS) - 1)
-
-    @property
-    def _bits(self) -> int | None:
-        bits = self.board().get("adc_bits", "")
-        known = self.unit == "counts" and bits.isdecimal() and 1 <= int(bits) <= _ALL_BITS
-        return int(bits) if known else None
+        told = self.board().get("adc_bits", "")
+        known = self.unit == "counts" and told.isdecimal() and 1 <= int(told) <= _ALL_BITS
+        bits = int(told) if known else None
+        entries = {
+            "rate_hz": f"{self.info.nominal_srate():g}",
+            "channels": str(len(self.channels)),
+            "adc_bits": str(bits or _ALL_BITS),
+            "full_scale": str(_FULL_SCALES.get(self.unit, 2.0 ** (bits or _USUAL_BITS) - 1)),
+        }
+        return Identity("logger", entries)
 
     def header(self) -> dict[str, str]:
         """Return the entries of a header that describe the stream."""
@@ -252,8 +249,8 @@ def _channels(
     return tuple(chosen)
 
 
-class StreamLine:
-    """A stream with the interface of a `Board`; nobody can unplug it.
+class StreamLine(Source):
+    """A stream as a source of samples.
 
     A time stamp tells the period of a sample, so samples lost on the way leave a gap. If a source
     ends and starts again, this class finds it again. The Lab Streaming Layer does this itself if
@@ -265,25 +262,22 @@ class StreamLine:
         There is no such stream, or it does not fit.
     """
 
-    connected, connections = True, 1
-
     def __init__(
         self, name: str, wanted: str | None, rules: Settings, tell: Callable[[str], None]
     ) -> None:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
-        self.port, self.identity = title_of(self.chosen.info), self.chosen.identity()
+        chosen = self.chosen
+        super().__init__(title_of(chosen.info), chosen.identity(), chosen.header())
         self._tell = tell
         self._period_s = 1.0 / rules["rate_hz"]
         self._grid = StampGrid(self._period_s)
-        self._answers: list[Arrival] = []
         self._heard_s = AWAKE.now_s()
         self._away = False
 
-    def receive(self, timeout_s: float = PULL_S) -> list[Arrival]:
-        """Read the events that have arrived; wait up to the timeout for the first."""
-        answers, self._answers = self._answers, []
+    def read(self, timeout_s: float) -> list[Arrival]:
+        """Read the samples that have arrived; wait up to the timeout for the first."""
         samples, stamps = self._pull(timeout_s)
         moment_s, now_s = elapsed_s(), AWAKE.now_s()
         if stamps:
@@ -294,12 +288,7 @@ class StreamLine:
         elif now_s - self._heard_s > SILENT_S:
             self._note_away("sends nothing")
         taken = zip(samples, stamps, strict=True)
-        return answers + [Arrival(self._event(*each), moment_s) for each in taken]
-
-    def send(self, payload: str) -> None:
-        """Answer a command in place of the stream, which accepts none."""
-        if payload == "pause":
-            self._answers.append(Arrival(Acknowledgement("pause", ""), elapsed_s()))
+        return [Arrival(self._event(*each), moment_s) for each in taken]
 
     def close(self) -> list[Damaged]:
         """Close the stream."""

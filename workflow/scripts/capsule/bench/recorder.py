@@ -24,9 +24,8 @@ from capsule.bench.logger import (
     LOOK_EVERY_S,
     SILENT_AFTER_S,
     Logger,
-    Samples,
+    Source,
     check_fits,
-    header_of,
     moment_text,
 )
 from capsule.bench.lsl import SampleOutlet, StreamLine
@@ -67,7 +66,7 @@ class Recorder:
 
     def __init__(
         self,
-        source: Samples,
+        source: Logger,
         part: GrowingFile,
         header: dict[str, str],
         log: FrameLog,
@@ -79,7 +78,6 @@ class Recorder:
         self.header, self._log = header, log
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self.state = source.state
-        self._told_of_length = False
         self.beside = Beside("the recording", log.note)
         self._begun_s = elapsed_s()
         self._dated = False
@@ -141,8 +139,7 @@ class Recorder:
             self._write()
             self._part.sync()
             self._serve_wave()
-            self._tell_of_length()
-            self.state.faults = self._faults()
+            self._note_faults()
             self.beside.attempt_due()
             self.state.ended = self._completed() or self._stop.reason
         self._source.end()
@@ -174,30 +171,26 @@ class Recorder:
         self._part.amend(head_of(self.header, self._source.sensors))
 
     def _serve_wave(self) -> None:
-        """Renew the lease of the wave, and tell if it has stopped."""
+        """Renew the lease of the wave."""
         if self._drive:
-            if warning := self._drive.watch(self.state.samples * self.state.period_s):
-                self._log.tell(warning)
+            self._drive.serve(self.state.samples * self.state.period_s)
             self.state.wave = self._drive.summary()
             self._note_wave()
 
-    def _tell_of_length(self) -> None:
-        longest = self.state.longest
-        if self.state.samples > longest and not self._told_of_length:
-            self._told_of_length = True
-            self._log.tell(
-                f"warning: the run is longer than {longest:g} samples "
+    def _note_faults(self) -> None:
+        """Show what is wrong now and what to do, the worst first; warn once of what lasts."""
+        longest, too_long = self.state.longest, ""
+        if self.state.samples > longest:
+            too_long = (
+                f"the run is longer than {longest:g} samples "
                 f"({longest * self.state.period_s:g} s), so the workflow will reject it "
-                "(preprocessing.length); recording continues"
+                "(preprocessing.length); end it, and record anew"
             )
-
-    def _faults(self) -> list[str]:
-        """Return what is wrong now and what to do, the worst first."""
-        faults = [self._drive.fault] if self._drive else []
-        faults.append(self._source.fault)
-        if self.state.samples > self.state.longest:
-            faults.append("too long for the workflow (preprocessing.length): end it, record anew")
-        return [fault.removeprefix("warning: ") for fault in faults if fault]
+        wave = self._drive.fault if self._drive else ""
+        for fault in (wave, too_long):
+            if fault and fault not in self.state.faults:
+                self._log.tell(f"warning: {fault}")
+        self.state.faults = [fault for fault in (wave, self._source.fault, too_long) if fault]
 
     def _note_wave(self) -> None:
         """Write into header and log until when the wave ran."""
@@ -232,13 +225,9 @@ class Recorder:
 Learned: TypeAlias = "Callable[[bool], FinalVerdict | None]"
 
 
-def _always(final: "FinalVerdict") -> Learned:
-    return lambda wait: final
-
-
 def record(
     options: argparse.Namespace,
-    played: Samples | None = None,
+    played: Source | None = None,
     learned: "Learned | None" = None,
     page: LivePage | None = None,
 ) -> Path:
@@ -257,7 +246,7 @@ def record(
     settings = read_settings(options.config)
     _tell_of_unfinished(options.raw)
     if options.detect and learned is None:
-        learned = _always(_detectors(options, settings))
+        learned = _detectors(options, settings)
     wave = Wave(options.speed, options.ramp, options.direction)
     with contextlib.ExitStack() as at_end:
         terminal = Terminal(sys.stdout)
@@ -268,9 +257,10 @@ def record(
         at_end.callback(_stop, drive)
         if options.live and page is None:
             page = at_end.enter_context(opened_page())
-        source = played or _logger(options, settings, log)
-        check_fits(source.rate_hz, source.sensors, settings["recording"])
-        header = {**source.header, "started": moment_text(started)}
+        board = played or _source(options, settings, log)
+        check_fits(board.identity, settings["recording"])
+        source = Logger(board, log)
+        header = {**board.header, "started": moment_text(started)}
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
@@ -340,7 +330,7 @@ def _tell_of_unfinished(raw: Path) -> None:
         )
 
 
-def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalVerdict":
+def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> Learned:
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
     from capsule.judging.verdict import FinalVerdict, note_of_change  # only if they are used
 
@@ -348,22 +338,16 @@ def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> "FinalV
     final = FinalVerdict(options.templates, learned, settings)
     if note := note_of_change(learned.parent, settings):
         print(note)
-    return final
+    return lambda wait: final
 
 
-def _logger(options: argparse.Namespace, settings: dict[str, Any], log: FrameLog) -> Logger:
+def _source(options: argparse.Namespace, settings: dict[str, Any], log: FrameLog) -> Board | Source:
     """Return the logger that the options name, or the stream in its place."""
     if options.stream_in:
         rules, named = settings["recording"], options.stream_channels
-        stream = StreamLine(options.stream_in, named, rules, log.tell)
-        logger = Logger(stream, log)
-        logger.header, logger.state.full_scale = stream.chosen.header(), stream.chosen.full_scale
-        return logger
+        return StreamLine(options.stream_in, named, rules, log.tell)
     skip = [options.drive] if options.drive else []
-    board = Board(*connect(options.port, options.baud, "logger", skip), log.tell)
-    logger = Logger(board, log)
-    logger.header = header_of(board.identity)
-    return logger
+    return Board(*connect(options.port, options.baud, "logger", skip), log.tell)
 
 
 def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
@@ -378,7 +362,7 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     return drive
 
 
-def _judge_so_far(learned: "Learned", source: Samples, header: Mapping[str, str]) -> None:
+def _judge_so_far(learned: "Learned", source: Logger, header: Mapping[str, str]) -> None:
     """Judge the recording so far, once the detectors have learned."""
     source.state.advice = "the detectors still learn"
     if final := learned(False):

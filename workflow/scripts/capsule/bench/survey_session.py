@@ -15,7 +15,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
 from capsule.bench.live import SHOW_EVERY_S, opened_page
-from capsule.bench.logger import check_fits, header_of, moment_text
+from capsule.bench.logger import check_fits, moment_text
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import INDEX, check_new, read_about, read_stored
 from capsule.bench.survey_run import SurveyRun, length_mm_of
@@ -175,11 +175,8 @@ def _known_with(
     boards: Mapping[str, Board], settings: Settings, wave: Wave, session: str
 ) -> dict[str, Any]:
     """Return the entries known only once the boards are connected: start time and header."""
-    logger, peristalsis = boards["logger"].identity, boards["peristalsis"].identity
-    check_fits(
-        float(logger.entries["rate_hz"]), int(logger.entries["channels"]), settings["recording"]
-    )
-    driven_mm = peristalsis.entries["wavelength_mm"]
+    check_fits(boards["logger"].identity, settings["recording"])
+    driven_mm = boards["peristalsis"].identity.entries["wavelength_mm"]
     expected_mm = settings["diagonal"]["wavelength_mm"]
     if float(driven_mm) != expected_mm:
         raise AcquisitionError(
@@ -187,7 +184,7 @@ def _known_with(
             f"for {expected_mm:g} mm; correct diagonal.wavelength_mm in config/config.yaml"
         )
     begun = datetime.now(UTC)
-    header = header_of(logger) | {"started": moment_text(begun)} | wave.entries
+    header = boards["logger"].header | {"started": moment_text(begun)} | wave.entries
     header |= {"session": session}
     return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
 

@@ -85,7 +85,8 @@ class Drive:
         # Whether the program was stopped, and has not seen the wave since.
         self._unseen = False
         self._position: Position | None = None
-        self._told = ""
+        # Why no wave runs, as far as `serve` knows; empty if it runs.
+        self.fault = ""
         self._asked_at = self._ran_until = 0.0
         self.phase = WavePhase(
             float(board.identity.entries["wavelength_mm"]),
@@ -95,16 +96,11 @@ class Drive:
     @property
     def until(self) -> str:
         """Time of the recording, in s, from which on no wave is known to run; `TO_THE_END`."""
-        return f"{self._ran_until:.1f}" if self._told else TO_THE_END
-
-    @property
-    def fault(self) -> str:
-        """Why no wave runs, as far as `watch` knows; empty if it runs."""
-        return self._told
+        return f"{self._ran_until:.1f}" if self.fault else TO_THE_END
 
     def summary(self) -> str:
         """Return position and speed of the wave in words."""
-        if self._told:
+        if self.fault:
             return "no wave"
         if self._position is None:
             return ""
@@ -171,12 +167,7 @@ class Drive:
             self._check_seen()
             self._run_again("is back")
         self._board.send_pending()
-
-    def watch(self, recorded_s: float) -> str:
-        """Serve the board as `serve` does; return a warning if the wave has stopped."""
-        self.serve(recorded_s)
-        before, self._told = self._told, self._fault()
-        return "" if self._told == before else self._told
+        self.fault = self._fault()
 
     def note_pause(self) -> None:
         """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
@@ -282,14 +273,14 @@ class Drive:
         """
         board = f"the peristalsis board at {self._board.port}"
         if not self._board.connected:
-            return f"warning: {board} was unplugged, so no wave runs"
+            return f"{board} was unplugged, so no wave runs"
         if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
-            return f"warning: {board} does not answer; check whether the wave still runs"
+            return f"{board} does not answer; check whether the wave still runs"
         if self._position is not None and self._position.state != RUNNING:
             return (
-                "warning: no wave runs: the peristalsis board was reset, or this program was "
-                "stopped or hung for longer than the wave's lease. The recorder does not start it "
-                "again; end the recording with Ctrl-C, and record anew"
+                "no wave runs: the peristalsis board was reset, or this program was stopped or "
+                "hung for longer than the wave's lease. The recorder does not start it again; end "
+                "the recording with Ctrl-C, and record anew"
             )
         return ""
 
@@ -301,7 +292,7 @@ class Drive:
         while self._position is None and time.monotonic() < deadline:
             for arrival in self._board.line.receive():
                 self._take(arrival)
-        self._told = self._fault() or self._told
+        self.fault = self._fault() or self.fault
 
     def _request(self, command: str) -> None:
         try:
