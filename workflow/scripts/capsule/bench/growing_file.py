@@ -190,16 +190,9 @@ class GrowingFile:
         fault: OSError | None = None
         for path in _places(self.path):
             try:
-                copy = _open(path, os.O_EXCL)
+                copy = _copied(self._descriptor, path)
             except OSError as reason:
                 fault = fault or reason
-                continue
-            try:
-                _copy(self._descriptor, copy)
-            except OSError as reason:
-                fault = fault or reason
-                os.close(copy)
-                path.unlink()
                 continue
             os.close(self._descriptor)
             self._descriptor, self.path = copy, path
@@ -286,13 +279,20 @@ def _places(part: Path) -> Iterator[Path]:
             yield path
 
 
-def _copy(source: int, target: int) -> None:
-    """Copy an open file, even a deleted one, and write the copy to the disk."""
-    os.lseek(source, 0, os.SEEK_SET)
-    while chunk := os.read(source, 1 << 20):
-        while chunk:
-            chunk = chunk[os.write(target, chunk) :]
-    os.fsync(target)
+def _copied(source: int, path: Path) -> int:
+    """Copy an open file, even a deleted one, to a new one on the disk, which stays open."""
+    copy = _open(path, os.O_EXCL)
+    try:
+        os.lseek(source, 0, os.SEEK_SET)
+        while chunk := os.read(source, 1 << 20):
+            while chunk:
+                chunk = chunk[os.write(copy, chunk) :]
+        os.fsync(copy)
+    except OSError:
+        os.close(copy)
+        path.unlink()
+        raise
+    return copy
 
 
 def check_free(final: Path) -> None:

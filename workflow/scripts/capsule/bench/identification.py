@@ -68,49 +68,44 @@ def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identit
         Another board answers, or none, the baud rate is wrong, or the port disappeared.
     """
     try:
-        yield from _steps(line, wanted, listen_s)
+        opened_s = time.monotonic()
+        listen_until, quiet_until = opened_s + listen_s, opened_s + max(QUIET_S, listen_s)
+        asked_from: float | None = None
+        ask_at, frames = 0.0, 0
+        others: list[Arrival] = []
+        while True:
+            identity = None
+            for arrival in line.receive(0):
+                frames += not isinstance(arrival.event, Damaged)
+                if isinstance(arrival.event, Identity):
+                    _check(arrival.event, wanted, line.port)
+                    identity = arrival.event
+                else:
+                    others.append(arrival)
+            if identity:
+                line.put_back(others)  # a running board sends samples meanwhile
+            yield identity
+            now_s = time.monotonic()
+            if asked_from is None:
+                # What sends text without frames is no board of this bench, so it is not even asked.
+                foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
+                if foreign and now_s >= listen_until > opened_s:
+                    raise _explain_silence(line, frames)
+                silent = not line.bytes_read
+                if now_s < listen_until or (silent and now_s <= quiet_until):
+                    continue
+                asked_from = ask_at = now_s
+            asked_s = now_s - asked_from
+            hopeless = line.bytes_read == 0 or _is_garbled(line, frames)
+            if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
+                raise _explain_silence(line, frames)
+            if now_s >= ask_at:
+                line.send("identify")
+                ask_at += ASK_EVERY_S
     except LineLostError as fault:
         raise NoAnswerError(
             f"the board at {line.port} was disconnected before it identified itself: {fault}"
         ) from fault
-
-
-def _steps(line: Line, wanted: str, listen_s: float) -> Iterator[Identity | None]:
-    """Read what has arrived, and repeat the question, at each step."""
-    opened_s = time.monotonic()
-    listen_until, quiet_until = opened_s + listen_s, opened_s + max(QUIET_S, listen_s)
-    asked_from: float | None = None
-    ask_at, frames = 0.0, 0
-    others: list[Arrival] = []
-    while True:
-        identity = None
-        for arrival in line.receive(0):
-            frames += not isinstance(arrival.event, Damaged)
-            if isinstance(arrival.event, Identity):
-                _check(arrival.event, wanted, line.port)
-                identity = arrival.event
-            else:
-                others.append(arrival)
-        if identity:
-            line.put_back(others)  # a running board sends samples meanwhile
-        yield identity
-        now_s = time.monotonic()
-        if asked_from is None:
-            # What sends text without frames is no board of this bench, so it is not even asked.
-            foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
-            if foreign and now_s >= listen_until > opened_s:
-                raise _explain_silence(line, frames)
-            silent = not line.bytes_read
-            if now_s < listen_until or (silent and now_s <= quiet_until):
-                continue
-            asked_from = ask_at = now_s
-        asked_s = now_s - asked_from
-        hopeless = line.bytes_read == 0 or _is_garbled(line, frames)
-        if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
-            raise _explain_silence(line, frames)
-        if now_s >= ask_at:
-            line.send("identify")
-            ask_at += ASK_EVERY_S
 
 
 def _is_garbled(line: Line, frames: int) -> bool:

@@ -310,11 +310,9 @@ def recover(options: argparse.Namespace) -> None:
     failed: list[AcquisitionError] = []
     for part in parts:
         try:
-            rescued = recovery.recover(part, settings["recording"]["sensors"])
+            print(recovery.recover(part, settings["recording"]["sensors"]))
         except AcquisitionError as fault:
             failed.append(fault)
-            continue
-        print(rescued.summary())
     for reason in failed[:-1]:
         print(f"error: {reason}", file=sys.stderr)
     if failed:

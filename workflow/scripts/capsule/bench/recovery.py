@@ -9,7 +9,6 @@ import contextlib
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
@@ -24,42 +23,8 @@ _READING = rb"-?\d{1,15}(\.\d{1,22})?(e[-+]\d{1,3})?"
 _ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")
 
 
-@dataclass(frozen=True)
-class Rescued:
-    """The result of recovering an unfinished recording.
-
-    Attributes
-    ----------
-    final : Path
-        The recording.
-    original : Path
-        The unfinished file, unchanged.
-    samples : int
-        Number of lines of samples in the recording.
-    skipped : int
-        Number of unreadable lines before the last sample.
-    dropped : int
-        Number of bytes after the last sample.
-    """
-
-    final: Path
-    original: Path
-    samples: int
-    skipped: int
-    dropped: int
-
-    def summary(self) -> str:
-        """Return the result in one line."""
-        parts = [f"recovered {self.final}: {self.samples} samples"]
-        if self.skipped:
-            parts.append(f"lines skipped because they could not be read: {self.skipped}")
-        if self.dropped:
-            parts.append(f"{self.dropped} bytes at its end left out: not a whole line")
-        return "; ".join([*parts, f"the original is kept as {self.original.name}"])
-
-
-def recover(part: Path, sensors: int) -> Rescued:
-    """Recover the unfinished recording of a killed recorder.
+def recover(part: Path, sensors: int) -> str:
+    """Recover the unfinished recording of a killed recorder; return in a line what was recovered.
 
     Raises
     ------
@@ -96,7 +61,12 @@ def recover(part: Path, sensors: int) -> Rescued:
         lines = "".join(f"{text}\n" for _, text in taken)
         _write((format_header(header, sensors) + lines).encode("utf-8"), final)
     publish(part, original)
-    return Rescued(final, original, len(taken), skipped, len(content) - end)
+    said = [f"recovered {final}: {len(taken)} samples"]
+    if skipped:
+        said.append(header["recovered"])
+    if dropped := len(content) - end:
+        said.append(f"{dropped} bytes at its end left out: not a whole line")
+    return "; ".join([*said, f"the original is kept as {original.name}"])
 
 
 def _read(content: bytes, sensors: int) -> tuple[dict[str, str], int, list[tuple[int, str]]]:

@@ -128,28 +128,16 @@ class Terminal:
         self._drawn_lines = 0
 
     def _sensor_lines(self, state: State, width: int) -> list[str]:
+        """Return each sensor's newest reading and trace, on which noise alone looks quiet."""
         known = [sample for sample in state.recent if sample is not None]
-        if not known:
-            return []
-        lines = []
-        for sensor in range(len(known[0])):
-            last = known[-1][sensor]
-            shown = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
-            label = f"sensor {sensor + 1} {shown} "
-            trace = list(state.recent)[-max(width - len(label), 1) :]
-            counts: list[float | None] = [
-                None if sample is None else sample[sensor] for sample in trace
-            ]
-            lines.append(label + self.sparkline(counts, state.full_scale))
+        bars, lines = PLAIN_BARS if self._plain else BARS, []
+        for sensor, last in enumerate(known[-1] if known else ()):
+            newest = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
+            label = f"sensor {sensor + 1} {newest} "
+            shown = list(state.recent)[-max(width - len(label), 1) :]
+            readings = [None if sample is None else sample[sensor] for sample in shown]
+            lines.append(label + trace(readings, bars, FLAT_SHARE * state.full_scale))
         return lines
-
-    def sparkline(self, counts: list[float | None], full_scale: float) -> str:
-        """Return a trace as bars between its smallest and largest value.
-
-        A missing sample is a space. Noise of a few counts must not fill the height: a quiet sensor
-        should look quiet.
-        """
-        return trace(counts, PLAIN_BARS if self._plain else BARS, FLAT_SHARE * full_scale)
 
 
 def _can_redraw() -> bool:
