@@ -11,8 +11,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from capsule.bench import growing_file
-from capsule.bench.bench_errors import BoardLostError, LineLostError
-from capsule.bench.board import Board
+from capsule.bench.bench_errors import BoardLostError
 from capsule.bench.protocol import Sample, decode, encode
 from capsule.bench.timeline import MisplacedSampleError, steps_between
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
@@ -48,9 +47,7 @@ def ends(bench, script):
     return bench.recorder.state.ended
 
 
-@settings(
-    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(SCRIPTS)
 def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
     monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
@@ -81,9 +78,7 @@ def continue_each_other(frames):
     return False
 
 
-@settings(
-    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 99), PIECES.filter(lambda piece: b"$I" not in piece))))
 def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monkeypatch, strange):
     """Check that strange bytes between frames harm none of 100 good samples."""
@@ -114,30 +109,3 @@ def test_memory_is_bounded_whatever_comes(tmp_path, monkeypatch):
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most < 20e6
-
-
-def test_a_stop_is_obeyed_in_the_midst_of_anything(tmp_path, monkeypatch):
-    bench = ScriptedBench(tmp_path, monkeypatch, patience_s=1e9)
-
-    def script():
-        for number in range(10_000):
-            if number == 100:
-                bench._stop.reason = "Ctrl-C"
-            yield number / 10, b"\xff\x00$D,1*" * 100
-
-    bench.run(script())
-    assert bench.recorder.state.ended == "Ctrl-C"
-    assert bench.now_s < 20
-
-
-def test_a_line_that_is_lost_at_once_ends_by_patience(tmp_path, monkeypatch):
-    bench = ScriptedBench(tmp_path, monkeypatch)
-
-    def lost(returning, timeout_s):
-        bench.now_s += 0.5
-        raise BoardLostError("nobody there")
-
-    monkeypatch.setattr(Board, "come_back", lost)
-    with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
-        bench.run([(0.0, sample_frame(0)), (0.1, LineLostError())])
-    assert bench.numbers() == [0]

@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import (
@@ -221,7 +221,6 @@ def test_a_line_that_never_ends_is_given_up():
     assert len(parser.drop_pending()[0].content) <= LONGEST_FRAME
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(st.binary(max_size=60), max_size=20))
 def test_any_bytes_are_welcome_and_none_goes_missing(chunks):
     parser = FrameParser()
@@ -247,7 +246,6 @@ def frame_of(sample: Sample) -> bytes:
     return encode("D," + ",".join(map(str, cells)))
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(samples, max_size=8), st.lists(st.integers(1, 50), min_size=1))
 def test_samples_survive_any_cutting_of_the_stream(sent, lengths):
     stream = b"".join(map(frame_of, sent))
@@ -260,14 +258,12 @@ def test_samples_survive_any_cutting_of_the_stream(sent, lengths):
     assert events == sent
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(samples, samples, st.binary(max_size=30).filter(lambda noise: b"\n" not in noise))
 def test_a_whole_frame_survives_noise_on_either_side(first, second, noise):
     events = FrameParser().feed(frame_of(first) + noise + frame_of(second))
     assert [event for event in events if not isinstance(event, Damaged)] == [first, second]
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(samples, st.data())
 def test_no_damage_of_up_to_sixteen_bits_in_a_row_passes(sample, data):
     frame = frame_of(sample)

@@ -1,13 +1,13 @@
 """A recording against a scripted serial line: all samples that arrive are kept."""
 
+import contextlib
 import errno
 import os
 from datetime import UTC, datetime
-from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench import growing_file, recovery
+from capsule.bench import growing_file
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardLostError,
@@ -33,11 +33,48 @@ def bench(tmp_path, monkeypatch):
     made.log.close()
 
 
-def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
-    unread = b"".join(sample_frame(number) for number in range(30, 110))
-    bench.run([*samples(0, 30), (11.0, unread), *samples(110, 130)])
-    assert bench.numbers() == list(range(130))
-    assert bench.recorder.state.missing == 0
+def read_together(first, last):
+    return b"".join(map(sample_frame, range(first, last)))
+
+
+FALSE_FRAME = sample_frame(999, 20_000, 200)
+# As far as anybody can tell, it may follow number 29.
+PLAUSIBLE_FRAME = sample_frame(999, 6000, 55)
+JUMPED = [(n / 10, sample_frame(n, 100 * n + 10**9)) for n in range(30, 80)]
+CLOCK_ENDS = [(n / 10, sample_frame(n, (2**32 - 3000 + 100 * n) % 2**32)) for n in range(60)]
+PRESSED = encode("D,30,3000,30,2,3,4,1")
+
+
+@pytest.mark.parametrize(
+    ("script", "numbers", "rows"),
+    [
+        # After a stop (Ctrl-Z), what lies in the port is read first.
+        ([*samples(0, 30), (11.0, read_together(30, 110)), *samples(110, 130)], range(130), 130),
+        # Nothing lay there: the board was lost meanwhile, and may still come back.
+        ([*samples(0, 30), (11.0, b""), (11.1, b""), *samples(112, 120)],
+         [*range(30), *range(112, 120)], 120),
+        ([*samples(0, 30), *samples(33, 34), (3.35, FALSE_FRAME), *samples(34, 60)],
+         [*range(30), *range(33, 60)], 60),
+        ([*samples(0, 30), *samples(33, 34), (3.35, PLAUSIBLE_FRAME), *samples(34, 60)],
+         [*range(30), *range(33, 60)], 60),
+        # A clock that jumped for good is not believed, but its samples are.
+        ([*samples(0, 30), *JUMPED], range(80), 80),
+        # The board's clock passes its end, with a gap just there.
+        ([*CLOCK_ENDS[:29], *CLOCK_ENDS[32:]], [*range(29), *range(32, 60)], 60),
+        # In doubt to the end.
+        ([*samples(0, 30), *samples(33, 34)], [*range(30), 33], 34),
+        *(([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)],
+           range(60), 60) for uptime in ("soon", "-1", "")),
+        # The end stop, with the sample that it came with.
+        ([*samples(0, 30), (3.0, PRESSED), *samples(31, 40)], range(31), 31),
+    ],
+    ids=["stopped", "lost while stopped", "false frame after a gap", "plausible frame after a gap",
+         "clock jumps", "clock ends", "doubt", "soon", "negative", "empty", "end stop"],
+)  # fmt: skip
+def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
+    bench.run(script)
+    assert bench.numbers() == list(numbers)
+    assert len(bench.rows()) == rows
 
 
 # Kills: a header with the time at which the command was typed.
@@ -47,12 +84,6 @@ def test_a_recording_started_with_its_first_sample(bench):
     with bench.part.path.open("rb") as stream:
         started = datetime.fromisoformat(read_recording(stream, 4).header["started"])
     assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
-
-
-def test_the_time_in_which_the_recorder_was_stopped_is_no_silence(bench):
-    # Nothing lay in the port: the board was lost meanwhile, and may still come back.
-    bench.run([*samples(0, 30), (11.0, b""), (11.1, b""), *samples(112, 120)])
-    assert bench.numbers() == [*range(30), *range(112, 120)]
 
 
 @pytest.mark.parametrize(
@@ -68,23 +99,23 @@ def test_nonsense_for_ever_ends_by_patience(bench, nonsense):
     assert bench.numbers() == list(range(30))
 
 
-def test_nonsense_for_ever_ends_by_duration(tmp_path, monkeypatch):
+# Kills: a sample beyond the duration, also after a gap over its end.
+@pytest.mark.parametrize(
+    ("later", "kept", "said"),
+    [
+        # It passes while the recorder is stopped, and is filled from the port.
+        ([(20.0, read_together(30, 80))], range(60), None),
+        ([*samples(60, 70), *samples(70, 80)], range(30), None),
+        ([(3 + tick / 10, b"static\n") for tick in range(600)], range(30), "--duration is over"),
+    ],
+)
+def test_a_recording_ends_with_its_duration(tmp_path, monkeypatch, later, kept, said):
     bench = ScriptedBench(tmp_path, monkeypatch, duration=60, patience_s=1000)
-    script = [*samples(0, 30), *((3 + tick / 10, b"static\n") for tick in range(600))]
-    with pytest.raises(BoardLostError, match="--duration is over"):
-        bench.run(script)
-    assert bench.now_s < 7
-    assert bench.numbers() == list(range(30))
-
-
-def test_a_duration_that_passes_while_the_recorder_is_stopped_is_filled_from_the_port(
-    tmp_path, monkeypatch
-):
-    bench = ScriptedBench(tmp_path, monkeypatch, duration=60)
-    unread = b"".join(sample_frame(number) for number in range(30, 80))
-    bench.run([*samples(0, 30), (20.0, unread)])
-    assert bench.numbers() == list(range(60))
-    assert bench.recorder.state.ended == "--duration is over"
+    with pytest.raises(BoardLostError, match=said) if said else contextlib.nullcontext():
+        bench.run([*samples(0, 30), *later])
+    assert bench.now_s < 21
+    assert bench.numbers() == list(kept)
+    assert said or bench.recorder.state.ended == "--duration is over"
 
 
 @pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
@@ -97,33 +128,6 @@ def test_a_false_frame_that_passed_its_check_harms_nothing(bench, ahead_ms, numb
     false = sample_frame(999, device_ms, sequence)
     bench.run([*samples(0, at), (at / 10, false), *samples(at, 60)])
     assert bench.numbers() == list(range(60))
-    assert len(bench.rows()) == 60
-
-
-def test_a_false_frame_costs_no_sample_after_lost_ones(bench):
-    false = sample_frame(999, 20_000, 200)
-    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
-    assert bench.numbers() == [*range(30), *range(33, 60)]
-    assert len(bench.rows()) == 60
-
-
-def test_a_clock_that_jumped_for_good_is_not_believed_but_its_samples_are(bench):
-    later = [(number / 10, sample_frame(number, 100 * number + 10**9)) for number in range(30, 80)]
-    bench.run([*samples(0, 30), *later])
-    assert bench.numbers() == list(range(80))
-    assert len(bench.rows()) == 80
-    assert "identify" in bench.sent
-
-
-def test_the_boards_clock_may_pass_its_end(bench):
-    begin_ms = 2**32 - 3000
-    script = []
-    for number in range(60):
-        device_ms = (begin_ms + 100 * number) % 2**32
-        if number not in (29, 30, 31):  # a gap just there
-            script.append((number / 10, sample_frame(number, device_ms)))
-    bench.run(script)
-    assert bench.numbers() == [*range(29), *range(32, 60)]
     assert len(bench.rows()) == 60
 
 
@@ -142,17 +146,6 @@ def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
     assert len(bench.rows()) == 30_010
     assert most[0] <= 1001
     assert len(bench.logger.samples) == 1001
-
-
-def test_samples_in_doubt_are_kept_when_the_recording_ends(bench):
-    bench.run([*samples(0, 30), *samples(33, 34)])
-    assert bench.numbers() == [*range(30), 33]
-
-
-def test_a_false_frame_after_a_gap_costs_nothing_either(bench):
-    false = sample_frame(999, 6000, 55)  # as far as anybody can tell, it may follow number 29
-    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
-    assert bench.numbers() == [*range(30), *range(33, 60)]
 
 
 def plug_in_later(bench, monkeypatch, *boards):
@@ -201,12 +194,6 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
     assert any("its clock started again" in text for text in bench.told)
 
 
-@pytest.mark.parametrize("uptime", ["soon", "-1", ""])
-def test_nonsense_in_an_identity_ends_nothing(bench, uptime):
-    bench.run([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)])
-    assert bench.numbers() == list(range(60))
-
-
 # Kills: a fault of a detector or of the display that ends a recording, or is told at each sample.
 def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     def fail(*_):
@@ -226,31 +213,54 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     assert bench.log.path.read_text().count("Traceback") == 2
 
 
-# Kills: a file without samples that is in the way of the next run with the same name.
-def test_a_wave_that_is_refused_leaves_no_file(bench):
-    def refuse():
-        raise RefusedError("the motor follows 800")
+class Wave:
+    """A wave whose board refuses to start it, or whose user presses Ctrl-C as it starts."""
 
-    bench.recorder._drive = SimpleNamespace(start=refuse)
-    with pytest.raises(RefusedError):
+    fault, until = "", "end"
+
+    def __init__(self, bench, refuses):
+        self._bench, self._refuses, self.runs = bench, refuses, False
+
+    def start(self):
+        """Start, or refuse."""
+        if self._refuses:
+            raise RefusedError("the motor follows 800")
+        self.runs, self._bench._stop.reason = True, "Ctrl-C"
+
+    def serve(self, recorded_s):
+        """Go on."""
+
+    def summary(self):
+        """Say nothing."""
+        return ""
+
+    def leave(self):
+        """Stop."""
+        self.runs = False
+        return ""
+
+
+# Kills: a file without samples in the way of the next run of that name; a wave that runs on.
+@pytest.mark.parametrize("refuses", [True, False])
+def test_a_run_that_ends_at_its_very_start_leaves_no_file_and_no_wave(bench, refuses):
+    bench.recorder.header["wave_until_s"] = "end"
+    wave = bench.recorder._drive = Wave(bench, refuses)
+    with pytest.raises(AcquisitionError, match="follows 800" if refuses else "before the first"):
         bench.recorder.archive()
+    assert not wave.runs
     assert list(bench.part.path.parent.iterdir()) == []
 
 
-def test_a_run_without_a_sample_leaves_no_file(bench):
-    with pytest.raises(AcquisitionError, match="before the first sample"):
-        bench.recorder.archive()
-    assert list(bench.part.path.parent.iterdir()) == []
-
-
-def test_a_full_disk_keeps_what_fits_and_names_the_recovery(bench, monkeypatch):
-    really_write, room = os.write, [1000]
+# Kills: a line that is cut off on the disk; a full disk that ends a recording without its remedy.
+@pytest.mark.parametrize("room", range(1000, 1013, 3))
+def test_a_full_disk_keeps_the_lines_that_fit_and_names_the_recovery(bench, monkeypatch, room):
+    really_write, left = os.write, [room]
 
     def write(descriptor, content):
-        if not room[0]:
+        if not left[0]:
             raise OSError(errno.ENOSPC, "No space left on device")
-        written = really_write(descriptor, content[: room[0]])
-        room[0] -= written
+        written = really_write(descriptor, content[: left[0]])
+        left[0] -= written
         return written
 
     monkeypatch.setattr(growing_file.os, "write", write)
@@ -258,11 +268,9 @@ def test_a_full_disk_keeps_what_fits_and_names_the_recovery(bench, monkeypatch):
     with pytest.raises(DiskFullError, match=r"disk is full.*--recover"):
         bench.recorder.archive()
     monkeypatch.undo()
-    rescued = recovery.recover(bench.part.path, 4)
-    with rescued.final.open("rb") as stream:
-        values = read_recording(stream, 4).values[0].tolist()
-    assert values == list(range(rescued.samples))
-    assert 50 < rescued.samples < 200
+    assert bench.part.path.read_bytes().endswith(b"\n")
+    assert bench.numbers() == list(range(len(bench.rows())))
+    assert len(bench.rows()) > 50
 
 
 def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
@@ -273,13 +281,6 @@ def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
     assert bench.log.path.stat().st_size < 5300
     assert bench.recorder.state.damaged == 60
     assert sum("continues without its log" in text for text in bench.told) == 1
-
-
-def test_the_end_stop_ends_a_recording_with_the_sample_that_it_came_with(bench):
-    pressed = encode("D,30,3000,30,2,3,4,1")
-    bench.run([*samples(0, 30), (3.0, pressed), *samples(31, 40)])
-    assert bench.recorder.state.ended == "the capsule reached the end stop"
-    assert bench.numbers() == list(range(31))
 
 
 def test_a_run_longer_than_the_matrix_is_told_once_and_goes_on(bench):

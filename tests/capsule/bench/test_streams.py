@@ -17,8 +17,6 @@ from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
 from capsule.bench.lsl import ChosenStream, StampGrid, StreamLine, choose, find_stream
 from capsule.bench.protocol import Acknowledgement, Damaged
-from capsule.bench.record_command import options_of
-from capsule.errors import WrongOptionError
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder
@@ -298,26 +296,6 @@ def test_the_grid_follows_a_drifting_clock_and_keeps_gaps(drift):
 def test_a_stamp_that_is_far_off_moves_none_after_it():
     grid = StampGrid(0.1)
     assert [grid.number(stamp) for stamp in (5.0, 5.1, 1e6, 5.2, 5.3)] == [0, 1, 9999950, 2, 3]
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--stream-in a --port /dev/x", "give one of the two"),
-        ("--stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
-        ("--stream-in a --stream-out a", "both name 'a'"),
-    ],
-)
-def test_options_that_contradict_each_other_are_refused(options, words):
-    with pytest.raises(WrongOptionError, match=words) as error:
-        options_of(["--unlabelled", *options.split()])
-    assert error.value.status == 2
-
-
-def test_a_name_that_would_break_a_query_is_refused(capsys):
-    with pytest.raises(SystemExit):
-        options_of(["--unlabelled", "--stream-in", "a'b"])
-    assert "not allowed as a stream's name" in capsys.readouterr().err
 
 
 def test_without_pylsl_the_extra_is_named(monkeypatch):

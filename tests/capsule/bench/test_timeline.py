@@ -1,7 +1,7 @@
 """Places of samples: gaps become missing samples, and later samples keep their times."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import Sample
@@ -72,7 +72,6 @@ def test_before_the_first_sample_nothing_can_have_restarted():
     assert Timeline(10).continues(uptime_ms=0, running=False, moment_s=1.0)
 
 
-@settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(st.tuples(st.integers(1, 40), st.booleans()), min_size=1, max_size=60))
 def test_places_follow_the_boards_clock(steps):
     """Check that a sample's place follows from its time, whichever frames are lost."""
