@@ -25,16 +25,19 @@ def motor():
     return Talk(emulated.PERISTALSIS)
 
 
+def samples(events):
+    return [event for event in events if isinstance(event, Sample)]
+
+
 def test_samples_at_exactly_ten_hertz_and_sleeps_between(logger):
-    logger.board.set_voltages([1000] * 4, [1000] * 4)
+    logger.board.set_voltages([0, 2500, 4999, 5100], [0, 2500, 4999, 5100])
     assert logger.say("start") == [Acknowledgement("start", "")]
-    samples = [event for event in logger.wait(60) if isinstance(event, Sample)]
-    intervals_us = np.diff(logger.board.sample_times_us())
-    assert len(samples) == 600
+    taken = samples(logger.wait(60))
     # To the processor's cycle, whatever else it does: the timer starts the conversion.
-    assert set(intervals_us) == {100_000.0}
-    assert [sample.device_ms for sample in samples] == list(range(100, 60_100, 100))
-    assert [sample.sequence for sample in samples] == list(range(600))
+    assert set(np.diff(logger.board.sample_times_us())) == {100_000.0}
+    assert [sample.device_ms for sample in taken] == list(range(100, 60_100, 100))
+    assert [sample.sequence for sample in taken] == list(range(600))
+    assert {sample.counts for sample in taken} == {(0, 512, 1023, 1023)}  # as of the silicon
     assert logger.board.fraction_asleep > 0.95
 
 
@@ -47,20 +50,12 @@ def test_commands_do_not_move_a_sample(logger):
     assert np.abs(intervals_us - 100_000).max() < 20
 
 
-def test_counts_are_those_of_the_silicon(logger):
-    logger.board.set_voltages([0, 2500, 4999, 5100], [0, 2500, 4999, 5100])
-    logger.say("start")
-    (sample,) = [event for event in logger.wait(0.1) if isinstance(event, Sample)]
-    assert sample.counts == (0, 512, 1023, 1023)
-
-
 def test_time_runs_on_through_a_pause(logger):
     logger.say("start")
-    before = [event for event in logger.wait(1) if isinstance(event, Sample)]
-    before += [event for event in logger.say("pause") if isinstance(event, Sample)]
-    assert not [event for event in logger.wait(2) if isinstance(event, Sample)]
+    before = samples(logger.wait(1)) + samples(logger.say("pause"))
+    assert not samples(logger.wait(2))
     logger.say("start")
-    after = [event for event in logger.wait(1) if isinstance(event, Sample)]
+    after = samples(logger.wait(1))
     assert after[0].sequence == before[-1].sequence + 1
     assert after[0].device_ms - before[-1].device_ms > 2000
     assert after[0].device_ms % 100 == 0
@@ -68,7 +63,7 @@ def test_time_runs_on_through_a_pause(logger):
 
 def test_the_end_stop_is_debounced_and_its_broken_wire_reads_as_pressed(logger):
     def told(seconds):
-        return [event.at_end for event in logger.wait(seconds) if isinstance(event, Sample)]
+        return [sample.at_end for sample in samples(logger.wait(seconds))]
 
     logger.say("start")
     logger.board.set_end_stop(True)
@@ -89,22 +84,26 @@ def rates(talk, count):
     return 1e6 / np.diff(talk.board.step_times_us()[-count:])
 
 
-def test_default_speed_moves_the_wave_25_mm_a_second_in_even_steps(motor):
+@pytest.mark.parametrize("speed", ["", "0.5", "3.125", "47.1"])
+def test_the_wave_moves_at_its_speed_in_even_steps(motor, speed):
+    if speed:
+        assert motor.say(f"speed,{speed}") == [Acknowledgement("speed", speed)]
     motor.say("start")
     motor.wait(5)
     first = position(motor)
     motor.wait(32)
     second = position(motor)
-    elapsed_s = (second.device_ms - first.device_ms) / 1000
-    assert (second.position_mm - first.position_mm) / elapsed_s == pytest.approx(25, rel=1e-4)
+    elapsed_s, wanted = (second.device_ms - first.device_ms) / 1000, float(speed or 25)
+    way_mm = second.position_mm - first.position_mm
+    assert way_mm / elapsed_s == pytest.approx(wanted, rel=1e-4, abs=0.01)
     # What the board believes is what the rotor did.
     assert motor.board.illegal_steps == 0
-    assert second.half_steps == pytest.approx(motor.board.half_steps, abs=20)
+    assert second.half_steps == pytest.approx(motor.board.half_steps, abs=30)
     assert second.position_mm == pytest.approx(second.half_steps / HALF_STEPS_PER_MM, abs=0.001)
-    steady = rates(motor, 2000)
-    assert steady.mean() == pytest.approx(25 * HALF_STEPS_PER_MM, rel=1e-4)
-    # Two ticks of the timer and an interrupt that has to wait, of 2355 us.
-    assert steady.max() / steady.min() < 1.01
+    steady = rates(motor, 200)
+    assert steady.mean() == pytest.approx(wanted * HALF_STEPS_PER_MM, rel=1e-3)
+    # Two ticks of the timer and an interrupt that has to wait.
+    assert steady.max() / steady.min() < 1.02
 
 
 def test_ramp(motor):
@@ -151,15 +150,6 @@ def test_turning_round_passes_through_rest(motor):
     assert rates(motor, 8000).max() < 25.3 * HALF_STEPS_PER_MM
 
 
-@pytest.mark.parametrize("speed", ["0.5", "3.125", "47.1"])
-def test_whole_range_of_speeds(motor, speed):
-    assert motor.say(f"speed,{speed}") == [Acknowledgement("speed", speed)]
-    motor.say("start")
-    motor.wait(12)
-    assert rates(motor, 50).mean() == pytest.approx(float(speed) * HALF_STEPS_PER_MM, rel=1e-3)
-    assert motor.board.illegal_steps == 0
-
-
 @pytest.mark.parametrize(
     ("command", "reason"),
     [
@@ -192,18 +182,14 @@ def test_what_cannot_be_is_refused_with_a_reason(motor, command, reason):
     assert position(motor).speed_mm_s == pytest.approx(10, abs=0.01)
 
 
-def test_without_a_lease_the_wave_runs_on(motor):
+def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     motor.say("lease,2")
     motor.say("lease,0")
+    motor.say("ramp,50")
     motor.say("start")
     motor.wait(10)
     assert position(motor).state == "running"
-
-
-def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     assert motor.say("lease,2") == [Acknowledgement("lease", "2")]
-    motor.say("ramp,50")
-    motor.say("start")
     renewing = ["position", "identify", "speed,20", "speed,99", "start"]  # even where it is refused
     for command in renewing:
         motor.wait(1.8)
@@ -265,19 +251,15 @@ INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its sw
 HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
 
 
-def phase_error(talk, where):
-    """Return the error of the phase that the index tells, in half-steps."""
-    told = (where.half_steps - where.index_half_steps) % HALF_STEPS_PER_WAVE
-    true = (talk.board.half_steps - INDEX_AT) % HALF_STEPS_PER_WAVE
-    return (told - true + HALF_STEPS_PER_WAVE / 2) % HALF_STEPS_PER_WAVE - HALF_STEPS_PER_WAVE / 2
-
-
-def stand_still(talk):
-    """Stop the wave, and return its position."""
+def check_phase(talk):
+    """Stop the wave, check the phase that its index tells, and return its position."""
     talk.say("stop")
     talk.wait(1.5)
     where = position(talk)
     assert where.state == "stopped"
+    told = where.half_steps - where.index_half_steps
+    off = (told - (talk.board.half_steps - INDEX_AT)) % HALF_STEPS_PER_WAVE
+    assert min(off, HALF_STEPS_PER_WAVE - off) <= 1
     return where
 
 
@@ -286,26 +268,21 @@ def test_the_index_tells_the_phase_again_after_a_reset(motor):
     assert position(motor).index_half_steps is None
     motor.say("start")
     motor.wait(8)
-    before = stand_still(motor)
-    assert before.index_half_steps > HALF_STEPS_PER_WAVE
-    assert abs(phase_error(motor, before)) <= 1
+    assert check_phase(motor).index_half_steps > HALF_STEPS_PER_WAVE
     motor.board.reset()
     (identity,) = motor.wait(0.05)
     assert identity.entries["index"] == "none"
     assert (position(motor).half_steps, position(motor).index_half_steps) == (0, None)
     motor.say("start")
     motor.wait(4)
-    after = stand_still(motor)
-    assert abs(phase_error(motor, after)) <= 1
+    after = check_phase(motor)
     (identity,) = motor.say("identify")
     assert identity.entries["index"] == str(after.index_half_steps)
     # Backward, the same edge of the cam counts.
     motor.say("direction,backward")
     motor.say("start")
     motor.wait(6)
-    backward = stand_still(motor)
-    assert backward.index_half_steps < 0
-    assert abs(phase_error(motor, backward)) <= 1
+    assert check_phase(motor).index_half_steps < 0
     assert motor.board.illegal_steps == 0
 
 
@@ -321,19 +298,18 @@ def test_a_board_that_starts_on_its_index_has_not_passed_it(motor):
 def test_the_index_is_where_a_bouncing_switch_first_closed(motor):
     motor.say("start")
     motor.wait(2)
-    motor.board.set_switch(emulated.PIN_3, True)  # a spike
-    motor.wait(0.004)
-    motor.board.set_switch(emulated.PIN_3, False)
-    motor.wait(0.2)
+
+    def bounce(*closed):
+        for each in closed:
+            motor.board.set_switch(emulated.PIN_3, each)
+            motor.wait(0.005)
+        motor.wait(0.2)
+
+    bounce(True, False)  # a spike
     assert position(motor).index_half_steps is None
     closed_at = motor.board.half_steps
-    for closed in (True, False, True, False, True):
-        motor.board.set_switch(emulated.PIN_3, closed)
-        motor.wait(0.005)
-    motor.wait(0.3)
-    for closed in (False, True, False, True, False):
-        motor.board.set_switch(emulated.PIN_3, closed)
-        motor.wait(0.005)
+    bounce(True, False, True, False, True)
+    bounce(False, True, False, True, False)
     assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
 
 
