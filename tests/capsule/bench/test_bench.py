@@ -1,6 +1,7 @@
-"""capsule record against the real firmware in the emulator, with all faults that a lab fears."""
+"""capsule record on the real firmware in the emulator, with all faults that a lab fears."""
 
 import json
+import os
 import re
 import time
 from datetime import datetime, timedelta
@@ -8,60 +9,62 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from capsule.detectors.familiar import FAMILIAR, learn_familiar
-from capsule.detectors.files import write_learned
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
-from support.bench.recorder import (
-    Recorder,
-    check_complete,
-    check_times,
-    count_samples,
-)
+from support.bench.recorder import Recorder, check_complete, check_times, count_samples
 from support.bench.workbench import Workbench
 from support.bench.world import Clock
+from support.learned import taught_by, write_learned
 
-pytestmark = [
-    pytest.mark.boards,
-    pytest.mark.takes,
-    emulated.needed,
-]
+pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
 
-
+CONFIGURATION = read_config_file(PROJECT / "config" / "config.yaml")
 # Across a restart of the board the computer's clock counts: exact to a sample, and to another one
 # where this machine is too busy to keep bench and recorder in step.
 GAP_TOLERANCE_S = 0.206
+# The lease, and the ramp from 25 mm/s at 25 mm/s^2.
+LEASE_AND_RAMP_S = 5 + 1
+# A bench so much faster than the clock still gets a question in each of its seconds.
+SPEED = 4
 
 
-class LoggerBench:
-    """A logger on its cable, and the recorder that a test starts."""
+class Bench:
+    """A logger on its cable, with a peristalsis board if `driven`, and recorders on them."""
 
-    def __init__(self, folder, **cable_settings):
+    def __init__(self, folder, *, driven=False):
         self.folder = folder
-        self.board = emulated.EmulatedBoard(emulated.LOGGER)
-        self.cable = TerminalCable(self.board, folder / "ttyACM0", **cable_settings)
-        self.bench = Workbench(self.cable, world=Clock(self.board))
+        self.logger = emulated.EmulatedBoard(emulated.LOGGER)
+        self.cable = TerminalCable(self.logger, folder / "ttyACM0")
+        self.options, cables = ["--port", self.cable.port, "--size", "3"], [self.cable]
+        if driven:
+            self.motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
+            cables.append(TerminalCable(self.motor, folder / "ttyACM1"))
+            self.options += ["--drive", cables[1].port]
+        speed = SPEED if driven else None
+        self.bench = Workbench(*cables, world=Clock(self.logger), speed=speed)
 
-    def record(self, *options, size="3", **settings):
-        """Start capsule record on the logger's port."""
-        return Recorder(
-            self.folder, "--port", self.cable.port, "--size", size, *options, **settings
-        )
+    def record(self, *options, **settings):
+        """Start capsule record."""
+        return Recorder(self.folder, *self.options, *options, **settings)
 
     def run_to_end(self, recorder):
         """Run the bench until the recorder has ended."""
         self.bench.run(recorder.done)
 
-    def slow_down(self):
-        """Run in real time until the recorder has noticed the change."""
-        self.bench.speed = 1
-        self.bench.run_for(0.5)
-
-    def run_until_samples(self, count, limit_s=30.0):
+    def run_until_samples(self, count):
         """Run the bench until this many samples have reached the recorder."""
-        self.bench.run(lambda: count_samples(self.cable.whole) >= count, limit_s)
+        self.bench.run(lambda: count_samples(self.cable.whole) >= count)
+
+    def stands(self, seconds=0.0):
+        """Let time pass for the boards alone; return whether the coils are off, and stay so."""
+        self.bench.speed = None
+        self.bench.run_for(seconds)
+        standing = self.motor.half_steps
+        self.bench.run_for(3)
+        self.bench.speed = SPEED
+        return self.motor.coils == 0 and self.motor.half_steps == standing
 
 
 def wait_for(condition, limit_s=5.0):
@@ -71,23 +74,24 @@ def wait_for(condition, limit_s=5.0):
         time.sleep(0.01)
 
 
-@pytest.fixture(autouse=True)
-def end_recorders():
-    yield
-    Recorder.end_all()
-
-
 @pytest.fixture
-def logger_bench(tmp_path):
-    made = LoggerBench(tmp_path)
+def bench(tmp_path):
+    made = Bench(tmp_path)
     yield made
+    Recorder.end_all()
     assert not made.cable.boot_loader_stuck, "the boot loader heard a byte"
 
 
-def test_records_for_a_duration(logger_bench):
+@pytest.fixture
+def driven(tmp_path):
+    yield Bench(tmp_path, driven=True)
+    Recorder.end_all()
+
+
+def test_records_for_a_duration(bench):
     named = ("--session", "monday", "--site", "A", "--setup", "gut-2")
-    recorder = logger_bench.record("--duration", "30", *named)
-    logger_bench.run_to_end(recorder)
+    recorder = bench.record("--duration", "30", *named)
+    bench.run_to_end(recorder)
     printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
     assert "damaged" not in printed
     # The bench counts moments, from whatever moment on; there is no wave in it.
@@ -96,14 +100,13 @@ def test_records_for_a_duration(logger_bench):
     assert "00:30.0 of 00:30.0" in printed
     recording = recorder.recording()
     assert recording.time_s.size == 300
-    assert not np.isnan(recording.values).any()
     check_times(recording)
-    check_complete(recording, logger_bench.cable, ended_early=True)
+    check_complete(recording, bench.cable, ended_early=True)
     header = recording.header
     expected = {"rate_hz": "10", "adc_bits": "10", "vref_v": "5", "series_ohm": "12000"}
+    expected |= {"session": "monday", "site": "A", "setup": "gut-2"}
     assert expected.items() <= header.items()
     assert header["source"].startswith("recorded by the logger board")
-    assert [header[key] for key in ("session", "site", "setup")] == ["monday", "A", "gut-2"]
     (path,) = recorder.raw.rglob("*.csv")
     assert path.parent.name == "3mm"
     # The name is the time of the command, and the header has that of the first sample.
@@ -112,71 +115,129 @@ def test_records_for_a_duration(logger_bench):
     assert recorder.parts() == []
 
 
-def test_unplugged_and_plugged_back_in(logger_bench):
-    bench, cable = logger_bench.bench, logger_bench.cable
-    recorder = logger_bench.record()
-    logger_bench.run_until_samples(100)
-    logger_bench.slow_down()
-    cable.unplug(after_bytes=b"$D,100,10100,12")
-    bench.run_for(1.0)
-    cable.plug()
-    logger_bench.run_until_samples(112)
+def test_unplugged_and_plugged_back_in(bench):
+    recorder = bench.record()
+    bench.run_until_samples(100)
+    bench.bench.speed = 1
+    bench.bench.run_for(0.5)
+    bench.cable.unplug(after_bytes=b"$D,100,10100,12")
+    bench.bench.run_for(1.0)
+    bench.cable.plug()
+    bench.run_until_samples(112)
     recorder.press_ctrl_c()
-    logger_bench.run_to_end(recorder)
+    bench.run_to_end(recorder)
     recorder.expect(0, "was unplugged", "is back", "1 gap", "1 damaged", "recording.max_gap_s")
     recording = recorder.recording()
     # The recorder lets the board finish: nothing that was under way is thrown away.
-    check_complete(recording, cable)
+    check_complete(recording, bench.cable)
     check_times(recording, tolerance_s=GAP_TOLERANCE_S)
     assert 15 < np.isnan(recording.values[0]).sum() < 60
     assert "by this computer's clock" in recorder.log()
 
 
-def test_killed_recorder_is_recovered(logger_bench):
-    recorder = logger_bench.record("--name", "r01")
-    logger_bench.run_until_samples(150)
-    logger_bench.cable.wait_until_read()
+def test_killed_recorder_is_recovered(bench):
+    recorder = bench.record("--name", "r01")
+    bench.run_until_samples(150)
+    bench.cable.wait_until_read()
     (part,) = recorder.parts()
     wait_for(lambda: part.read_text().count("\n") >= 150)  # on disk while it records
-    recover = Recorder(logger_bench.folder, "--recover")
+    recover = Recorder(bench.folder, "--recover")
     recover.expect(1, "a recorder is writing", "r01.csv.part at this moment")
-    logger_bench.run_until_samples(170)
+    bench.run_until_samples(170)
     recorder.process.kill()
     recorder.process.wait()
     with part.open("ab") as stream:
         stream.write(b"99.9,1,2")  # as a power cut leaves it
-    again = logger_bench.record("--name", "r01")
-    again.expect(10, "capsule record --recover")
-    recover = Recorder(logger_bench.folder, "--recover")
+    bench.record("--name", "r01").expect(10, "capsule record --recover")
+    recover = Recorder(bench.folder, "--recover")
     recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
     recording = recorder.recording()
     assert recording.time_s.size >= 150
     check_times(recording)
-    check_complete(recording, logger_bench.cable, ended_early=True)
+    check_complete(recording, bench.cable, ended_early=True)
     assert recorder.parts() == []
-    Recorder(logger_bench.folder, "--recover").expect(0, "nothing to recover")
+    Recorder(bench.folder, "--recover").expect(0, "nothing to recover")
 
 
-def test_running_verdict(logger_bench):
-    templates = logger_bench.folder / "templates.npz"
-    shape = np.zeros((4, 1000))
-    shape[:, 200:400] = 0.5
-    np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
-    unknown = {"threshold": None, "learned": None, "probability": None, "sizes": None}
-    learned = {"recordings": 0, "diagonal": unknown, "taught": unknown}
-    learned[FAMILIAR] = learn_familiar(np.empty((0, 6)), np.empty(0, dtype=int)).stored()
-    write_learned(logger_bench.folder / "detectors.json", learned, {}, templates)
+def test_running_verdict(bench):
+    write_learned(bench.folder, CONFIGURATION, taught_by())
     # The bench counts moments; there is no wave in it, and none is asked for.
-    settings = read_config_file(PROJECT / "config" / "config.yaml")
-    settings["recording"]["wave_false_rate"] = 1
-    config = logger_bench.folder / "config.yaml"
-    config.write_text(json.dumps(settings))
-    judging = ("--detect", "--templates", templates, "--config", config)
-    recorder = logger_bench.record("--duration", "60", *judging)
-    logger_bench.run_to_end(recorder)
-    said = recorder.expect(0)
-    at_end = said.partition("archived ")[2]
-    assert re.search(r"^template +no", at_end, re.MULTILINE)
-    # What the bench counts depends on when the recorder begins: it has a score, or none.
-    assert re.search(r"^diagonal +no verdict: no (threshold|score)", at_end, re.MULTILINE)
-    assert re.search(r"^taught +no verdict: no score", at_end, re.MULTILINE)
+    rules = CONFIGURATION["recording"] | {"wave_false_rate": 1}
+    config = bench.folder / "config.yaml"
+    config.write_text(json.dumps(CONFIGURATION | {"recording": rules}))
+    judging = ("--detect", "--templates", bench.folder / "templates.npz", "--config", config)
+    recorder = bench.record("--duration", "60", *judging)
+    bench.run_to_end(recorder)
+    at_end = recorder.expect(0).partition("archived ")[2]
+    for detector in ("template", "diagonal", "taught"):
+        assert re.search(rf"^{detector} +\w", at_end, re.MULTILINE)
+
+
+def test_a_recorder_that_is_killed_leaves_no_motor_running(driven):
+    recorder = driven.record()
+    driven.run_until_samples(20)
+    recorder.process.kill()
+    recorder.process.wait()
+    assert driven.stands(LEASE_AND_RAMP_S + 0.5)
+
+
+# Kills: a Ctrl-C at the start of the wave that ends the program, and not the wave.
+def test_ctrl_c_as_the_wave_starts_stops_it(driven):
+    recorder = driven.record()
+    driven.bench.run(lambda: driven.motor.coils != 0)
+    recorder.press_ctrl_c()
+    pressed_s = driven.bench.now_s
+    driven.run_to_end(recorder)
+    assert driven.bench.now_s - pressed_s < LEASE_AND_RAMP_S
+    assert driven.stands(1.0)
+    assert recorder.parts() == []
+
+
+def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):
+    recorder = driven.record()
+    driven.bench.run(lambda: driven.motor.coils != 0)
+    assert len(recorder.parts()) == 1 and recorder.log()
+    # Sensor 1 reads 0 for the clock's first 5 s: of a shorter run, that would be too much.
+    driven.run_until_samples(160)
+    driven.bench.speed = 1
+    driven.motor.reset()
+    driven.bench.run_for(2.5)
+    recorder.press_ctrl_c()
+    driven.run_to_end(recorder)
+    recorder.expect(0, "no wave runs", "so only what came before is evidence")
+    until_s = float(recorder.recording().header["wave_until_s"])
+    assert 11 < until_s < 17  # a question later or earlier, and this bench is fast
+    assert f"the wave runs until {until_s:g}" in recorder.log()
+
+
+DEAD_DISK = """
+import os, time
+
+fsync = os.fsync
+def hang(descriptor):
+    while os.path.exists({dead!r}):
+        time.sleep(0.01)
+    fsync(descriptor)
+os.fsync = hang
+"""
+
+
+def test_a_disk_that_hangs_lets_no_wave_run_on_and_a_second_ctrl_c_ends_at_once(driven):
+    dead = driven.folder / "dead"
+    (driven.folder / "sitecustomize.py").write_text(DEAD_DISK.format(dead=str(dead)))
+    recorder = driven.record(env=os.environ | {"PYTHONPATH": str(driven.folder)})
+    driven.run_until_samples(20)
+    driven.bench.speed = 1
+    dead.touch()
+    driven.bench.run_for(0.5)
+    recorder.press_ctrl_c()
+    hung_s = driven.bench.now_s
+    driven.bench.run(lambda: driven.motor.coils == 0)
+    assert driven.bench.now_s - hung_s < LEASE_AND_RAMP_S
+    assert driven.stands()
+    assert not recorder.done()
+    driven.bench.speed = 1
+    recorder.press_ctrl_c()
+    driven.run_to_end(recorder)
+    recorder.expect(130)
+    assert len(recorder.parts()) == 1

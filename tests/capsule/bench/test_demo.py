@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -184,16 +183,24 @@ sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "
 """
 
 
-def test_what_is_missing_is_named_with_its_remedy(tmp_path, monkeypatch):
-    with pytest.raises(CapsuleError, match=r"holds no raw; run the command in a folder"):
+@pytest.mark.parametrize(
+    ("there", "said"),
+    [
+        ([], r"holds no raw; run the command in a folder"),
+        (["raw"], r"holds no config/config.yaml; .*capsule new NAME"),
+    ],
+)
+def test_what_is_missing_is_named_with_its_remedy(tmp_path, there, said):
+    for name in there:
+        (tmp_path / name).mkdir()
+    with pytest.raises(CapsuleError, match=said):
         workflow_call.check_workflow(tmp_path)
-    (tmp_path / "raw").mkdir()
-    with pytest.raises(CapsuleError, match=r"holds no config/config.yaml; .*capsule new NAME"):
-        workflow_call.check_workflow(tmp_path)
+
+
+def test_a_project_without_snakemake_or_its_snakefile_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setattr(workflow_call, "PROJECT", tmp_path)
     with pytest.raises(CapsuleError, match=r"holds no Snakefile"):
         workflow_call.check_workflow(tmp_path)
-    nothing = SimpleNamespace(find_spec=lambda name: None)
-    monkeypatch.setattr(workflow_call.importlib, "util", nothing)
+    monkeypatch.setattr(workflow_call.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(CapsuleError, match=r'pip install -e "\.\[workflow\]"'):
         workflow_call.check_workflow(tmp_path)

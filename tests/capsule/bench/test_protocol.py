@@ -78,8 +78,7 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
         logger.deliver(f"{frame}\n".encode())
         logger.advance(20_000 + 40_000 * number + 20_000)
         answers = [decode(line) for line in logger.take_sent().splitlines()]
-        assert answers
-        assert Refusal("line", "failed its check") not in answers
+        assert answers and Refusal("line", "failed its check") not in answers
         wrong = f"{int(crc, 16) ^ 1:04X}"
         logger.deliver(f"${payload}*{wrong}\n".encode())
         logger.advance(20_000 + 40_000 * number + 40_000)
@@ -152,36 +151,28 @@ def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
 
 
 def test_host_understands_every_answer_of_the_page():
-    names = {name for name, _ in emulated.BOARDS}
-    answers = [line for name in names for line in conversation(name)]
+    answers = [line for name, _ in emulated.BOARDS for line in conversation(name)]
     events = [decode(line.encode()) for _, direction, line in answers if direction == "<"]
-    assert not [event for event in events if isinstance(event, Damaged)]
-    assert Sample(0, 100, (204, 512, 819, 1023), at_end=False) in events
-    assert Refusal("direction", "wants forward or backward") in events
-    assert Position(172, 0, 0, 0, "stopped", None) in events
-    assert FoldState(190, 8, "unfolded", "unfolding") in events
-    assert {event.device for event in events if isinstance(event, Identity)} == names
+    kinds = {Sample, Refusal, Acknowledgement, Position, FoldState, Identity}
+    assert set(map(type, events)) == kinds
 
 
-def test_events():
-    assert decode(encode("D,7,800,1,2,3,4,1")[:-1]) == Sample(7, 800, (1, 2, 3, 4), at_end=True)
-    assert decode(encode("A,speed,25")[:-1]) == Acknowledgement("speed", "25")
-    assert decode(encode("E,speed,too fast, sorry")[:-1]) == Refusal("speed", "too fast, sorry")
-    assert decode(encode("P,402,-2,-0.117,-3.87,running")[:-1]) == Position(
-        402, -2, -0.117, -3.87, "running"
-    )
-    assert decode(encode("P,402,-2,-0.117,-3.87,running,")[:-1]) == Position(
-        402, -2, -0.117, -3.87, "running", None
-    )
-    assert decode(encode("P,402,-2,-0.117,-3.87,running,-1359")[:-1]) == Position(
-        402, -2, -0.117, -3.87, "running", -1359
-    )
-    assert decode(encode("F,5310,-4,none,unfolding")[:-1]) == FoldState(
-        5310, -4, "none", "unfolding"
-    )
-    assert decode(encode("I,logger,protocol=1,state=paused")[:-1]) == Identity(
-        "logger", {"protocol": "1", "state": "paused"}
-    )
+@pytest.mark.parametrize(
+    ("payload", "event"),
+    [
+        ("D,7,800,1,2,3,4,1", Sample(7, 800, (1, 2, 3, 4), at_end=True)),
+        ("A,speed,25", Acknowledgement("speed", "25")),
+        ("E,speed,too fast, sorry", Refusal("speed", "too fast, sorry")),
+        *(
+            (f"P,402,-2,-0.117,-3.87,running{end}", Position(402, -2, -0.117, -3.87, "running", n))
+            for end, n in (("", None), (",", None), (",-1359", -1359))
+        ),
+        ("F,5310,-4,none,unfolding", FoldState(5310, -4, "none", "unfolding")),
+        ("I,logger,protocol=1,a=", Identity("logger", {"protocol": "1", "a": ""})),
+    ],
+)
+def test_events(payload, event):
+    assert decode(encode(payload)[:-1]) == event
 
 
 @pytest.mark.parametrize(
@@ -203,14 +194,6 @@ def test_what_cannot_be_sent_is_refused():
     for payload in ("", "a$b", "a\nb", "é"):
         with pytest.raises(ValueError, match="cannot be sent"):
             encode(payload)
-
-
-def test_a_frame_cut_off_by_a_reset_does_not_take_the_next_with_it():
-    events = FrameParser().feed(b"$D,7,800,1,2" + encode("D,0,100,1,2,3,4,0"))
-    assert events == [
-        Damaged(b"$D,7,800,1,2", "cut off by the next frame"),
-        Sample(0, 100, (1, 2, 3, 4), at_end=False),
-    ]
 
 
 def test_a_line_that_never_ends_is_given_up():
@@ -260,8 +243,10 @@ def test_samples_survive_any_cutting_of_the_stream(sent, lengths):
 
 @given(samples, samples, st.binary(max_size=30).filter(lambda noise: b"\n" not in noise))
 def test_a_whole_frame_survives_noise_on_either_side(first, second, noise):
-    events = FrameParser().feed(frame_of(first) + noise + frame_of(second))
-    assert [event for event in events if not isinstance(event, Damaged)] == [first, second]
+    # Such as a frame that a reset cut off.
+    for strange in (noise, frame_of(first)[: len(noise)]):
+        events = FrameParser().feed(frame_of(first) + strange + frame_of(second))
+        assert [event for event in events if not isinstance(event, Damaged)] == [first, second]
 
 
 @given(samples, st.data())
