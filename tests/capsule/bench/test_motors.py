@@ -124,7 +124,7 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
 def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
     away = board(line)
     drive = Drive(away, WAVE, LOG)
-    away.close()
+    monkeypatch.setattr(away, "_line", None)
     drive.look()
     assert not line.sent
     monkeypatch.setattr(away, "_line", line)
@@ -182,39 +182,22 @@ def test_a_second_ctrl_c_ends_a_program_that_hangs():
     assert program.returncode == 130
 
 
-def reset_again_and_again(line, drive, times):
-    """Let the peristalsis board be reset; return how often the wave was started for that."""
-    line.sent.clear()
-    for number in range(times):
+# Kills: a wave that is started again for ever.
+def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
+    told, starts = [], []
+    drive = Drive(board(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
+    for number in range(25):
+        assert (drive.trouble(60) is None) == (number <= 3)
         line.frames.append(f"P,{9000 - number},10,0.6,25.0,running,")
         drive.serve()
         line.frames.append("P,20,0,0.0,0.0,stopped,")
         for _ in range(10):
             drive.serve()
-    return line.sent.count("start")
-
-
-# Kills: a wave that is started again for ever.
-def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
-    told = []
-    drive = Drive(board(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
-    assert reset_again_and_again(line, drive, 3) == 3
-    assert drive.trouble(60) is None
-    assert reset_again_and_again(line, drive, 22) == 0
+        starts.append(line.sent.count("start"))
+    assert starts == [1, 2, *(23 * [3])]
     with pytest.raises(AcquisitionError, match="/dev/board was reset or unplugged"):
         raise drive.trouble(60)
     assert len(told) == 3
-
-
-# Kills: a fold that is begun for ever.
-def test_a_fold_board_that_is_reset_again_and_again_is_given_up(line):
-    fold = FoldBoard(board(line, insists=True), LOG)
-    for _ in range(4):
-        assert fold.trouble(60) is None
-        line.frames = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
-        fold.serve()
-    with pytest.raises(SurveyFaultError, match="was reset 4 times; check its supply"):
-        raise fold.trouble(60)
 
 
 def bench_on(fold, peristalsis, **settings):
@@ -252,59 +235,56 @@ def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
     assert pilot.every / 10.0 < 5.0 / 2
 
 
-# Kills: a survey that goes on with a board whose refusals only a person can end.
-@pytest.mark.parametrize(
-    ("frames", "words"),
-    [
-        (["F,10,0,unfolded,fault", "E,fold,not set up"], "is not set up.*--fold-set-up"),
-        (
-            ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"],
-            "cannot write its memory.*replace the board",
-        ),
-    ],
-)
-def test_a_board_that_needs_a_person_ends_the_survey(line, frames, words):
-    told = []
-    fold = FoldBoard(board(line, insists=True), log_to(told))
-    line.frames = ["F,5,0,unfolded,unfolded"]
-    fold.serve()
-    assert fold.trouble(60) is None
-    line.frames = frames
-    fold.serve()
-    with pytest.raises(SurveyFaultError, match=f"/dev/board {words}"):
-        raise fold.trouble(60)
-    assert told
-
-
 def resumed(drive):
     drive.phase.begin_anew()
     return drive
 
 
-# Kills: a survey that waits for a silent board for ever, and one that never notices a lost phase.
+def fold_of(board):
+    return FoldBoard(board, LOG)
+
+
+RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
+
+
+# Kills: a survey that waits for a silent board for ever, or never notices a lost phase; that goes
+# on with a board whose refusals only a person can end, or begins a fold for ever.
 @pytest.mark.parametrize(
-    ("make", "frames", "words"),
+    ("make", "batches", "passed_s", "words"),
     [
-        (lambda of: FoldBoard(of, LOG), [], "fold board .* has sent nothing for 15 s"),
-        (lambda of: Drive(of, WAVE, LOG), [], "peristalsis board .* has sent nothing"),
+        (fold_of, [[]], 16, "fold board .* has sent nothing for 15 s"),
+        (lambda of: Drive(of, WAVE, LOG), [[]], 16, "peristalsis board .* has sent nothing"),
         (
             lambda of: resumed(Drive(of, WAVE, LOG, restarts=3)),
-            ["P,10,0,0.0,25.0,running,"],
+            [["P,10,0,0.0,25.0,running,"]],
+            16,
             "reset and has no index switch, or its motor is blocked",
         ),
+        (
+            fold_of,
+            [["F,10,0,unfolded,fault", "E,fold,not set up"]],
+            0,
+            "/dev/board is not set up.*--fold-set-up",
+        ),
+        (
+            fold_of,
+            [["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]],
+            0,
+            "/dev/board cannot write its memory.*replace the board",
+        ),
+        (fold_of, 4 * RESET, 0, "/dev/board was reset 4 times; check its supply"),
     ],
 )
-def test_a_board_that_says_nothing_useful_ends_the_survey_by_patience(
-    line, monkeypatch, make, frames, words
-):
+def test_what_ends_a_survey(line, monkeypatch, make, batches, passed_s, words):
     now_s = 0.0
     monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
     made = make(board(line, insists=True))
-    assert made.trouble(15) is None
-    now_s = 16.0
-    line.frames = list(frames)
-    made.serve()
-    with pytest.raises(BoardLostError, match=words):
+    for batch in batches:
+        assert made.trouble(15) is None
+        now_s += passed_s
+        line.frames = list(batch)
+        made.serve()
+    with pytest.raises((BoardLostError, SurveyFaultError), match=words):
         raise made.trouble(15)
 
 
