@@ -1,6 +1,7 @@
 """The terminal: the display of a recording or a survey, redrawn in its place, or plain lines."""
 
 import io
+import os
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,7 +9,7 @@ import pytest
 
 from capsule.bench import beside
 from capsule.bench.state import State
-from capsule.bench.terminal import Terminal, state_lines
+from capsule.bench.terminal import WAITING_TEXTS, PatientOutput, Terminal, state_lines
 
 
 class Screen(io.StringIO):
@@ -151,3 +152,19 @@ def test_what_is_seen_is_shown_seldom_and_what_is_sent_each_time(monkeypatch):
         now_s[0] += 0.0625
     assert done.count("sent") == 10
     assert done.count("shown") == 3
+
+
+# Kills: a terminal that takes no output, or is closed, and holds a recording up.
+@pytest.mark.parametrize("closed", [False, True])
+def test_output_that_nobody_takes_holds_nothing_up(closed):
+    ours, theirs = os.pipe()
+    output = PatientOutput(theirs, "utf-8")
+    if closed:
+        os.close(ours)
+    for _ in range(2 * WAITING_TEXTS):
+        assert output.write(1000 * "x") == 1000
+    if not closed:
+        os.close(ours)
+    output.finish()
+    assert not output._writer.is_alive()
+    os.close(theirs)
