@@ -78,7 +78,7 @@ def test_a_run_over_a_3_mm_nodule_is_archived_and_accepted(tmp_path):
     assert recording.header["wave_speed_mm_s"] == "25"
     # 16.98 half-steps a mm, for the seconds that were recorded and a few of the start and the end.
     assert 0.95 < motor.half_steps / 16.982 / (25 * recording.time_s[-1]) < 1.2
-    begun_s = logger.sample_times_us()[: recording.time_s.size] / 1e6
+    begun_s = logger.seen.samples.times_us()[: recording.time_s.size] / 1e6
     expected = world.expected_counts(begun_s)
     assert np.abs(recording.values - expected).max() <= 2
     # Some seconds of the bench may pass between the start of the wave and that of the logger.

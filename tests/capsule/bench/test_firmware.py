@@ -9,8 +9,7 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
-from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard
-from support.bench.talk import Talk
+from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard, Talk
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
@@ -34,18 +33,18 @@ def test_samples_at_exactly_ten_hertz_and_sleeps_between(logger):
     assert logger.say("start") == [Acknowledgement("start", "")]
     taken = samples(logger.wait(60))
     # To the processor's cycle, whatever else it does: the timer starts the conversion.
-    assert set(np.diff(logger.board.sample_times_us())) == {100_000.0}
+    assert set(np.diff(logger.board.seen.samples.times_us())) == {100_000.0}
     assert [sample.device_ms for sample in taken] == list(range(100, 60_100, 100))
     assert [sample.sequence for sample in taken] == list(range(600))
     assert {sample.counts for sample in taken} == {(0, 512, 1023, 1023)}  # as of the silicon
-    assert logger.board.fraction_asleep > 0.95
+    assert logger.board.seen.cycles_asleep > 0.95 * logger.board.seen.cycles
 
 
 def test_commands_do_not_move_a_sample(logger):
     logger.say("start")
     for _ in range(200):
         logger.say("identify", seconds=0.0137)
-    intervals_us = np.diff(logger.board.sample_times_us())
+    intervals_us = np.diff(logger.board.seen.samples.times_us())
     # An interrupt of the line may be under way when the timer's comes: some microseconds.
     assert np.abs(intervals_us - 100_000).max() < 20
 
@@ -81,7 +80,7 @@ def position(talk):
 
 def rates(talk, count):
     """Return the last rates in half-steps per second."""
-    return 1e6 / np.diff(talk.board.step_times_us()[-count:])
+    return 1e6 / np.diff(talk.board.seen.steps.times_us()[-count:])
 
 
 @pytest.mark.parametrize("speed", ["", "0.5", "3.125", "47.1"])
@@ -97,7 +96,7 @@ def test_the_wave_moves_at_its_speed_in_even_steps(motor, speed):
     way_mm = second.position_mm - first.position_mm
     assert way_mm / elapsed_s == pytest.approx(wanted, rel=1e-4, abs=0.01)
     # What the board believes is what the rotor did.
-    assert motor.board.illegal_steps == 0
+    assert motor.board.seen.illegal_steps == 0
     assert second.half_steps == pytest.approx(motor.board.half_steps, abs=30)
     assert second.position_mm == pytest.approx(second.half_steps / HALF_STEPS_PER_MM, abs=0.001)
     steady = rates(motor, 200)
@@ -110,7 +109,7 @@ def test_ramp(motor):
     motor.say("ramp,10")
     motor.say("start")
     motor.wait(6)
-    times_us = motor.board.step_times_us()
+    times_us = motor.board.seen.steps.times_us()
     assert len(times_us) < 8192
     speeds = 1e6 / np.diff(times_us) / HALF_STEPS_PER_MM
     moments_s = (times_us[1:] - times_us[0]) / 1e6
@@ -134,7 +133,7 @@ def test_stop_ramps_down_and_lets_the_coils_cool(motor):
     motor.say("start")
     motor.wait(1)
     assert motor.board.half_steps > stopped.half_steps
-    assert motor.board.illegal_steps == 0
+    assert motor.board.seen.illegal_steps == 0
 
 
 def test_turning_round_passes_through_rest(motor):
@@ -146,7 +145,7 @@ def test_turning_round_passes_through_rest(motor):
     backward = position(motor)
     assert backward.speed_mm_s == pytest.approx(-25, abs=0.01)
     assert motor.board.half_steps < forward
-    assert motor.board.illegal_steps == 0
+    assert motor.board.seen.illegal_steps == 0
     assert rates(motor, 8000).max() < 25.3 * HALF_STEPS_PER_MM
 
 
@@ -242,9 +241,9 @@ def test_a_board_without_its_computer_or_program_stops_by_itself(
     motor.wait(moves_s)
     assert motor.board.coils
     motor.wait(0.6 if resets else 3)
-    assert (motor.board.watchdog_resets, motor.board.coils) == (resets, 0)
+    assert (motor.board.seen.watchdog_resets, motor.board.coils) == (resets, 0)
     motor.wait(3)
-    assert (motor.board.watchdog_resets, motor.board.coils) == (resets, 0)
+    assert (motor.board.seen.watchdog_resets, motor.board.coils) == (resets, 0)
 
 
 INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its switch, how long
@@ -283,7 +282,7 @@ def test_the_index_tells_the_phase_again_after_a_reset(motor):
     motor.say("start")
     motor.wait(6)
     assert check_phase(motor).index_half_steps < 0
-    assert motor.board.illegal_steps == 0
+    assert motor.board.seen.illegal_steps == 0
 
 
 def test_a_board_that_starts_on_its_index_has_not_passed_it(motor):

@@ -11,8 +11,8 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
+from support.bench.emulated import Talk
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
-from support.bench.talk import Talk
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
@@ -98,13 +98,13 @@ def test_folds_holds_and_unfolds(fold):
     seen = {(report.state, report.switches) for report in reports(heard)}
     assert {("folding", "none"), ("folded", "folded"), ("unfolded", "unfolded")} <= seen
     assert not faults(heard)
-    assert fold.board.illegal_steps == 0
+    assert fold.board.seen.illegal_steps == 0
     # The coils first pull the rotor into its place.
-    assert fold.board.step_times_us()[0] - told_us > 50_000
-    within_moves_us = np.diff(fold.board.step_times_us())
+    assert fold.board.seen.steps.times_us()[0] - told_us > 50_000
+    within_moves_us = np.diff(fold.board.seen.steps.times_us())
     within_moves_us = within_moves_us[within_moves_us < 100_000]
     assert np.abs(within_moves_us - 1e6 / HALF_STEPS_PER_S).max() < 50
-    assert fold.board.watchdog_resets == 0
+    assert fold.board.seen.watchdog_resets == 0
 
 
 def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
@@ -148,7 +148,7 @@ def test_a_board_that_starts_anew_unfolds(mishap, settings):
     (greeting,) = [event for event in heard if isinstance(event, Identity)]
     assert greeting.entries["state"] == "unfolding"
     assert int(greeting.entries["uptime_ms"]) < 20
-    assert talk.board.watchdog_resets == (mishap != "reset")
+    assert talk.board.seen.watchdog_resets == (mishap != "reset")
     talk.wait(6)
     assert is_unfolded(talk)
     assert state(talk) == ("unfolded", "unfolded")
@@ -159,7 +159,7 @@ def test_a_flood_of_questions_keeps_it_from_nothing(fold):
     fold.board.deliver(b"?\n" * 10_000)
     heard = fold.wait(2)
     assert len([event for event in heard if isinstance(event, Identity)]) > 100
-    assert fold.board.watchdog_resets == 0
+    assert fold.board.seen.watchdog_resets == 0
     assert states(heard) == ["folding"]
     moments_ms = [report.device_ms for report in reports(heard)]
     assert np.diff(moments_ms).max() < 300

@@ -34,7 +34,17 @@ typedef struct {
     unsigned long count;
 } stamps_t;
 
+/* What happened to the board; emulated.py reads it. */
 typedef struct {
+    long half_steps;             /* of the rotor; forward counts up */
+    unsigned long illegal_steps; /* patterns or jumps that no half-step makes */
+    unsigned long watchdog_resets;
+    unsigned long long cycles, cycles_asleep;
+    stamps_t samples, steps;
+} seen_t;
+
+typedef struct {
+    seen_t seen;
     avr_t *avr;
     avr_irq_t *adc_pins, *uart_in;
     int transmit_length, receive_length, receive_done;
@@ -43,15 +53,10 @@ typedef struct {
     double from_mv[CHANNELS], to_mv[CHANNELS]; /* over the stretch being run */
     avr_cycle_count_t stretch_start, stretch_end;
     unsigned char coils; /* the last pattern; none since a reset */
-    long half_steps;
-    unsigned long illegal_steps; /* patterns or jumps that no half-step makes */
     int closed[SWITCHES];
     double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
     void (*reset_processor)(avr_t *avr);
     int restarted, unwritable; /* the EEPROM keeps what it holds */
-    unsigned long watchdog_resets;
-    unsigned long long cycles_asleep;
-    stamps_t samples, steps;
 } board_t;
 
 /* Open, the firmware's pull-up holds the pin high. simavr passes on changes only, and would let a
@@ -80,7 +85,7 @@ static void turn_cam(board_t *board) {
     if (board->cam_half_steps <= 0) {
         return;
     }
-    double beyond = fmod(board->half_steps - board->cam_index, board->cam_half_steps);
+    double beyond = fmod(board->seen.half_steps - board->cam_index, board->cam_half_steps);
     beyond += beyond < 0 ? board->cam_half_steps : 0;
     int closed = beyond < board->cam_closed;
     if (closed != board->closed[2]) {
@@ -104,7 +109,7 @@ static void on_conversion(avr_irq_t *irq, uint32_t value, void *context) {
     } trigger = {.value = value};
     unsigned channel = trigger.mux.src & (CHANNELS - 1);
     if (channel == 0) {
-        stamp(&board->samples, board->avr->cycle);
+        stamp(&board->seen.samples, board->avr->cycle);
     }
     double length = (double)(board->stretch_end - board->stretch_start);
     double part = (double)(board->avr->cycle - board->stretch_start) / (length > 0 ? length : 1);
@@ -146,19 +151,19 @@ static void on_coils(avr_irq_t *irq, uint32_t value, void *context) {
         return; /* unpowered, the gear keeps the rotor where it is */
     }
     if (place[coils] < 0) {
-        board->illegal_steps++;
+        board->seen.illegal_steps++;
         return;
     }
     if (!board->coils) { /* after a reset the rotor jumps to the nearest place that fits */
-        int turn = (place[coils] - board->half_steps) & 7;
-        board->half_steps += turn <= 4 ? turn : turn - 8;
+        int turn = (place[coils] - board->seen.half_steps) & 7;
+        board->seen.half_steps += turn <= 4 ? turn : turn - 8;
     } else {
         int turn = (place[coils] - place[board->coils]) & 7;
         if (turn == 1 || turn == 7) {
-            board->half_steps += turn == 1 ? 1 : -1;
-            stamp(&board->steps, board->avr->cycle);
+            board->seen.half_steps += turn == 1 ? 1 : -1;
+            stamp(&board->seen.steps, board->avr->cycle);
         } else {
-            board->illegal_steps++;
+            board->seen.illegal_steps++;
         }
     }
     board->coils = coils;
@@ -167,7 +172,7 @@ static void on_coils(avr_irq_t *irq, uint32_t value, void *context) {
 
 /* simavr would sleep on the wall clock; here sleeping costs nothing. */
 static void on_sleep(avr_t *avr, avr_cycle_count_t cycles) {
-    ((board_t *)avr->custom.data)->cycles_asleep += cycles;
+    ((board_t *)avr->custom.data)->seen.cycles_asleep += cycles;
 }
 
 /* Bounds one sleep to 1 ms, so that commands are heard. */
@@ -302,16 +307,10 @@ void board_write_eeprom(board_t *board, int offset, const char *bytes, int size)
     avr_ioctl(board->avr, AVR_IOCTL_EEPROM_SET, &at);
 }
 
-void board_poke(board_t *board, int address, const char *bytes, int size) {
-    memcpy(board->avr->data + address, bytes, (size_t)size);
-}
+/* The registers and the variables of the firmware. */
+unsigned char *board_memory(board_t *board) { return board->avr->data; }
 
 void board_damage_eeprom(board_t *board) { board->unwritable = 1; }
-
-/* Let Timer1 no longer interrupt, as a flipped bit would. */
-void board_stop_timer(board_t *board) {
-    board->avr->data[0x6F] = 0; /* TIMSK1 */
-}
 
 /* Run to a point in time; 0, or 1 if the processor stopped. */
 int board_run(board_t *board, unsigned long long until_us) {
@@ -326,7 +325,7 @@ int board_run(board_t *board, unsigned long long until_us) {
             board_write_eeprom(board, 0, (const char *)kept, sizeof kept);
         }
         if (board->restarted) {
-            board->watchdog_resets++;
+            board->seen.watchdog_resets++;
             settle(board);
         }
         if (state == cpu_Done || state == cpu_Crashed) {
@@ -339,6 +338,7 @@ int board_run(board_t *board, unsigned long long until_us) {
     if (board->receive_done == board->receive_length) {
         board->receive_done = board->receive_length = 0;
     }
+    board->seen.cycles = avr->cycle;
     return 0;
 }
 
@@ -356,35 +356,4 @@ int board_deliver(board_t *board, const unsigned char *bytes, int length) {
     memcpy(board->receive + board->receive_length, bytes, (size_t)length);
     board->receive_length += length;
     return length;
-}
-
-/* From the registers UBRR0 and UCSR0A, as the firmware set them. */
-long board_baud(board_t *board) {
-    unsigned char *data = board->avr->data;
-    long divisor = (data[0xC4] | data[0xC5] << 8) + 1;
-    return MHZ * 1000000 / (divisor * (data[0xC0] & 2 ? 8 : 16));
-}
-
-long board_half_steps(board_t *board) { return board->half_steps; }
-unsigned long board_illegal_steps(board_t *board) { return board->illegal_steps; }
-int board_coils(board_t *board) { return board->avr->data[0x25] & 0xF; } /* PORTB */
-unsigned long board_watchdog_resets(board_t *board) { return board->watchdog_resets; }
-unsigned long long board_cycles(board_t *board) { return board->avr->cycle; }
-unsigned long long board_cycles_asleep(board_t *board) { return board->cycles_asleep; }
-
-static int last(const stamps_t *stamps, unsigned long long *out, int size) {
-    unsigned long kept = stamps->count < STAMPS ? stamps->count : STAMPS;
-    int length = kept < (unsigned long)size ? (int)kept : size;
-    for (int i = 0; i < length; i++) {
-        out[i] = stamps->cycles[(stamps->count - (unsigned long)(length - i)) % STAMPS];
-    }
-    return length;
-}
-
-int board_sample_cycles(board_t *board, unsigned long long *out, int size) {
-    return last(&board->samples, out, size);
-}
-
-int board_step_cycles(board_t *board, unsigned long long *out, int size) {
-    return last(&board->steps, out, size);
 }

@@ -8,10 +8,13 @@ import shutil
 import struct
 import subprocess
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
+from capsule.bench.protocol import Event, decode, encode
 from support.marks import missing_program, needs
 
 HERE = Path(__file__).resolve().parent
@@ -22,6 +25,9 @@ FOLD = "fold", "atmega328p"
 BOARDS = LOGGER, PERISTALSIS, FOLD
 END_STOP, PIN_2, PIN_3 = range(3)  # the logger's switch, and those at an UNO's digital pins
 MHZ = 16
+_STRETCH_US = 5000
+# Sets voltages and switches for a stretch of time, from its start to its end in s.
+World = Callable[[float, float], None]
 # From docs/bench.md: half-steps of the motor for each mm of the wave.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
 
@@ -89,35 +95,52 @@ def _library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(build_folder() / "libavrboard.so"))
     board, text, number = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
     moment, real = ctypes.c_ulonglong, ctypes.c_double
-    for name, result, arguments in (
-        ("new", board, (text, text)),
-        ("reset", None, (board,)),
-        ("skip", None, (board, moment)),
-        ("run", number, (board, moment)),
-        ("set_voltage", None, (board, number, real, real)),
-        ("set_switch", None, (board, number, number)),
-        ("set_cam", None, (board, real, real, real)),
-        ("hang", number, (board, number, number)),
-        ("stop_timer", None, (board,)),
-        ("read_eeprom", None, (board, board, number)),
-        ("write_eeprom", None, (board, number, text, number)),
-        ("damage_eeprom", None, (board,)),
-        ("poke", None, (board, number, text, number)),
-        ("take_sent", number, (board, board, number)),
-        ("deliver", number, (board, text, number)),
-        ("baud", ctypes.c_long, (board,)),
-        ("half_steps", ctypes.c_long, (board,)),
-        ("illegal_steps", ctypes.c_ulong, (board,)),
-        ("coils", number, (board,)),
-        ("watchdog_resets", ctypes.c_ulong, (board,)),
-        ("cycles", moment, (board,)),
-        ("cycles_asleep", moment, (board,)),
-        ("sample_cycles", number, (board, board, number)),
-        ("step_cycles", number, (board, board, number)),
+    for name, result, *arguments in (
+        ("new", board, text, text),
+        ("reset", None),
+        ("skip", None, moment),
+        ("run", number, moment),
+        ("set_voltage", None, number, real, real),
+        ("set_switch", None, number, number),
+        ("set_cam", None, real, real, real),
+        ("hang", number, number, number),
+        ("memory", ctypes.POINTER(ctypes.c_ubyte)),
+        ("read_eeprom", None, text, number),
+        ("write_eeprom", None, number, text, number),
+        ("damage_eeprom", None),
+        ("take_sent", number, text, number),
+        ("deliver", number, text, number),
     ):
         function = getattr(library, f"board_{name}")
-        function.restype, function.argtypes = result, arguments
+        function.restype = result
+        function.argtypes = arguments if name == "new" else (board, *arguments)
     return library
+
+
+class Stamps(ctypes.Structure):
+    """The processor's cycles at the last events: `stamps_t` of avr_board.c."""
+
+    _fields_: ClassVar = [("cycles", ctypes.c_ulonglong * 8192), ("count", ctypes.c_ulong)]
+
+    def times_us(self) -> np.ndarray:
+        """Return the times in microseconds, the oldest first."""
+        size = len(self.cycles)
+        numbers = np.arange(max(self.count - size, 0), self.count)
+        return np.array(self.cycles)[numbers % size] / MHZ
+
+
+class Seen(ctypes.Structure):
+    """What happened to a board: `seen_t` of avr_board.c."""
+
+    _fields_: ClassVar = [
+        ("half_steps", ctypes.c_long),
+        ("illegal_steps", ctypes.c_ulong),
+        ("watchdog_resets", ctypes.c_ulong),
+        ("cycles", ctypes.c_ulonglong),
+        ("cycles_asleep", ctypes.c_ulonglong),
+        ("samples", Stamps),
+        ("steps", Stamps),
+    ]
 
 
 class EmulatedBoard:
@@ -144,6 +167,8 @@ class EmulatedBoard:
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:
             raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
+        self._memory = self._library.board_memory(self._board)
+        self.seen = Seen.from_address(self._board)
         self._buffer = ctypes.create_string_buffer(65536)
         for switch in {LOGGER: (END_STOP,), FOLD: (PIN_2, PIN_3)}.get(board, ()):
             self.set_switch(switch, False)
@@ -152,46 +177,19 @@ class EmulatedBoard:
 
     @property
     def baud(self) -> int:
-        """The baud rate that the firmware has set."""
-        return self._library.board_baud(self._board)
+        """The baud rate that the firmware has set, from its registers UBRR0 and UCSR0A."""
+        divisor = (self._memory[0xC4] | self._memory[0xC5] << 8) + 1
+        return MHZ * 1_000_000 // (divisor * (8 if self._memory[0xC0] & 2 else 16))
 
     @property
     def half_steps(self) -> int:
         """The half-steps of the rotor; forward counts up."""
-        return self._library.board_half_steps(self._board)
-
-    @property
-    def illegal_steps(self) -> int:
-        """The number of changes of the coils that are not half-steps."""
-        return self._library.board_illegal_steps(self._board)
+        return self.seen.half_steps
 
     @property
     def coils(self) -> int:
-        """The four coils, as bits."""
-        return self._library.board_coils(self._board)
-
-    @property
-    def watchdog_resets(self) -> int:
-        """The number of restarts by the watchdog."""
-        return self._library.board_watchdog_resets(self._board)
-
-    @property
-    def fraction_asleep(self) -> float:
-        """The share of all cycles in which the processor slept."""
-        cycles = self._library.board_cycles(self._board)
-        return self._library.board_cycles_asleep(self._board) / cycles
-
-    def sample_times_us(self) -> np.ndarray:
-        """Return the start times of the last samples, in microseconds."""
-        return self._times_us(self._library.board_sample_cycles)
-
-    def step_times_us(self) -> np.ndarray:
-        """Return the times of the last half-steps, in microseconds."""
-        return self._times_us(self._library.board_step_cycles)
-
-    def _times_us(self, read: ctypes._CFuncPtr) -> np.ndarray:
-        cycles = (ctypes.c_ulonglong * 8192)()
-        return np.array(cycles[: read(self._board, cycles, 8192)]) / MHZ
+        """The four coils, as bits of the register PORTB."""
+        return self._memory[0x25] & 0xF
 
     def set_voltages(self, from_mv: np.ndarray, to_mv: np.ndarray) -> None:
         """Set the analogue inputs to change evenly over the next stretch of time."""
@@ -236,7 +234,8 @@ class EmulatedBoard:
         (address,) = [
             int(line[:8], 16) for line in listed.splitlines() if line.endswith(f" {variable}")
         ]
-        self._library.board_poke(self._board, address & 0xFFFF, content, len(content))
+        for offset, byte in enumerate(content):
+            self._memory[(address & 0xFFFF) + offset] = byte
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.
@@ -251,8 +250,8 @@ class EmulatedBoard:
             raise RuntimeError("the firmware has no endless loop behind main")
 
     def stop_timer(self) -> None:
-        """Stop the interrupts of Timer1."""
-        self._library.board_stop_timer(self._board)
+        """Stop the interrupts of Timer1, as a flipped bit in its register TIMSK1 would."""
+        self._memory[0x6F] = 0
 
     def advance(self, until_us: int) -> None:
         """Run the firmware to a point in time."""
@@ -275,3 +274,35 @@ class EmulatedBoard:
     def deliver(self, received: bytes) -> None:
         """Send bytes to the board's UART."""
         self._library.board_deliver(self._board, received, len(received))
+
+
+class Talk:
+    """A conversation with a board, in a world if one is given, with options of `EmulatedBoard`."""
+
+    def __init__(
+        self,
+        board: tuple[str, str],
+        world: Callable[[EmulatedBoard], World] | None = None,
+        **options: object,
+    ) -> None:
+        self.board = EmulatedBoard(board, **options)
+        self.world = world(self.board) if world else None
+        self.now_us = 0
+        self.greeting = self.wait(0.05)
+
+    def wait(self, seconds: float) -> list[Event]:
+        """Advance the time, and return the board's messages."""
+        end_us = self.now_us + round(seconds * 1e6)
+        while self.world and self.now_us < end_us:
+            start_us = self.now_us
+            self.now_us = min(start_us + _STRETCH_US, end_us)
+            self.world(start_us / 1e6, self.now_us / 1e6)
+            self.board.advance(self.now_us)
+        self.now_us = end_us
+        self.board.advance(end_us)
+        return [decode(line) for line in self.board.take_sent().splitlines()]
+
+    def say(self, payload: str, seconds: float = 0.03) -> list[Event]:
+        """Send a command, and return the answers."""
+        self.board.deliver(encode(payload))
+        return self.wait(seconds)

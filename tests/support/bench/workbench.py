@@ -4,8 +4,7 @@ import time
 from collections.abc import Callable
 
 from support.bench.cable import TerminalCable
-
-World = Callable[[float, float], None]
+from support.bench.emulated import World
 
 
 class Workbench:
