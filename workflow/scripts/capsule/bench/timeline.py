@@ -49,10 +49,6 @@ class BoardClock:
         return self._board_s + self._least_delay_s
 
 
-class MisplacedSampleError(Exception):
-    """A sample whose number or time contradicts an earlier sample."""
-
-
 @dataclass(frozen=True)
 class Slot:
     """The slot of a sample in the recording.
@@ -112,13 +108,7 @@ class Timeline:
         self._restarted = self._last is not None
 
     def place(self, sample: Sample, arrived_s: float) -> Slot:
-        """Return the slot of a sample, which becomes the last one.
-
-        Raises
-        ------
-        MisplacedSampleError
-            The sample cannot follow the last one, and must not be used.
-        """
+        """Return the slot of a sample without an objection, which becomes the last one."""
         steps = self._steps(sample, arrived_s)
         slot = Slot(self._index + steps, steps - 1, self._restarted)
         if self._restarted:
@@ -139,11 +129,9 @@ class Timeline:
 
     def objection(self, sample: Sample, arrived_s: float) -> str:
         """Return why a sample cannot follow the last one; empty if it can."""
-        try:
-            self._steps(sample, arrived_s)
-        except MisplacedSampleError as reason:
-            return str(reason)
-        return ""
+        if self._last is None or self._steps(sample, arrived_s):
+            return ""
+        return f"it cannot follow number {self._last.sequence} at {self._last.device_ms} ms"
 
     def _steps(self, sample: Sample, arrived_s: float) -> int:
         if self._last is None:
@@ -156,25 +144,16 @@ class Timeline:
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
     """Return the number of periods from one sample to another, by the board's clock.
 
-    Raises
-    ------
-    MisplacedSampleError
-        The samples contradict each other or this computer's clock.
+    It is 0 if the samples contradict each other, or this computer's clock.
     """
     passed_ms = (later.device_ms - earlier.device_ms) % CLOCK_ENDS_MS
     elapsed = passed_ms / period_ms
     steps = round(elapsed)
     frames = (later.sequence - earlier.sequence) % COUNTER_ENDS
-    pair = (
-        f"number {later.sequence} at {later.device_ms} ms cannot follow "
-        f"number {earlier.sequence} at {earlier.device_ms} ms"
-    )
     # The board numbers each sample, so there are never more numbers than periods.
     if not 1 <= frames <= steps or abs(elapsed - steps) > LARGEST_STRAY:
-        raise MisplacedSampleError(pair)
-    if passed_ms / 1000.0 > passed_s + CLOCKS_DIFFER_S:
-        raise MisplacedSampleError(f"{pair}: only {passed_s:.1f} s passed by this computer's clock")
-    return steps
+        return 0
+    return steps if passed_ms / 1000.0 <= passed_s + CLOCKS_DIFFER_S else 0
 
 
 @dataclass(frozen=True)
@@ -246,10 +225,7 @@ class Sieve:
             return 0
         last = before[-1]
         passed_s = new.moment_s - last.moment_s
-        try:
-            return steps_between(last.sample, new.sample, self._timeline.period_ms, passed_s)
-        except MisplacedSampleError:
-            return 0
+        return steps_between(last.sample, new.sample, self._timeline.period_ms, passed_s)
 
     def _wait_with(self, *new: _Waiting) -> None:
         self._refuse_rivals()
