@@ -32,29 +32,32 @@ class Board:
 
     def run(self, phase, seconds, *, delay_s=0.01, stalled=False, state="running"):
         """Run the wave, and pass its frames to the wave phase."""
+        speed_mm_s = SPEED_MM_S if state == "running" else 0.0
         for _ in range(round(seconds / EVERY_S)):
-            way_mm = SPEED_MM_S * EVERY_S if state == "running" else 0.0
             self.now_s += EVERY_S
-            self.counted_mm += way_mm
+            self.counted_mm += speed_mm_s * EVERY_S
             if not stalled:
-                before = (self.cam_mm - self.index_at_mm) // WAVELENGTH_MM
-                self.cam_mm += way_mm
-                beyond_mm = (self.cam_mm - self.index_at_mm) % WAVELENGTH_MM
-                if self.indexed and (self.cam_mm - self.index_at_mm) // WAVELENGTH_MM > before:
+                turns = (self.cam_mm - self.index_at_mm) // WAVELENGTH_MM
+                self.cam_mm += speed_mm_s * EVERY_S
+                beyond_mm = self.cam_mm - self.index_at_mm - (turns + 1) * WAVELENGTH_MM
+                if self.indexed and beyond_mm >= 0:
                     self.index_mm = self.counted_mm - beyond_mm
-            phase.note(self.frame(way_mm, state), self.now_s + delay_s)
+            phase.note(self.frame(speed_mm_s, state), self.now_s + delay_s)
 
-    def frame(self, way_mm, state):
+    def frame(self, speed_mm_s, state):
         """Return a frame as it comes from the serial line."""
-        device_ms = round(1000 * (self.now_s - self.started_s))
-        half_steps = self.sign * round(self.counted_mm * HALF_STEPS_PER_MM)
-        position_mm = round(self.sign * self.counted_mm, 3)
-        index = None
-        if self.index_mm is not None:
-            index = self.sign * round(self.index_mm * HALF_STEPS_PER_MM)
         return Position(
-            device_ms, half_steps, position_mm, self.sign * way_mm / EVERY_S, state, index
+            device_ms=round(1000 * (self.now_s - self.started_s)),
+            half_steps=self.steps(self.counted_mm),
+            position_mm=round(self.sign * self.counted_mm, 3),
+            speed_mm_s=self.sign * speed_mm_s,
+            state=state,
+            index_half_steps=None if self.index_mm is None else self.steps(self.index_mm),
         )
+
+    def steps(self, way_mm):
+        """Return the board's half-steps for a way."""
+        return self.sign * round(way_mm * HALF_STEPS_PER_MM)
 
 
 def phase_of(board):
@@ -137,20 +140,18 @@ def test_a_session_that_is_taken_up_again_goes_on_with_the_phase_of_the_one_befo
     assert off_mm(later, board, 3.0) == pytest.approx(0.0, abs=0.3)
 
 
-def test_without_an_index_a_reset_loses_the_phase_for_good():
-    board = Board(indexed=False)
+@pytest.mark.parametrize(
+    ("board", "seconds"),
+    [
+        (Board(indexed=False), 8.0),
+        (Board(index_at_mm=79.0, cam_mm=0.0), 1.0),  # before its first index
+    ],
+)
+def test_without_an_index_a_reset_loses_the_phase_for_good(board, seconds):
     phase = phase_of(board)
-    board.run(phase, 8.0)
-    assert off_mm(phase, board, 3.0) == pytest.approx(0.0, abs=0.3)
-    board.reset()
-    board.run(phase, 20.0)
-    assert not phase.known
-
-
-def test_a_reset_before_the_first_index_loses_the_phase_although_there_is_one():
-    board = Board(index_at_mm=79.0, cam_mm=0.0)
-    phase = phase_of(board)
-    board.run(phase, 1.0)
+    start_mm = board.cam_mm
+    board.run(phase, seconds)
+    assert off_mm(phase, board, start_mm) == pytest.approx(0.0, abs=0.3)
     board.reset()
     board.run(phase, 20.0)
     assert phase.index_mm is None
