@@ -29,7 +29,7 @@ def test_a_person_who_has_looked_sets_a_new_board_up(
     monkeypatch, capsys, typed, answer, known, on_terminal, told, said
 ):
     sent = []
-    line = SimpleNamespace(port="/dev/board", send=sent.append, close=lambda: [])
+    line = SimpleNamespace(port="/dev/board", baud=0, send=sent.append, close=lambda: [])
     line.receive = lambda timeout_s=0.05: [Arrival(answer, 0.0)]
     identity = Identity("fold", {"setup": known})
     monkeypatch.setattr(fold, "connect", lambda *_: (line, identity))

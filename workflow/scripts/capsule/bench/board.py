@@ -4,14 +4,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoAnswerError,
+    RefusedError,
+)
 from capsule.bench.clock import elapsed_s
-from capsule.bench.identification import CONFIRM_S, differences, identify
-from capsule.bench.line import Arrival, Line, UsbPort
+from capsule.bench.identification import differences, identify
+from capsule.bench.line import READ_TIMEOUT_S, Arrival, Line, UsbPort
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
 
-# Wait after a refusal before a command is sent again.
-AGAIN_S = 1.0
+# A command is sent again after so long without an answer, or after a refusal.
+CONFIRM_S, AGAIN_S = 0.25, 1.0
+ANSWERS_WITHIN_S = 3.0
 KNOCK_EVERY_S = 0.2
 # Opening a port resets its board, and a fold board moves then. So a port whose board has not
 # identified itself is not opened again sooner.
@@ -37,6 +44,7 @@ class Board:
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
         self._pending: deque[str] = deque()
+        self._refused = ""
         self._due_s = 0.0
         self.port = line.port
         self.identity = identity
@@ -82,6 +90,13 @@ class Board:
             if not isinstance(reason, BoardNotFoundError):
                 self._tell_once(f"still waiting: {reason}")
         return []
+
+    def events(self, timeout_s: float = 0.0) -> Iterator[Arrival]:
+        """Yield what `receive` returns, note answers to commands, and send what is due then."""
+        for arrival in self.receive(timeout_s):
+            self._note_answer(arrival.event)
+            yield arrival
+        self._send_pending()
 
     def send(self, payload: str) -> None:
         """Send a command, if the board is connected."""
@@ -144,25 +159,55 @@ class Board:
         if self.pending != commands:
             self._pending = deque(commands)
             self._due_s = 0.0
-        self.send_pending()
+        self._send_pending()
 
-    def send_pending(self) -> None:
+    def request(self, command: str) -> None:
+        """Send a command until the board confirms it, in place of all unconfirmed ones.
+
+        Raises
+        ------
+        RefusedError
+            The board refuses; the text gives its reason.
+        AcquisitionError
+            The board does not answer, or was disconnected.
+        """
+        self._refused = ""
+        self.want(command)
+        until_s = time.monotonic() + ANSWERS_WITHIN_S
+        while self._pending and self.connected and time.monotonic() < until_s:
+            for _ in self.events(READ_TIMEOUT_S):
+                pass
+        if not self.connected:
+            raise AcquisitionError(
+                f"the {self.identity.device} board at {self.port} was disconnected; plug it in, "
+                "and start again"
+            )
+        if self._refused:
+            raise RefusedError(f"the board at {self.port} refuses {command!r}: {self._refused}")
+        if self._pending:
+            raise NoAnswerError(
+                f"the board at {self.port} does not answer {command!r}; "
+                "try another cable, or press the reset button of the board"
+            )
+
+    def _send_pending(self) -> None:
         """Send the first unconfirmed command, if it is due."""
         now_s = time.monotonic()
         if self._pending and now_s >= self._due_s:
             self._due_s = now_s + CONFIRM_S
             self.send(self._pending[0])
 
-    def note_answer(self, event: Event) -> None:
+    def _note_answer(self, event: Event) -> None:
         """Go on with the next command if this event answers the present one."""
         name = self._pending[0].partition(",")[0] if self._pending else None
         match event:
             case Refusal(command=answered) if answered == name and self._insists:
                 self._due_s = time.monotonic() + AGAIN_S
             case Acknowledgement(command=answered) | Refusal(command=answered) if answered == name:
+                self._refused = event.reason if isinstance(event, Refusal) else ""
                 self._pending.popleft()
                 self._due_s = 0.0
-                self.send_pending()
+                self._send_pending()
 
     def _lose(self) -> list[Arrival]:
         self._tell(

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardLostError,
-    LineLostError,
     SurveyFaultError,
 )
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import connect, request
+from capsule.bench.identification import connect
 from capsule.bench.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
@@ -79,8 +78,7 @@ class FoldBoard:
 
     def serve(self, timeout_s: float = 0.0) -> None:
         """Read the board's frames, wait for them up to the timeout, and send due commands."""
-        for arrival in self._board.receive(timeout_s):
-            self._board.note_answer(arrival.event)
+        for arrival in self._board.events(timeout_s):
             match arrival.event:
                 case FoldState() as state:
                     self._note_state(state)
@@ -90,7 +88,6 @@ class FoldBoard:
                     self._log.note(f"the fold board at {command!r}: {reason}")
                     if command == cycles.FOLD or reason in (NOT_SET_UP, MEMORY_FAILS):
                         self._note_reason(reason)
-        self._board.send_pending()
         now_s = AWAKE.now_s()
         if now_s - max(self._heard_s, self._asked_s) > ASK_EVERY_S + 0.2:
             self._asked_s = now_s
@@ -186,9 +183,9 @@ def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None
         raise AcquisitionError(
             "--fold-set-up asks a person who looks at the origami; run it on a terminal"
         )
-    line, identity = connect(port, baud, "fold")
+    board = Board(*connect(port, baud, "fold"), lambda text: None)
     try:
-        if identity.entries.get("setup") == "yes":
+        if board.identity.entries.get("setup") == "yes":
             print(f"the fold board at {port} is set up; nothing is to be done", flush=True)
             return
         try:
@@ -200,12 +197,7 @@ def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None
                 f"{answer!r} is not {ANSWER!r}, so the fold board at {port} is not set up; wind or "
                 "unwind the thread by hand, then run the same command again"
             )
-        try:
-            request(line, SET_UP)
-        except LineLostError as fault:
-            raise AcquisitionError(
-                f"the fold board at {port} was disconnected: {fault}; run the same command again"
-            ) from fault
+        board.request(SET_UP)
     finally:
-        line.close()
+        board.close()
     print(f"the fold board at {port} is set up", flush=True)

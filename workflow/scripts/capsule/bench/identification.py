@@ -13,13 +13,12 @@ from capsule.bench.bench_errors import (
     BoardNotFoundError,
     LineLostError,
     NoAnswerError,
-    RefusedError,
     WrongBaudError,
     WrongBoardError,
 )
 from capsule.bench.clock import StopRequest
 from capsule.bench.line import BAUD, Arrival, Line
-from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
+from capsule.bench.protocol import VERSION, Damaged, Identity
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
 # that arrives meanwhile makes it wait for an upload. So the program sends nothing at first.
@@ -27,7 +26,6 @@ QUIET_S = 2.5
 ASK_EVERY_S = 0.1
 ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
 GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
-CONFIRM_S, TRIES = 0.25, 12
 # A search only listens for so long, before it asks: a board that the opening has restarted says by
 # itself who it is.
 LISTEN_S = 3.0
@@ -176,37 +174,6 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
     return WrongBoardError(
         f"the board at {line.port} runs another program: it sends {line.first_bytes[:40]!r}; "
         "upload the firmware (workflow/firmware)"
-    )
-
-
-def request(line: Line, command: str) -> None:
-    """Send a command until the board confirms it.
-
-    Raises
-    ------
-    RefusedError
-        The board refuses; the text gives its reason.
-    NoAnswerError
-        The board does not answer.
-    LineLostError
-        The port disappeared.
-    """
-    name = command.partition(",")[0]
-    for _ in range(TRIES):
-        line.send(command)
-        deadline = time.monotonic() + CONFIRM_S
-        while time.monotonic() < deadline:
-            for arrival in line.receive():
-                match arrival.event:
-                    case Acknowledgement(command=answered) if answered == name:
-                        return
-                    case Refusal(command=answered, reason=reason) if answered == name:
-                        raise RefusedError(
-                            f"the board at {line.port} refuses {command!r}: {reason}"
-                        )
-    raise NoAnswerError(
-        f"the board at {line.port} does not answer {command!r}; "
-        "try another cable, or press the reset button of the board"
     )
 
 

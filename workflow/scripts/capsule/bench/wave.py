@@ -14,8 +14,7 @@ from capsule.bench.bench_errors import (
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import request
-from capsule.bench.line import Arrival
+from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Damaged, Position, Refusal
 from capsule.bench.wave_phase import RUNNING, WavePhase
 from capsule.recordings.recording import TO_THE_END
@@ -115,15 +114,15 @@ class Drive:
             The board refuses, with its reason, or was disconnected.
         """
         for setting in self._wave.commands:
-            self._request(setting)
+            self._board.request(setting)
         try:
-            self._request(f"lease,{LEASE_S}")
+            self._board.request(f"lease,{LEASE_S}")
         except RefusedError as reason:  # of a firmware that is too old to know leases
             self._log.tell(f"warning: the wave will not stop if this computer fails: {reason}")
 
     def start(self) -> None:
         """Start the wave; errors as in `set_up`."""
-        self._request("start")
+        self._board.request("start")
         # A daemon: the lease must end with the program.
         threading.Thread(target=self._renew, name="lease", daemon=True).start()
         self._heard_s = self._known_s = AWAKE.now_s()
@@ -157,7 +156,7 @@ class Drive:
         if asks:
             self._asked_s = now_s
             self._board.send("position")
-        for arrival in self._board.receive():
+        for arrival in self._board.events():
             self._take(arrival)
         if asks:
             self._asked_at = recorded_s
@@ -166,7 +165,6 @@ class Drive:
             self.phase.begin_anew()
             self._check_seen()
             self._run_again("is back")
-        self._board.send_pending()
         self.fault = self._fault()
 
     def note_pause(self) -> None:
@@ -212,8 +210,8 @@ class Drive:
         self._unleased.set()
         try:
             self._look_once_more()
-            request(self._board.line, "stop")
-        except (LineLostError, AcquisitionError) as fault:
+            self._board.request("stop")
+        except AcquisitionError as fault:
             return (
                 f"warning: the wave could not be stopped: {fault}; it stops when its lease ends. "
                 "If it does not, cut the motor's power"
@@ -223,7 +221,6 @@ class Drive:
         return ""
 
     def _take(self, arrival: Arrival) -> None:
-        self._board.note_answer(arrival.event)
         match arrival.event:
             case Position() as position:
                 self._note_position(position, arrival.moment_s)
@@ -287,17 +284,9 @@ class Drive:
     def _look_once_more(self) -> None:
         """Learn what the user should know of the wave before it stops."""
         self._position = None
-        self._board.line.send("position")
+        self._board.send("position")
         deadline = time.monotonic() + LAST_LOOK_S
         while self._position is None and time.monotonic() < deadline:
-            for arrival in self._board.line.receive():
+            for arrival in self._board.events(READ_TIMEOUT_S):
                 self._take(arrival)
         self.fault = self._fault() or self.fault
-
-    def _request(self, command: str) -> None:
-        try:
-            request(self._board.line, command)
-        except LineLostError as fault:
-            raise AcquisitionError(
-                f"the peristalsis board at {self._board.port} was disconnected: {fault}"
-            ) from fault
