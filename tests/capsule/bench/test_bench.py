@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import time
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -65,13 +64,6 @@ class Bench:
         self.bench.run_for(3)
         self.bench.speed = SPEED
         return self.motor.coils == 0 and self.motor.half_steps == standing
-
-
-def wait_for(condition, limit_s=5.0):
-    deadline = time.monotonic() + limit_s
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.01)
 
 
 @pytest.fixture
@@ -140,7 +132,7 @@ def test_killed_recorder_is_recovered(bench):
     bench.run_until_samples(150)
     bench.cable.wait_until_read()
     (part,) = recorder.parts()
-    wait_for(lambda: part.read_text().count("\n") >= 150)  # on disk while it records
+    recorder.wait_for_samples(150)  # on disk while it records
     recover = Recorder(bench.folder, "--recover")
     recover.expect(1, "a recorder is writing", "r01.csv.part at this moment")
     bench.run_until_samples(170)

@@ -2,6 +2,8 @@
 
 import signal
 import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
@@ -69,6 +71,15 @@ class Recorder:
         """Return the paths of the unfinished recordings."""
         return list(self.raw.rglob("*.part"))
 
+    def wait_for_samples(self, count: int) -> None:
+        """Wait until so many samples, including missing ones, are on the disk."""
+
+        def are_there() -> bool:
+            text = "".join(part.read_text(encoding="utf-8") for part in self.parts())
+            return sum(line[:1].isdigit() for line in text.splitlines()) >= count
+
+        wait_until(are_there)
+
     def log(self) -> str:
         """Read the recording's log."""
         (path,) = self.logs.rglob("*.log")
@@ -86,6 +97,15 @@ class Recorder:
         for word in words:
             assert word in printed + errors, f"{word!r} not in:\n{printed}\n{errors}"
         return printed
+
+
+def wait_until(happened: Callable[[], bool], limit_s: float = 30.0) -> None:
+    """Wait for a condition; raise `TimeoutError` if it does not hold in time."""
+    until_s = time.monotonic() + limit_s
+    while not happened():
+        if time.monotonic() > until_s:
+            raise TimeoutError(f"the condition did not hold within {limit_s:g} s")
+        time.sleep(0.02)
 
 
 def samples_in(frames: list[bytes]) -> list[tuple[int, ...]]:
