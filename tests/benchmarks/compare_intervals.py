@@ -1,6 +1,6 @@
 """Count how often the intervals of the evaluation hold the truth, and print Markdown tables.
 
-    python workflow/studies/compare_intervals.py
+    python tests/benchmarks/compare_intervals.py
 
 Rates: each place has a share of its own, from a beta distribution; its passes are drawn from it,
 as many over each place, or many over a few places and one over all others.
@@ -15,15 +15,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from scipy.special import ndtr, ndtri
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+
+from tables import table
 
 from capsule.arguments import natural
 from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of
 from capsule.seeding import generator
-from capsule.words import percent
 
 LEVEL = 0.95
 SHARES = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
@@ -55,10 +55,7 @@ def main() -> None:
         ("An area under the curve", areas(archives)),
         ("The specificity at new places, central 90 %", specificities(archives)),
     ):
-        shown = pd.DataFrame(rows).map(
-            lambda cell: cell if isinstance(cell, str) else percent(cell)
-        )
-        print(f"{title}:\n\n{shown.to_markdown(index=False)}\n")
+        print(f"{title}:\n\n{table(rows)}")
 
 
 def held(intervals: Iterable[Interval], truth: float) -> float:
@@ -144,8 +141,7 @@ def _scores(
 ) -> np.ndarray:
     of_place = np.repeat(numbers.normal(size=places), passes)
     own = numbers.normal(size=places * passes)
-    scores: np.ndarray = np.sqrt(correlation) * of_place + np.sqrt(1 - correlation) * own
-    return scores
+    return np.sqrt(correlation) * of_place + np.sqrt(1 - correlation) * own
 
 
 def specificities(archives: int) -> list[dict[str, object]]:
