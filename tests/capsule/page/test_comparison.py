@@ -23,7 +23,6 @@ SETTINGS = {
         "passes": [1],
     },
 }
-ROWS = [row for rows in {**comparison.GROUPS, **comparison.FOLDED_GROUPS}.values() for row in rows]
 UNKNOWN = float("nan")
 SCHEMES = ["leave_one_out", "resubstitution"]
 
@@ -129,14 +128,6 @@ def test_a_detector_without_a_verdict_is_named_and_without_any_nothing_is_compar
     assert compared(judged("template"))["silent"] == ["diagonal"]
     assert compared()["compared"] == []
     assert compared()["silent"] == ["template", "diagonal"]
-
-
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
-def test_a_row_is_of_a_table_that_has_what_it_asks_for(row):
-    columns = COLUMNS[row.table]
-    assert row.sizes == "all" or "size_mm" in columns
-    assert bool(row.measure) == ("measure" in columns)
-    assert ("{size}" in row.title) == (row.sizes in ("each", "smallest"))
 
 
 @pytest.mark.parametrize(

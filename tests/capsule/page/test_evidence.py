@@ -129,32 +129,18 @@ def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     assert in_words(row | {"detector": "diagonal"}, None, 1.0)["distances"] == []
 
 
-U, LENGTH = 30, 120
-
-
-def two_sensors(height, spacing=40.0):
-    return Particle(np.full(2, height), np.full(2, 0.3), np.array([spacing]), np.full(2, 8.0))
-
-
-def drawn(values, sensors, samples):
-    """Draw a surface as the page does."""
-    column, row = np.arange(samples), np.arange(sensors)
-    heights = [
-        np.exp(-0.5 * ((row[:, np.newaxis] - s) / vertical) ** 2)
-        * amplitude
-        * np.exp(-0.5 * ((column - peak) / horizontal) ** 2)
-        for s, (amplitude, vertical, peak, horizontal) in enumerate(
-            zip(*(values[k] for k in ("amplitude", "vertical", "peak", "horizontal")), strict=True)
-        )
-    ]
-    inside = (column >= values["from"]) & (column < values["to"])
-    return np.max(heights, axis=0) * inside
-
-
 def test_a_particle_is_drawn_where_the_comparison_found_it():
-    rendered = render(two_sensors(1.0), U, LENGTH)
+    spreads = np.array([0.3, 0.4]), np.array([40.0]), np.array([8.0, 9.0])
+    particle, length = Particle(np.array([1.0, 0.8]), *spreads), 120
+    rendered = render(particle, 30, length)
     matrix = np.zeros_like(rendered)
     matrix[:, 25:] = rendered[:, :-25]
-    lag = min(range(1, 2 * LENGTH + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
-    values = surface(two_sensors(1.0), U, lag, LENGTH)
-    assert np.allclose(drawn(values, 2, 100), matrix[:, :100], atol=1e-4)
+    lag = min(range(1, 2 * length + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
+    drawn = surface(particle, 30, lag, length)
+    assert drawn["peak"] == matrix.argmax(axis=1).tolist()
+    assert (drawn["from"], drawn["to"]) == (25, 25 + length)
+    assert [drawn[name] for name in ("amplitude", "vertical", "horizontal")] == [
+        [1.0, 0.8],
+        [0.3, 0.4],
+        [8.0, 9.0],
+    ]

@@ -1,18 +1,12 @@
-"""Nothing on the page can run but its own script, whatever a text holds."""
+"""Nothing on the page can run but its own script."""
 
 import pytest
 
 from capsule.page.render import PAGE, Frame, render_page
 
 
-def filled(template, style="", script="", values=None):
-    return "".join(render_page(Frame({PAGE: template}, style, script), values or {}))
-
-
-def test_whatever_a_text_holds_it_stays_text():
-    evil = '"><script>alert(1)</script>'
-    page = filled("<p title='{{ page }}'>{{ page }}</p>", values={"page": evil})
-    assert "<script>" not in page and "&lt;script&gt;" in page
+def filled(template, style="", script=""):
+    return "".join(render_page(Frame({PAGE: template}, style, script), {}))
 
 
 def test_the_policy_allows_this_script_and_no_other():

@@ -43,12 +43,15 @@ def test_a_simulated_survey_is_called_simulated(about, title):
     assert title_of(parse_session("demo", session_contents(**about))) == title
 
 
+def values_of(session):
+    return survey_values(session, track_of(session), pins_of(session))
+
+
 def test_the_places_are_those_of_the_file_in_words(session):
-    values = survey_values(session, track_of(session), pins_of(session))
+    values = values_of(session)
     first, second = values["places"]
-    assert first["status"] == "nodule"
+    assert (first["status"], first["where"]) == ("nodule", "36.4 mm")
     assert first["size"] == "3.1 mm (2.4 to 3.9)"
-    assert first["where"] == "36.4 mm"
     assert (first["passes"], first["height"]) == (2, "6.00")
     assert (second["status"], second["size"]) == ("uncertain: pass again", "n/a")
     assert "2 suspected places: 1 nodule and 1 uncertain: pass again" in values["summary"]
@@ -60,19 +63,21 @@ def test_a_strange_place_says_so_before_its_size_and_one_that_may_be_off_where_e
     strange = replace(
         session.places[0], familiar="no", unfamiliar_because="noise", may_be_off_mm=80.0
     )
-    changed = replace(session, places=[strange, *session.places[1:]])
-    first, _ = survey_values(changed, track_of(changed), pins_of(changed))["places"]
+    (first,) = values_of(replace(session, places=[strange]))["places"]
     assert first["size"] == "unlike the recordings that teach (noise); 3.1 mm (2.4 to 3.9)"
     assert first["where"] == "36.4 mm, or off by 80 mm"
 
 
-def test_of_a_way_to_targets_the_page_says_where_to():
-    session = replace(parse_session("there", session_contents(goto=[500.0, 140.5])), places=[])
-    values = survey_values(session, track_of(session), pins_of(session))
-    assert values["summary"].endswith("it was told to go to 500 mm, then 140.5 mm.")
-    nothing = replace(parse_session("none", session_contents()), places=[])
-    values = survey_values(nothing, track_of(nothing), pins_of(nothing))
-    assert values["summary"].endswith("; no suspected place.")
+@pytest.mark.parametrize(
+    ("about", "told"),
+    [
+        ({"goto": [500.0, 140.5]}, "it was told to go to 500 mm, then 140.5 mm."),
+        ({}, "; no suspected place."),
+    ],
+)
+def test_of_a_survey_without_places_the_page_says_where_it_went(about, told):
+    session = replace(parse_session("there", session_contents(**about)), places=[])
+    assert values_of(session)["summary"].endswith(told)
 
 
 def test_the_player_knows_where_the_head_was_and_when_nobody_knew(played):
@@ -100,9 +105,8 @@ def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
         lines[at] = ",".join([cells[0], "", "", "", "", "", *cells[6:]])
     contents["stream.csv"] = "\n".join(lines).encode()
     gap = parse_session("gap", contents)
-    played = player(gap, track_of(gap))
-    times = played["signals"]["every_s"] * np.arange(len(unpacked(played["signals"]["rows"][0])))
-    missing = times[np.isnan(unpacked(played["signals"]["rows"][0]))]
+    signals = player(gap, track_of(gap))["signals"]
+    missing = signals["every_s"] * np.flatnonzero(np.isnan(unpacked(signals["rows"][0])))
     assert (missing[0], missing[-1]) == (pytest.approx(50), pytest.approx(55.8))
 
 
