@@ -52,5 +52,6 @@ def page_of(evaluation, *rows, settings=CONFIG):
 
 def section(name, **page):
     """Return a section as the browser shows its texts, with its tags."""
-    template = environment(read_frame(REPORT).templates).get_template(f"sections/{name}.html.j2")
+    templates, _, _ = read_frame(REPORT)
+    template = environment(templates).get_template(f"sections/{name}.html.j2")
     return html.unescape(template.render(page=page))

@@ -39,7 +39,7 @@ def main() -> None:
         "key": arguments.key,
     }
     with files.write_whole(arguments.output) as stream:
-        stream.writelines(render_page(page_files.read_frame(template), page))
+        stream.writelines(render_page(*page_files.read_frame(template), page))
     print(f"{arguments.output}: {arguments.output.stat().st_size / 1e6:.2f} MB")
 
 

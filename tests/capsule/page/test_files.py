@@ -34,16 +34,16 @@ def test_the_frame_holds_every_template_but_no_hidden_file(tmp_path):
     for name in (*page_files.STYLES, *page_files.SCRIPTS):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(f"/* {name} */", encoding="utf-8")
-    frame = page_files.read_frame(tmp_path)
-    assert frame.templates == {
+    templates, style, script = page_files.read_frame(tmp_path)
+    assert templates == {
         name: name for name in ("macros.html.j2", "report.html.j2", "sections/answer.html.j2")
     }
-    assert frame.style.splitlines() == [f"/* {name} */" for name in page_files.STYLES]
-    assert frame.script.splitlines() == [f"/* {name} */" for name in page_files.SCRIPTS]
+    assert style.splitlines() == [f"/* {name} */" for name in page_files.STYLES]
+    assert script.splitlines() == [f"/* {name} */" for name in page_files.SCRIPTS]
 
 
 def test_every_template_is_included_or_imported():
-    templates = page_files.read_frame(REPORT).templates
+    templates, _, _ = page_files.read_frame(REPORT)
     named = {name for text in templates.values() for name in re.findall(r'"(\S+\.j2)"', text)}
     assert named | {"report.html.j2"} == set(templates)
 

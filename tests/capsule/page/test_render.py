@@ -2,11 +2,11 @@
 
 import pytest
 
-from capsule.page.render import PAGE, Frame, render_page
+from capsule.page.render import PAGE, render_page
 
 
 def filled(template, style="", script=""):
-    return "".join(render_page(Frame({PAGE: template}, style, script), {}))
+    return "".join(render_page({PAGE: template}, style, script, {}))
 
 
 def test_the_policy_allows_this_script_and_no_other():

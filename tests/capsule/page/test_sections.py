@@ -26,7 +26,7 @@ def filled(page):
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
     made |= dict.fromkeys(("figure", "shipped_figure"), lambda name: "data:,")
     made |= {"key": KEY, "surveys": surveys.page_values([], {})}
-    return "".join(render_page(page_files.read_frame(REPORT), page | made))
+    return "".join(render_page(*page_files.read_frame(REPORT), page | made))
 
 
 @pytest.fixture(scope="module")

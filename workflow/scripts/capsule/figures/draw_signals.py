@@ -98,13 +98,12 @@ def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
     """Return the figure's data as a table, one row per sample."""
     columns = ["recording", "time_s"]
     frames = []
-    for example in filter(None, examples):
-        frame = pd.DataFrame({"recording": example.recording, "time_s": example.time_s})
-        stages = {"reading": example.values, "envelope": example.envelope}
-        for name, rows in (stages | {"matrix": example.matrix}).items():
-            for sensor, row in enumerate(rows, start=1):
-                frame[f"{name}_{sensor}"] = row
-        frames.append(frame)
+    for each in filter(None, examples):
+        stages = {"reading": each.values, "envelope": each.envelope, "matrix": each.matrix}
+        cells = {"recording": each.recording, "time_s": each.time_s}
+        for name, rows in stages.items():
+            cells |= {f"{name}_{sensor}": row for sensor, row in enumerate(rows, start=1)}
+        frames.append(pd.DataFrame(cells))
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
 
 
@@ -226,10 +225,9 @@ def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) ->
     """Return the templates as a table, one row per size and column of the matrix."""
     frames = []
     for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
-        frame = pd.DataFrame({"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)})
-        for sensor, row in enumerate(matrix, start=1):
-            frame[f"sensor_{sensor}"] = row
-        frames.append(frame)
+        cells = {"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)}
+        cells |= {f"sensor_{sensor}": row for sensor, row in enumerate(matrix, start=1)}
+        frames.append(pd.DataFrame(cells))
     return pd.concat(frames, ignore_index=True)
 
 

@@ -15,7 +15,6 @@ from capsule.evaluation.files import read_evaluation, read_printed, read_table
 from capsule.figures.registry import FIGURES
 from capsule.kinds import Cells, Settings
 from capsule.page import surveys
-from capsule.page.render import Frame
 from capsule.page.tables import Tables
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
@@ -85,8 +84,8 @@ def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, s
     return surveys.page_values(drawn, passed_over)
 
 
-def read_frame(folder: Path) -> Frame:
-    """Read the templates, styles and scripts of the page from the folder of the template."""
+def read_frame(folder: Path) -> tuple[dict[str, str], str, str]:
+    """Read the templates by name, the style and the script from the folder of the template."""
     templates = {
         path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
         for pattern in TEMPLATES
@@ -96,7 +95,7 @@ def read_frame(folder: Path) -> Frame:
         "\n".join((folder / name).read_text(encoding="utf-8") for name in names)
         for names in (STYLES, SCRIPTS)
     )
-    return Frame(templates, style, script)
+    return templates, style, script
 
 
 def code_checksums() -> dict[str, str]:

@@ -3,7 +3,6 @@
 import base64
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
@@ -12,18 +11,6 @@ from capsule import words
 from capsule.kinds import Row
 
 PAGE = "report.html.j2"
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The templates by name, the style and the script of the page.
-
-    Style and script may not contain the end tag of their element.
-    """
-
-    templates: Mapping[str, str]
-    style: str
-    script: str
 
 
 def environment(templates: Mapping[str, str]) -> Environment:
@@ -43,9 +30,10 @@ def environment(templates: Mapping[str, str]) -> Environment:
     return made
 
 
-def render_page(frame: Frame, page: Row) -> Iterator[str]:
+def render_page(templates: Mapping[str, str], style: str, script: str, page: Row) -> Iterator[str]:
     """Return the parts of the HTML page, which a large page is written by.
 
+    Style and script may not contain the end tag of their element; the templates are by name.
     Every value is escaped, and an unknown name in a template is an error. Values that the templates
     take as they are, are JSON from `capsule.page.packing.to_json`, in which no tag can begin.
 
@@ -53,22 +41,22 @@ def render_page(frame: Frame, page: Row) -> Iterator[str]:
     images inside the page. It forbids all else: network, inline handlers and foreign scripts. It
     also protects if a text from a recording's header slips through the escaping.
     """
-    for name, text in (("style", frame.style), ("script", frame.script)):
+    for name, text in (("style", style), ("script", script)):
         if f"</{name}" in text.casefold():
             raise ValueError(f"the {name} holds its own end tag and would break the page")
     policy = [
         "default-src 'none'",
         "img-src data:",
-        f"style-src {_allowed(frame.style)}",
-        f"script-src {_allowed(frame.script)}",
+        f"style-src {_allowed(style)}",
+        f"script-src {_allowed(script)}",
         "base-uri 'none'",
         "form-action 'none'",
     ]
-    template = environment(frame.templates).get_template(PAGE)
+    template = environment(templates).get_template(PAGE)
     return template.generate(
         page=page,
-        style=Markup(frame.style),
-        script=Markup(frame.script),
+        style=Markup(style),
+        script=Markup(script),
         policy=Markup("; ".join(policy)),
     )
 
