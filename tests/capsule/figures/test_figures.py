@@ -16,7 +16,7 @@ from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.figures.draw_curves import curve_table, draw_learning, draw_roc
-from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
+from capsule.figures.draw_rates import detection_drawing, draw_rates, series_rows
 from capsule.figures.draw_signals import (
     contour_levels,
     draw_preprocessing,
@@ -25,7 +25,13 @@ from capsule.figures.draw_signals import (
     template_table,
     typical_recordings,
 )
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from capsule.figures.style import (
+    COLUMN_WIDTH_IN,
+    PAGE_WIDTH_IN,
+    PAPER_LOOK,
+    detector_looks,
+    render_figure,
+)
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from support.synthetic import make_recording
@@ -201,7 +207,7 @@ def seen(look, sight):
 
 
 def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
-    looks = rate_looks(["template", "diagonal", "taught", "beats"])
+    looks = detector_looks(["template", "diagonal", "taught", "beats"]) | {"paper": PAPER_LOOK}
     for lead in looks:
         shown = [looks[name] for name in dict.fromkeys([lead, "template", "paper"])]
         for one, other in combinations(shown, 2):

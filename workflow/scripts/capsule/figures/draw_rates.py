@@ -79,15 +79,6 @@ def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
     return pd.concat([*shown, evaluation.paper[name]], ignore_index=True)
 
 
-def rate_looks(detectors: Sequence[str]) -> dict[str, Look]:
-    """Return colour and marker for the points of each detector and of the paper."""
-    looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
-    return {
-        name: {key: value for key, value in look.items() if key != "linestyle"}
-        for name, look in looks.items()
-    }
-
-
 def draw_rates(
     table: pd.DataFrame,
     panels: Mapping[str, str],
@@ -101,7 +92,7 @@ def draw_rates(
     Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
     """
     narrow = width_in <= COLUMN_WIDTH_IN
-    looks = rate_looks(detectors)
+    looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
     with figure_style():
         height = 1.75 * len(panels) + 0.85 if narrow else 2.6
         figure = Figure(figsize=(width_in, height), layout="constrained")
@@ -133,7 +124,7 @@ def _draw_panel(
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
         shown = words.scheme(scheme)
         label = shown if detector == paper.NAME else f"{detector} ({shown})"
-        axes.errorbar(position, value, yerr=reach, label=label, **_MARKS, **looks[detector])
+        axes.errorbar(position, value, yerr=reach, label=label, **{**looks[detector], **_MARKS})
     one_sided = set(table.loc[table["one_sided"], "size_mm"])
     axes.set_xticks(range(len(sizes_mm)))
     axes.set_xticklabels(

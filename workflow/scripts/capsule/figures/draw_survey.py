@@ -202,14 +202,13 @@ def _draw_path(
         points = np.column_stack([head_mm[enough], time_s[enough] / per_s])
         lines.setdefault((run.group, run.known), []).extend([points, _BREAK])
     for (group, known), pieces in lines.items():
-        look = {key: value for key, value in _LOOKS[group].items() if key != "label"}
         axes.plot(
             *np.concatenate(pieces).T,
             linestyle="-" if known else _UNMEASURED,
             solid_capstyle="round",
             dash_capstyle="butt",
             zorder=3,
-            **look,
+            **_LOOKS[group],
         )
 
 
