@@ -19,7 +19,7 @@ from capsule.figures.style import (
     Drawing,
     add_legend,
     detector_looks,
-    figure_style,
+    new_figure,
     panels_in_rows,
     say_nothing_to_show,
     show_percent,
@@ -61,9 +61,8 @@ def draw_roc(
     sizes_mm = [float("nan"), *sorted(table["size_mm"].dropna().unique())]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
     looks = detector_looks(detectors)
-    with figure_style():
-        height = width_in / across * -(-len(sizes_mm) // across) + 0.55
-        figure = Figure(figsize=(width_in, height), layout="constrained")
+    height = width_in / across * -(-len(sizes_mm) // across) + 0.55
+    with new_figure(width_in, height) as figure:
         panels = panels_in_rows(figure, len(sizes_mm), across, "false alarms", "nodules found")
         for axes, size_mm in zip(panels, sizes_mm, strict=True):
             of_any = np.isnan(size_mm)
@@ -138,9 +137,7 @@ def draw_learning(
     ranges = main_ranges(table["size_from_mm"]) or [(0.0, 0.0)]
     narrow = width_in <= COLUMN_WIDTH_IN
     shape = (len(ranges), 1) if narrow else (1, len(ranges))
-    with figure_style():
-        height = 1.5 * len(ranges) + 0.8 if narrow else 2.5
-        figure = Figure(figsize=(width_in, height), layout="constrained")
+    with new_figure(width_in, 1.5 * len(ranges) + 0.8 if narrow else 2.5) as figure:
         grid = figure.subplots(*shape, squeeze=False, sharey=True)
         for axes, (low, high) in zip(grid.flat, ranges, strict=True):
             sizes = f"{low:g} mm" if low == high else f"from {low:g} mm on"

@@ -22,7 +22,7 @@ from capsule.figures.style import (
     Drawing,
     add_legend,
     detector_looks,
-    figure_style,
+    new_figure,
     say_nothing_to_show,
     show_percent,
 )
@@ -93,10 +93,8 @@ def draw_rates(
     """
     narrow = width_in <= COLUMN_WIDTH_IN
     looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
-    with figure_style():
-        height = 1.75 * len(panels) + 0.85 if narrow else 2.6
-        figure = Figure(figsize=(width_in, height), layout="constrained")
-        shape = (len(panels), 1) if narrow else (1, len(panels))
+    shape = (len(panels), 1) if narrow else (1, len(panels))
+    with new_figure(width_in, 1.75 * len(panels) + 0.85 if narrow else 2.6) as figure:
         grid = figure.subplots(*shape, squeeze=False, sharey=True)
         for axes, (measure, title) in zip(grid.flat, panels.items(), strict=True):
             axes.set_title(title)

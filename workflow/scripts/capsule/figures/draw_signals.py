@@ -23,6 +23,7 @@ from capsule.figures.style import (
     Drawing,
     add_legend,
     figure_style,
+    new_figure,
     panels_in_rows,
     say_nothing_to_show,
     sensor_line,
@@ -127,8 +128,7 @@ def draw_preprocessing(
     tallest = max((float(np.nanmax(example.envelope)) for example in known), default=1.0)
     levels = contour_levels(highest)
     narrow = width_in <= COLUMN_WIDTH_IN
-    with figure_style():
-        figure = Figure(figsize=(width_in, 4.4 if narrow else 4.7), layout="constrained")
+    with new_figure(width_in, 4.4 if narrow else 4.7) as figure:
         grid = figure.subplots(3, len(examples), squeeze=False, height_ratios=[1.15, 1, 1])
         filled = None
         for column, example in enumerate(examples):
@@ -249,9 +249,8 @@ def draw_templates(
     count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)
     highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)
     levels = contour_levels(highest, with_faint=True)
-    with figure_style():
-        height = -(-count // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
-        figure = Figure(figsize=(width_in, height), layout="constrained")
+    height = -(-count // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
+    with new_figure(width_in, height) as figure:
         panels = panels_in_rows(figure, count, across, "column (sample)", "sensor")
         filled = None
         for axes, size_mm, matrix, recordings in zip(

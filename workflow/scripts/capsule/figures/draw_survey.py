@@ -26,7 +26,7 @@ from capsule.figures.style import (
     MUTED,
     ORANGE,
     PAGE_WIDTH_IN,
-    figure_style,
+    new_figure,
     say_nothing_to_show,
 )
 from capsule.kinds import Look
@@ -95,8 +95,7 @@ def track_table(track: Track) -> pd.DataFrame:
 
 def draw_unreadable(name: str, problem: str) -> Figure:
     """Draw that a survey cannot be read, with the reason."""
-    with figure_style():
-        figure = Figure(figsize=(PAGE_WIDTH_IN, 1.0), layout="constrained")
+    with new_figure(PAGE_WIDTH_IN, 1.0) as figure:
         text = textwrap.fill(f"{name} cannot be read: {problem}", 100)
         say_nothing_to_show(figure.subplots(), text)
     return figure
@@ -138,9 +137,7 @@ def draw_survey(
     picture = _Picture(track, pairs, length_mm, *wave)
     shown = _places_shown(pairs)
     heights_in = [_MAP_IN, _ROW_IN] if shown else [_MAP_IN]
-    with figure_style():
-        size = PAGE_WIDTH_IN, sum(heights_in) + 0.35
-        figure = Figure(figsize=size, layout="constrained")
+    with new_figure(PAGE_WIDTH_IN, sum(heights_in) + 0.35) as figure:
         figure.suptitle(title, x=0.01, ha="left", fontsize=8.5)
         parts = figure.subfigures(len(heights_in), 1, squeeze=False, height_ratios=heights_in)[:, 0]
         space, evidence = parts[0].subplots(1, 2, sharey=True, width_ratios=[4.6, 1])

@@ -101,6 +101,13 @@ def figure_style() -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def new_figure(width_in: float, height_in: float) -> Iterator[Figure]:
+    """Give a new figure of this size, with the shared style inside the context."""
+    with figure_style():
+        yield Figure(figsize=(width_in, height_in), layout="constrained")
+
+
 def render_figure(figure: Figure, kind: str, name: str) -> bytes:
     """Return a figure, drawn within `figure_style`, as the content of an SVG, PDF or PNG file.
 
