@@ -84,10 +84,10 @@ def shown(name):
         ("sure", "Nodule, 2.5 mm <small>(1.8 to 3.2)</small>"),
         ("sure", "6 mm from the start (13.6 s). Probability 90 %. Both detectors agree."),
         ("sure", "Each sensor in turn was pressed 2.0 times as deep as usual."),
-        ("sure", "None of 3 healthy recordings scores this high."),
+        ("sure", "None of 3 healthy recordings"),
         ("doubtful", "Uncertain: pass again"),
         ("doubtful", "the probability is 7 %. If a nodule: 2.5 mm, 6 mm from the start"),
-        ("doubtful", "1 of 3 healthy recordings exceed the threshold too; none scores"),
+        ("doubtful", "1 of 3 healthy recordings exceed the threshold too; none"),
         ("quiet", '<p class="verdict">No nodule</p>'),
         (
             "strange",

@@ -15,16 +15,6 @@ def test_no_script_and_no_style_is_left_out():
     assert {path.name for path in REPORT.glob("*.css")} < set(page_files.STYLES)
 
 
-def test_every_script_stands_below_those_that_it_takes():
-    defined = {"uPlot"}
-    for name in page_files.SCRIPTS[1:]:
-        text = (REPORT / name).read_text(encoding="utf-8")
-        taken = re.search(r"\(\(([\w, ]*)\) => \{\n  \"use strict\";\n", text)[1]
-        assert text.endswith(f"}})({taken});\n"), name
-        assert {part for part in taken.split(", ") if part} <= defined, name
-        defined |= set(re.findall(r"^const (\w+) = ", text, re.MULTILINE))
-
-
 def test_the_frame_holds_every_template_but_no_hidden_file(tmp_path):
     for name in ("report.html.j2", "macros.html.j2", "sections/answer.html.j2"):
         (tmp_path / name).parent.mkdir(exist_ok=True)

@@ -1,105 +1,84 @@
-// Make the HTML and SVG elements of drawings and tables.
+"use strict"; // The page's script begins with this file, so this holds for all files.
 
-const Elements = (() => {
-  "use strict";
+// Numbers in words, elements of HTML and SVG, and tables.
 
-  const UNKNOWN = "not known";
+const UNKNOWN = "not known";
 
-  /** Return a number as text, with a number of decimals if given, a true minus sign, and no sign for zero. */
-  function number(value, decimals = null) {
-    const text = decimals === null ? String(value) : value.toFixed(decimals);
-    return Number(text) === 0 ? text.replace("-", "") : text.replaceAll("-", "\u2212");
-  }
+function byId(id) {
+  return document.getElementById(id);
+}
 
-  /** Return a number as text with three significant digits. */
-  function significant(value) {
-    return number(Number(value.toPrecision(3)));
-  }
+/** Return a number as text, with a number of decimals if given, a true minus sign, and no sign for zero. */
+function number(value, decimals = null) {
+  const text = decimals === null ? String(value) : value.toFixed(decimals);
+  return Number(text) === 0 ? text.replace("-", "") : text.replaceAll("-", "\u2212");
+}
 
-  /** Return a size in the words of the page. */
-  function sizeWords(size) {
-    if (size === null) return UNKNOWN;
-    return size === 0 ? "no nodule" : `${number(size)} mm`;
-  }
+/** Return a number as text with three significant digits. */
+function significant(value) {
+  return number(Number(value.toPrecision(3)));
+}
 
-  /** Return the JSON content of an element. */
-  function readData(node) {
-    return JSON.parse(node.textContent);
-  }
+/** Return a size in the words of the page. */
+function sizeWords(size) {
+  if (size === null) return UNKNOWN;
+  return size === 0 ? "no nodule" : `${number(size)} mm`;
+}
 
-  /** Return, later, JSON content that was deflated. */
-  async function inflated(text) {
-    const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new Response(stream).json();
-  }
+/** Return the JSON content of an element. */
+function readData(node) {
+  return JSON.parse(node.textContent);
+}
 
-  /** Return an element with a class and a text. */
-  function element(tag, className = "", text = "") {
-    const made = document.createElement(tag);
-    if (className) made.className = className;
-    if (text !== "") made.textContent = text;
-    return made;
-  }
+/** Return, later, JSON content that was deflated. */
+async function inflated(text) {
+  const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).json();
+}
 
-  /** Return a button. The label explains its action to screen readers. */
-  function button(text, label, onClick) {
-    const made = element("button", "", text);
-    made.type = "button";
-    made.setAttribute("aria-label", label);
-    made.addEventListener("click", onClick);
-    return made;
-  }
+function filled(made, attributes, content) {
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...content);
+  return made;
+}
 
-  /** Return an SVG element with attributes. */
-  function svgElement(tag, attributes) {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    return made;
-  }
+/** Return an element of HTML with attributes, and with texts and elements in it. */
+function element(tag, attributes = {}, ...content) {
+  return filled(document.createElement(tag), attributes, content);
+}
 
-  /** Return a table in a scroll box. The first cell of each row is its header. */
-  function textTable(className, label, caption, heads, rows) {
-    const scroll = element("div", "scroll");
-    scroll.tabIndex = 0;
-    scroll.setAttribute("role", "region");
-    scroll.setAttribute("aria-label", `Table: ${label}`);
-    const table = element("table", className);
-    scroll.append(table);
-    const title = element("caption");
-    title.append(element("span", "", caption));
-    table.append(title);
-    const head = table.createTHead().insertRow();
-    for (const text of heads) {
-      const cell = element("th", "", text);
-      cell.scope = "col";
-      head.append(cell);
-    }
-    const body = table.createTBody();
-    for (const [first, ...others] of rows) {
-      const row = body.insertRow();
-      const cell = element("th", "", first);
-      cell.scope = "row";
-      row.append(cell);
-      for (const content of others) {
-        const data = row.insertCell();
-        data.append(content);
-      }
-    }
-    return scroll;
-  }
+/** Return an element of SVG with attributes, and with texts and elements in it. */
+function svgElement(tag, attributes, ...content) {
+  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, content);
+}
 
-  /** Return a figure for a chart. The description tells screen readers what the canvas shows. */
-  function chartFigure({ title, caption, description }) {
-    const figure = element("figure", "chart");
-    figure.append(element("figcaption", "", caption));
-    figure.firstChild.prepend(element("strong", "", `${title}. `));
-    const canvas = element("div", "canvas");
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", description);
-    figure.append(canvas);
-    return { figure, canvas };
-  }
+/** Return a button. The label explains its action to screen readers. */
+function button(text, label, onClick) {
+  const made = element("button", { type: "button", "aria-label": label }, text);
+  made.addEventListener("click", onClick);
+  return made;
+}
 
-  return { UNKNOWN, number, significant, sizeWords, readData, inflated, element, button, svgElement, textTable, chartFigure };
-})();
+/** Return a table in a scroll box. The first cell of each row is its header. */
+function textTable(className, label, caption, heads, rows) {
+  const titles = heads.map((text) => element("th", { scope: "col" }, text));
+  const body = rows.map(([first, ...others]) =>
+    element("tr", {}, element("th", { scope: "row" }, first), ...others.map((content) => element("td", {}, content))),
+  );
+  const table = element(
+    "table",
+    { class: className },
+    element("caption", {}, element("span", {}, caption)),
+    element("thead", {}, element("tr", {}, ...titles)),
+    element("tbody", {}, ...body),
+  );
+  return element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": `Table: ${label}` }, table);
+}
+
+/** Return a figure for a chart. The description tells screen readers what the canvas shows. */
+function chartFigure({ title, caption, description }) {
+  const canvas = element("div", { class: "canvas", role: "img", "aria-label": description });
+  const words = element("figcaption", {}, element("strong", {}, `${title}. `), caption);
+  return { figure: element("figure", { class: "chart" }, words, canvas), canvas };
+}

@@ -1,43 +1,25 @@
-// Set up the interactive parts of the page, if the page has them.
+// Set up the interactive parts of the page, if the page has them. Terms of the glossary, and what a verdict means, need only this.
 
-((RecordingsTable, Chooser, Shown, Saving, Glossary, Surveys, Meaning, Elements) => {
-  "use strict";
+/** Let a reader move the prevalence. The page carries what each verdict means at each prevalence, in words. */
+function setUpMeaning() {
+  const slider = byId("prevalence");
+  if (!slider) return;
+  const at = JSON.parse(byId("meaning").dataset.values);
+  slider.hidden = false;
+  slider.addEventListener("input", () => {
+    byId("prevalence-shown").textContent = slider.value;
+    for (const [id, [value, range]] of Object.entries(at[slider.value])) {
+      document.querySelector(`#${id} strong`).textContent = `${value} of 100`;
+      document.querySelector(`#${id} span`).textContent = `(${range})`;
+    }
+  });
+}
 
-  /** Open the folds around an element that the address names, now and after each change. */
-  function openFolds() {
-    const target = document.getElementById(location.hash.slice(1));
-    if (!target?.closest("details")) return;
-    for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
-    target.scrollIntoView();
-  }
-
-  /** Let a reader choose the scheme by which the detectors are compared, if there is more than one. */
-  function setUpSchemes(shown) {
-    const form = document.getElementById("schemes");
-    if (!form) return;
-    const { scheme } = form.elements;
-    form.hidden = false;
-    form.addEventListener("change", () => shown.show({ scheme: scheme.value }));
-    const update = (current) => {
-      scheme.value = current.scheme;
-      for (const part of document.querySelectorAll(".of-scheme")) part.hidden = part.dataset.scheme !== current.scheme;
-    };
-    shown.onChange(update);
-    update(shown.current());
-  }
-
-  Saving.setUp();
-  addEventListener("hashchange", openFolds);
-  openFolds();
-  Glossary.setUp();
-  Surveys.setUp();
-  Meaning.setUp();
-  const carried = document.getElementById("page-data");
-  if (!carried) return;
-  const data = Elements.readData(carried);
-  const shown = Shown.setUp(data);
-  let rowsChanged = () => {};
-  const list = RecordingsTable.setUp(document.getElementById("recordings-table"), () => rowsChanged());
-  rowsChanged = Chooser.setUp(list, shown, data);
-  setUpSchemes(shown);
-})(RecordingsTable, Chooser, Shown, Saving, Glossary, Surveys, Meaning, Elements);
+for (const scroll of document.querySelectorAll("main .scroll")) tableWithTools(scroll, scroll.querySelector("table").id);
+document.querySelectorAll("main figure[id]").forEach(addFigureTools);
+addEventListener("hashchange", openFolds);
+openFolds();
+setUpSurveys();
+setUpMeaning();
+const pageData = byId("page-data");
+if (pageData) setUpShown(readData(pageData), setUpTable(byId("recordings-table")));

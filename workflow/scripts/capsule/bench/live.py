@@ -27,8 +27,9 @@ LAST_WORDS_S = 1.0
 _REPORT = PROJECT / "workflow" / "report"
 _STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 _SCRIPTS = (
+    "scripts/elements.js",
     "vendor/uplot/uPlot.iife.min.js",
-    *(f"scripts/{name}.js" for name in ("palette", "elements", "chart_frame")),
+    *(f"scripts/{name}.js" for name in ("theme", "charts")),
 )
 
 

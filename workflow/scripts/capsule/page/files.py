@@ -29,13 +29,13 @@ RULE_SCRIPTS = (
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
-# Each script uses only scripts above it.
-_NAMES = (
-    *("signals", "palette", "elements", "saving", "shown", "chart_frame", "charts"),
-    *("evidence_list", "viewer", "glossary", "chooser", "recordings_table", "surveys"),
-    *("meaning", "start"),
+# One script of all files: each takes what it needs from the others. The first makes it strict.
+SCRIPTS = (
+    "scripts/elements.js",
+    UPLOT,
+    *(f"scripts/{name}.js" for name in ("theme", "charts", "evidence_list", "saving", "viewer")),
+    *(f"scripts/{name}.js" for name in ("shown", "recordings_table", "surveys", "start")),
 )
-SCRIPTS = (UPLOT, *(f"scripts/{name}.js" for name in _NAMES))
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sketches.html.j2", "sections/[!.]*.html.j2")
 
 

@@ -24,6 +24,8 @@ from capsule.page.tables import Tables
 
 # The nodules that are counted together, from a size in mm to below another: small ones are harder.
 _SIZES = {"large": (2.0, math.inf), "small": (0.0, 2.0)}
+# Highest prevalence of the slider, in percent.
+MOST_PREVALENT = 60
 
 
 def page_values(tables: Tables, ours: Answers) -> Cells:
@@ -71,22 +73,33 @@ def page_values(tables: Tables, ours: Answers) -> Cells:
     }
 
 
-def meaning_values(ours: Answers, prevalence: float) -> Cells:
-    """Return what a verdict means at the configured prevalence, and what the slider needs.
+def meaning_values(ours: Answers, prevalence: float) -> Cells | None:
+    """Return what a verdict means in words, at the configured prevalence and at each of the slider.
 
-    Both are None if the recordings cannot tell.
+    None if the recordings cannot tell.
     """
     if not ours.meaning:
-        return {"meaning": None, "missed": None}
-    ppv, npv = (
-        [each.value, each.low, each.high]
+        return None
+    ppv, right = ours.meaning
+    wrong = Estimate(1 - right.value, 1 - right.high, 1 - right.low, 0, 1)
+    known = {
+        name: each
+        for name, each in (("ppv", ppv), ("npv", wrong))
         if words.is_known(each.value) and words.is_known(each.low)
-        else None
-        for each in ours.meaning
-    )
-    right = ours.meaning[1]
-    missed = Estimate(1 - right.value, 1 - right.high, 1 - right.low, 0, 1)
-    return {"meaning": {"prevalence": prevalence, "ppv": ppv, "npv": npv}, "missed": missed}
+    }
+
+    def at(other: float) -> Cells:
+        # Odds after a verdict are odds before it times a ratio that does not change.
+        ratio = other / (1 - other) * (1 - prevalence) / prevalence
+        said = {}
+        for name, each in known.items():
+            shares = (each.value, each.low, each.high)
+            value, low, high = (ratio * share / (1 - share + ratio * share) for share in shares)
+            said[name] = Estimate(value, low, high, hits=0, of=1).in_hundred()
+        return said
+
+    slider = {percent: at(percent / 100) for percent in range(1, MOST_PREVALENT + 1)}
+    return {"percent": 100 * prevalence, **at(prevalence), "moved": slider}
 
 
 def _range(sizes_mm: Iterable[float]) -> str:

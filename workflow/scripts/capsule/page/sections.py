@@ -41,7 +41,7 @@ def page_values(tables: Tables) -> Cells:
         "confounded": overview.confounded_values(tables.confounded),
         **shown,
         "first": first_screen.page_values(tables, ours),
-        **first_screen.meaning_values(ours, judged["prevalence"]),
+        "meaning": first_screen.meaning_values(ours, judged["prevalence"]),
         **compared,
         **comparison.bench_values(tables.benches, [lead, *evaluation.detectors()]),
         "more": more_recordings(tables, tables.learning, lead),
