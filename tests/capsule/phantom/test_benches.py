@@ -7,7 +7,13 @@ import yaml
 
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
-from capsule.phantom.parameters import bench_parts, bench_table, phantom_from_table, value_of
+from capsule.phantom.parameters import (
+    bench_parts,
+    bench_table,
+    parameter_names,
+    phantom_from_table,
+    value_of,
+)
 from capsule.recordings.recording import read_recording, source_of
 from support.command import run_command
 
@@ -17,13 +23,13 @@ LOUD = {"explains": "Noise hides nodules.", "sensor": {"noise": NOISE}}
 
 
 def test_a_bench_changes_what_it_holds_and_nothing_else():
-    phantom = phantom_from_table(bench_table(TABLE, LOUD))
-    usual = phantom_from_table(TABLE)
-    assert value_of(phantom, "sensor.noise") == 0.5
-    restored = bench_table(TABLE, LOUD)
-    restored["sensor"]["noise"] = TABLE["sensor"]["noise"]
-    assert phantom_from_table(restored) == usual
-    assert value_of(usual, "sensor.noise") != 0.5
+    changed = bench_table(TABLE, LOUD)
+    assert value_of(phantom_from_table(changed), "sensor.noise") == 0.5
+    changed["sensor"]["noise"] = TABLE["sensor"]["noise"]
+    assert changed == TABLE
+    names = [f"{part}.{key}" for part, entries in TABLE.items() for key in entries]
+    assert names == parameter_names()
+    assert all(entry["meaning"] for entries in TABLE.values() for entry in entries.values())
 
 
 @pytest.mark.parametrize(
@@ -36,11 +42,26 @@ def test_a_bench_changes_what_it_holds_and_nothing_else():
         (LOUD | {"sensor": 0.5}, "sensor: needs parameters"),
         (LOUD | {"sensor": {"noise": 0.5}}, r"sensor\.noise: write it as"),
         (LOUD | {"sensor": {"noise": NOISE | {"unit": "V"}}}, r"the unit is 1, not V"),
+        (LOUD | {"sensor": {"noise": NOISE | {"value": "loud"}}}, "'loud' is not a number"),
+        (LOUD | {"sensor": {"noise": NOISE | {"source": "hearsay"}}}, "'hearsay' is not one of"),
     ],
 )
 def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
     with pytest.raises(CapsuleError, match=message):
         bench_table(TABLE, bench)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (None, "is empty"),
+        ({part: TABLE[part] for part in TABLE if part != "wall"}, r"wall\.lumen_mm is missing"),
+        (TABLE | {"wall": None}, "wall: needs parameters"),
+    ],
+)
+def test_a_table_needs_every_parameter(table, message):
+    with pytest.raises(CapsuleError, match=message):
+        phantom_from_table(table)
 
 
 def test_an_unknown_bench_is_answered_with_the_nearest():
@@ -69,10 +90,13 @@ def test_recordings_of_a_bench_say_which_it_is(tmp_path):
         run_command(*words, *options)
         return (tmp_path / name / "2mm/r01.csv").read_bytes()
 
-    usual, uneven = made("usual"), made("uneven", "--bench", "uneven-wall")
-    recording = read_recording(io.BytesIO(uneven), sensors=4)
+    uneven = ["--bench", "uneven-wall"]
+    usual, bumpy, louder = (
+        made("a"),
+        made("b", *uneven),
+        made("c", *uneven, "--set", "sensor.noise=0.1"),
+    )
+    recording = read_recording(io.BytesIO(bumpy), sensors=4)
     assert "bench uneven-wall, seed 1" in source_of(recording.header)
     assert b"bench" not in usual
-    assert uneven == made("again", "--bench", "uneven-wall")
-    louder = made("louder", "--bench", "uneven-wall", "--set", "sensor.noise=0.1")
-    assert louder not in (usual, uneven)
+    assert len({usual, bumpy, louder}) == 3

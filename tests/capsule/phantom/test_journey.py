@@ -35,9 +35,9 @@ def journey_over(nodules, length_mm=300.0, samples=9000, seed=1, **changes):
 def test_the_same_seed_gives_the_same_journey_however_it_is_asked_for(changes):
     changes = {name.replace(".", "__"): value for name, value in changes.items()}
     one, other = (journey_over([Nodule(50, 3)], **changes) for _ in range(2))
-    whole = one.advance(1000)
-    parts = [other.advance(samples) for samples in (1, 7, *[8] * 124)]
-    np.testing.assert_array_equal(whole.counts, np.hstack([part.counts for part in parts]))
+    _, whole = one.advance(1000)
+    parts = [other.advance(samples)[1] for samples in (1, 7, *[8] * 124)]
+    np.testing.assert_array_equal(whole, np.hstack(parts))
 
 
 def test_each_nodule_holds_the_capsule_for_itself():
@@ -47,7 +47,7 @@ def test_each_nodule_holds_the_capsule_for_itself():
             advance__stick_probability=0.0, contact__series_offset_mm=0.0,
             contact__height_offset_mm=0.0,
         )  # fmt: skip
-        head_mm = journey.advance(6000).head_mm
+        head_mm = journey.press(6000).head_mm
         return np.array([np.count_nonzero(np.abs(head_mm - at_mm) < 30) for at_mm in (60, 160)])
 
     free, first, both = waits([]), waits([Nodule(60, 5)]), waits([Nodule(60, 5), Nodule(160, 5)])
@@ -59,36 +59,36 @@ def test_each_nodule_holds_the_capsule_for_itself():
 
 def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     journey = journey_over([], sensor__noise=0.0, sensor__drift_per_s=0.0)
-    out = journey.advance(1200)
+    _, felt_out = journey.advance(1200)
     journey.fold()
-    closing = journey.advance(50)
-    back = journey.advance(800)
+    closing, _ = journey.advance(50)
+    back, felt_back = journey.advance(800)
     journey.unfold()
-    opening = journey.advance(50)
-    again = journey.advance(600)
+    opening = journey.press(50)
+    again = journey.press(600)
     assert closing.folded[-1] == 1
     assert opening.folded[-1] == 0
     assert back.head_mm[-1] - back.head_mm[0] == pytest.approx(-0.4 * 80, rel=0.3)
     assert opening.head_mm[-1] == pytest.approx(opening.head_mm[3], abs=1e-9)
     assert again.head_mm[-1] > again.head_mm[0] + 25
-    assert np.ptp(back.counts[:, 200:], axis=1).max() < 0.2 * np.ptp(out.counts, axis=1).min()
+    assert np.ptp(felt_back[:, 200:], axis=1).max() < 0.2 * np.ptp(felt_out, axis=1).min()
     np.testing.assert_allclose(np.diff(back.wave_mm), 2.5)
 
 
 def test_it_stays_at_the_start_of_the_gut_stops_at_its_end_and_stands_without_a_wave():
     journey = journey_over([], length_mm=40.0, folding__speed_mm_s=-0.8)
-    journey.advance(100)
+    journey.press(100)
     journey.fold()
-    assert journey.advance(600).head_mm[-1] == pytest.approx(0, abs=1e-9)
+    assert journey.press(600).head_mm[-1] == pytest.approx(0, abs=1e-9)
     journey.unfold()
     assert not journey.at_end
-    assert journey.advance(1500).head_mm[-1] == 40.0
+    assert journey.press(1500).head_mm[-1] == 40.0
     assert journey.at_end
-    before_mm = journey.advance(1).wave_mm[-1]
+    before_mm = journey.press(1).wave_mm[-1]
     journey.stop_wave()
     # At an even ramp of 0.25 s from 2.5 mm a sample.
-    assert journey.advance(10).wave_mm[-1] - before_mm == pytest.approx(2.5 * (1 + 2.5 / 2))
-    assert np.ptp(journey.advance(10).wave_mm) == 0
+    assert journey.press(10).wave_mm[-1] - before_mm == pytest.approx(2.5 * (1 + 2.5 / 2))
+    assert np.ptp(journey.press(10).wave_mm) == 0
 
 
 def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():

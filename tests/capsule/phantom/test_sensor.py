@@ -29,18 +29,6 @@ def test_low_pass_is_the_response_of_a_first_order_lag():
     np.testing.assert_array_equal(low_pass(step, 0.0, 10.0), step)
 
 
-@given(LOADS, st.integers(0, 2**32))
-def test_at_strength_0_each_is_absent(load, seed):
-    np.testing.assert_array_equal(release_peak(load, 0.0, 0.5, 10.0), np.zeros_like(load))
-    np.testing.assert_array_equal(crosstalk(load, 0.0), load)
-    numbers = np.random.default_rng(seed)
-    before = numbers.bit_generator.state
-    jumps = base_line_jumps(numbers, load.shape, 0.02, 0.0, 10.0, 10.0)
-    np.testing.assert_array_equal(jumps, np.zeros_like(load))
-    # It draws nothing, so that whatever is drawn later stays as it was.
-    assert numbers.bit_generator.state == before
-
-
 @given(LOADS, st.floats(0.1, 2.0))
 def test_play_keeps_within_half_its_width_and_does_not_depend_on_speed(load, width):
     held = play(load, width)

@@ -51,19 +51,21 @@ def test_same_seed_same_bytes_whatever_else_is_made(tmp_path):
     assert first != (tmp_path / "many/3mm/r02.csv").read_bytes()
 
 
-def test_a_file_says_that_it_is_simulated_and_reads_back():
+def test_a_file_says_that_it_is_simulated_and_of_which_archive_and_reads_back():
     run = simulate_run(PHANTOM, 2.0, 7, "2mm/r01")
-    content = format_recording(recording_of(run, PHANTOM, 7, "2mm/r01"))
-    recording = read_recording(io.BytesIO(content), sensors=4)
-    assert recording.header["source"] == "simulated phantom"
-    assert recording.header["simulator_seed"] == "7"
-    assert recording.header["site"] == "simulated-7/2mm/r01"
-    assert recording.header["setup"] == "simulated-7/2mm"
-    assert float(recording.header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
+    for seed, bench, archive in (
+        (7, None, "simulated-7"), (8, None, "simulated-8"), (7, "uneven-wall", "uneven-wall-7"),
+    ):  # fmt: skip
+        content = format_recording(recording_of(run, PHANTOM, seed, "2mm/r01", bench))
+        recording = read_recording(io.BytesIO(content), sensors=4)
+        header = recording.header
+        assert (header["source"], header["simulator_seed"]) == ("simulated phantom", str(seed))
+        assert (header["site"], header["setup"]) == (f"{archive}/2mm/r01", f"{archive}/2mm")
+        assert float(header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
+        np.testing.assert_array_equal(recording.values, run.counts)
+        np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
     healthy = recording_of(simulate_run(PHANTOM, 0, 7, "0mm/r01"), PHANTOM, 7, "0mm/r01")
     assert "nodule_at_mm" not in healthy.header
-    np.testing.assert_array_equal(recording.values, run.counts)
-    np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
 
 
 def test_the_sensors_meet_the_nodule_in_order_at_the_lag_of_the_pitch():
@@ -98,15 +100,6 @@ def test_passes_over_a_site_share_its_place_and_nothing_else():
     ]
     passes = [simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in planned]
     assert len({each.counts.tobytes() for each in passes}) == 3
-
-
-def test_archives_of_other_seeds_and_benches_share_no_place_and_no_set_up():
-    run = simulate_run(PHANTOM, 2.0, 1, "2mm/r01")
-    archives = ((1, None), (2, None), (1, "uneven-wall"))
-    headers = [recording_of(run, PHANTOM, seed, "2mm/r01", name).header for seed, name in archives]
-    for entry, of_place in (("site", "2mm/r01"), ("setup", "2mm")):
-        names = ("simulated-1", "simulated-2", "uneven-wall-1")
-        assert [header[entry] for header in headers] == [f"{name}/{of_place}" for name in names]
 
 
 def test_each_set_up_of_a_size_has_its_own_draw_of_the_height():

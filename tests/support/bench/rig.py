@@ -101,8 +101,8 @@ class Gut:
             folded = self._thread.folded
             self._journey.bend(folded)
             # Several samples at once take less time, but not while the origami moves.
-            stretch = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
-            self._ahead.extend(zip(stretch.counts.T.astype(float), stretch.head_mm, strict=True))
+            way, counts = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
+            self._ahead.extend(zip(counts.T.astype(float), way.head_mm, strict=True))
         return self._ahead.popleft()
 
 

@@ -1,6 +1,7 @@
 """The bench of a survey on boards: logger, peristalsis board and fold board, on a line each."""
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 
 import numpy as np
 
@@ -65,7 +66,6 @@ class BoardBench:
         self._read = 0
         # Samples that were not read yet.
         self._columns: list[tuple[float, ...] | None] = []
-        self._left = False
 
     @property
     def at_end(self) -> bool:
@@ -197,22 +197,16 @@ class BoardBench:
         AWAKE.pause_s()  # what came before does not count
 
     def leave(self) -> list[str]:
-        """Stop the wave, unfold the origami and close the ports; return warnings.
-
-        It can be called at any time, also more than once.
-        """
-        if self._left:
-            return []
-        self._left = True
+        """Stop the wave and unfold the origami, at any time; return warnings."""
         # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
         warnings = [self._drive.leave(), self._fold.leave_unfolded()]
         self._boards["logger"].send("pause")
-        for board in self._boards.values():
-            board.close()
         return [warning for warning in warnings if warning]
 
 
-def open_boards(ports: Mapping[str, str | None], baud: int, stop: StopRequest) -> dict[str, Board]:
+def open_boards(
+    ports: Mapping[str, str | None], baud: int, stop: StopRequest, at_end: ExitStack
+) -> dict[str, Board]:
     """Open all ports, and check which boards are behind them.
 
     Parameters
@@ -223,6 +217,8 @@ def open_boards(ports: Mapping[str, str | None], baud: int, stop: StopRequest) -
         Bits per second.
     stop : StopRequest
         Request to stop, by Ctrl-C.
+    at_end : ExitStack
+        Closes the boards.
 
     Returns
     -------
@@ -239,14 +235,10 @@ def open_boards(ports: Mapping[str, str | None], baud: int, stop: StopRequest) -
     boards: dict[str, Board] = {}
     named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
     taken = [name for name in named.values() if name is not None]
-    try:
-        for wanted, port in named.items():
-            found = connect(port, baud, wanted, taken, stop)
-            boards[wanted] = Board(*found, print, insists=wanted == "fold")
-        if stop.reason:
-            raise KeyboardInterrupt
-    except (AcquisitionError, KeyboardInterrupt):
-        for each in boards.values():
-            each.close()
-        raise
+    for wanted, port in named.items():
+        found = connect(port, baud, wanted, taken, stop)
+        boards[wanted] = Board(*found, print, insists=wanted == "fold")
+        at_end.callback(boards[wanted].close)
+    if stop.reason:
+        raise KeyboardInterrupt
     return boards

@@ -110,8 +110,8 @@ def _on_boards(
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports, wave = about["boards"] | given, Wave(**about["wave"])
-    boards = {} if resumed else open_boards(ports, options.baud, stop)
-    try:
+    with contextlib.ExitStack() as at_end:
+        boards = {} if resumed else open_boards(ports, options.baud, stop, at_end)
         if not resumed:
             about |= _known_with(boards, settings, wave, options.out.name)
         run = SurveyRun(options, about, settings, about["header"])
@@ -119,7 +119,7 @@ def _on_boards(
             if resumed:
                 run.repeat(*read_stored(options.out, settings["recording"], run.pilot.every))
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, options.baud, stop)
+                boards = boards or open_boards(ports, options.baud, stop, at_end)
                 bench = BoardBench(
                     boards,
                     wave,
@@ -130,9 +130,6 @@ def _on_boards(
                     index_mm=about[INDEX],
                 )
                 _lead(run, bench, stop, about["begun"])
-    finally:
-        for board in boards.values():
-            board.close()
     return run
 
 

@@ -26,39 +26,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     output, sizes = Path("raw"), [0, 1, 2, 3, 4, 5]
     add("--out", type=Path, default=output, metavar="FOLDER", help="the archive (default: raw)")
-    add(
-        "--seed",
-        type=int,
-        default=1,
-        metavar="N",
-        help="random seed; the same seed gives the same files (default: 1)",
-    )
-    add(
-        "--runs",
-        type=natural,
-        nargs="+",
-        default=[20],
-        metavar="N",
-        help="runs of each size: one number, or one for each (default: 20)",
-    )
-    add(
-        "--sizes",
-        type=number_within(0, 20, "mm"),
-        nargs="+",
-        default=sizes,
-        metavar="MM",
-        help="nodule diameters in mm; 0: no nodule (default: 0 1 2 3 4 5)",
-    )
+    seed = "random seed; the same seed gives the same files (default: 1)"
+    add("--seed", type=int, default=1, metavar="N", help=seed)
+    runs = "runs of each size: one number, or one for each (default: 20)"
+    add("--runs", type=natural, nargs="+", default=[20], metavar="N", help=runs)
+    diameters = "nodule diameters in mm; 0: no nodule (default: 0 1 2 3 4 5)"
+    millimetres = number_within(0, 20, "mm")
+    add("--sizes", type=millimetres, nargs="+", default=sizes, metavar="MM", help=diameters)
     add("--passes", type=natural, default=1, metavar="N", help="passes per nodule (default: 1)")
     several = "set-ups of each size, with a draw of the bench each: one number, or one for each"
-    add(
-        "--setups",
-        type=natural,
-        nargs="+",
-        default=[1],
-        metavar="N",
-        help=f"{several} (default: 1)",
-    )
+    several += " (default: 1)"
+    add("--setups", type=natural, nargs="+", default=[1], metavar="N", help=several)
     first = "first characters of the recordings' names (default: r)"
     add("--prefix", type=plain_text, default="r", metavar="TEXT", help=first)
     configured = "recording.sensors of config/config.yaml"

@@ -57,23 +57,10 @@ def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> P
 
 def add_phantom_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the phantom."""
-    parser.add_argument(
-        "--parameters",
-        type=Path,
-        default=DEFAULT_TABLE,
-        metavar="FILE",
-        help="table of the phantom's parameters (default: config/phantom.yaml)",
-    )
-    parser.add_argument(
-        "--bench",
-        metavar="NAME",
-        help="simulate the bench of config/benches/NAME.yaml (workflow/studies/benches.md)",
-    )
-    parser.add_argument(
-        "--set",
-        dest="changes",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="change a parameter, such as sensor.noise=0.01; may be repeated",
-    )
+    add = parser.add_argument
+    table = "table of the phantom's parameters (default: config/phantom.yaml)"
+    add("--parameters", type=Path, default=DEFAULT_TABLE, metavar="FILE", help=table)
+    bench = "simulate the bench of config/benches/NAME.yaml (workflow/studies/benches.md)"
+    add("--bench", metavar="NAME", help=bench)
+    change = "change a parameter, such as sensor.noise=0.01; may be repeated"
+    add("--set", dest="changes", action="append", default=[], metavar="NAME=VALUE", help=change)

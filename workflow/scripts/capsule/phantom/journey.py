@@ -140,8 +140,8 @@ def draw_chance(
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """Consecutive samples of a journey, before the sensors are read.
+class Stretch:
+    """Consecutive samples of a journey.
 
     Attributes
     ----------
@@ -162,19 +162,6 @@ class Pressed:
     folded: FloatArray
     head_mm: FloatArray
     compression_mm: FloatArray
-
-
-@dataclass(frozen=True)
-class Stretch(Pressed):
-    """Consecutive samples of a journey.
-
-    Attributes
-    ----------
-    counts
-        Readings of the converter, integers, shape (S, K).
-    """
-
-    counts: IntArray
 
 
 class Capsule:
@@ -247,7 +234,7 @@ class Capsule:
             self.unfold()
         self._bent = folded
 
-    def press(self, samples: int) -> Pressed:
+    def press(self, samples: int) -> Stretch:
         """Simulate the next samples: how the capsule moves, and how the walls press it.
 
         Parameters
@@ -266,7 +253,7 @@ class Capsule:
         wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
         pressed_mm = self._compression(head_mm, drive_s, folded, some)
         self._sample = some.stop
-        return Pressed(time_s, wave_mm, folded, head_mm, pressed_mm)
+        return Stretch(time_s, wave_mm, folded, head_mm, pressed_mm)
 
     def _compression(
         self, head_mm: FloatArray, drive_s: FloatArray, folded: FloatArray, some: slice
@@ -360,19 +347,13 @@ class Journey(Capsule):
             length_mm,
         )
 
-    def advance(self, samples: int) -> Stretch:
-        """Simulate the next samples.
-
-        Parameters
-        ----------
-        samples
-            Number of samples K, at most `samples_left`.
-        """
-        pressed = self.press(samples)
+    def advance(self, samples: int) -> tuple[Stretch, IntArray]:
+        """Return the next samples, and the readings of the converter: integers, shape (S, K)."""
+        stretch = self.press(samples)
         # A partly folded origami shows a part of its compression.
-        shown = 1 - pressed.folded * (1 - self._phantom.folding.signal_left)
-        ohms = self._sensors.resistance(pressed.compression_mm * shown)
-        return Stretch(**vars(pressed), counts=counts(self._phantom.electronics, ohms))
+        shown = 1 - stretch.folded * (1 - self._phantom.folding.signal_left)
+        ohms = self._sensors.resistance(stretch.compression_mm * shown)
+        return stretch, counts(self._phantom.electronics, ohms)
 
 
 def _draw_pass(

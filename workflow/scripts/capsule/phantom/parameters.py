@@ -73,18 +73,16 @@ def words_of(name: str) -> tuple[str, ...]:
 
 
 def parsed(change: str) -> tuple[str, float | str]:
-    """Return name and value of a change ``part.parameter=value``.
+    """Return name and value of a change ``part.parameter=value``, which `with_values` checks.
 
     Raises
     ------
     CapsuleError
-        If the name is unknown, or the value is not allowed.
+        If the name is unknown, or the value is no number.
     """
     name, _, text = change.partition("=")
     check_known(name)
-    value = text if words_of(name) else number_of(change)
-    check_value(name, value)
-    return name, value
+    return name, text if words_of(name) else number_of(change)
 
 
 def number_of(change: str) -> float:

@@ -76,18 +76,11 @@ class SimulatedBench:
             self._lease_s -= samples / self._rate_hz
             if self._lease_s < 0:
                 self._let_go()
-        stretch = self._journey.advance(samples)
+        stretch, counts = self._journey.advance(samples)
         self.head_mm.append(stretch.head_mm)
         fold = self._state(float(stretch.folded[0]), float(stretch.folded[-1]))
         self.origami = f"the origami is {fold}"
-        counts = stretch.counts.astype(np.float64)
-        return Readings(stretch.time_s, counts, stretch.wave_mm, fold)
-
-    def leave(self) -> list[str]:
-        """Stop the wave and unfold the origami; return no warnings."""
-        self._journey.stop_wave()
-        self._let_go()
-        return []
+        return Readings(stretch.time_s, counts.astype(np.float64), stretch.wave_mm, fold)
 
     def _let_go(self) -> None:
         self._folding = False
