@@ -1,102 +1,251 @@
-"""Ports are closed if no board identifies itself, and boards are rarely reopened."""
+"""Ports and the boards behind them: found, identified, closed, and opened again."""
 
 import contextlib
+import errno
 import itertools
 import os
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 import serial
 
-from capsule.bench import board, identification, recorder
+from capsule.bench import board, identification, line, recorder
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
-    LineLostError,
     NoAnswerError,
+    NoPermissionError,
     PortBusyError,
+    WrongBaudError,
+    WrongBoardError,
 )
 from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.line import Line
+from capsule.bench.line import Line, UsbPort
 from capsule.bench.protocol import Identity
 from capsule.bench.wave import Wave
+from support.bench.scripted import FakeLine, identity_of
 from support.marks import needs_terminals
 
 
-class LostLine:
-    """A line whose port disappears as soon as something is read or sent."""
+@pytest.mark.parametrize(
+    ("fault", "kind", "word"),
+    [
+        (serial.SerialException(errno.ENOENT, "could not open"), BoardNotFoundError, "no port"),
+        (serial.SerialException(errno.EACCES, "could not open"), NoPermissionError, "dialout"),
+        (serial.SerialException(errno.EBUSY, "could not open"), PortBusyError, "in use"),
+        (serial.SerialException(errno.EAGAIN, "not exclusively lock"), PortBusyError, "in use"),
+        (serial.SerialException("FileNotFoundError(2, ...)"), BoardNotFoundError, "no port"),
+        (serial.SerialException("something else"), AcquisitionError, "something else"),
+        (serial.SerialException("PermissionError(13, 'denied')"), PortBusyError, "in use"),
+    ],
+)
+def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
+    if "PermissionError" in str(fault):  # where only pyserial's text tells the kind of fault
+        monkeypatch.setattr(line.os, "name", "nt")
+    reason = line.explain_open_fault("COM5", fault)
+    assert type(reason) is kind
+    assert "COM5" in str(reason)
+    assert word in str(reason)
 
-    def __init__(self, port="lost", baud=0):
-        self.port, self.baud, self.closed = port, baud, False
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("adc_bits", None, "no adc_bits"),
+        ("adc_bits", "9999", "adc_bits=9999"),
+        ("rate_hz", "0", "rate_hz=0"),
+        ("channels", "four", "channels=four"),
+    ],
+)
+def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint):
+    talking = FakeLine("A")
+    talking.frames = [identity_of("logger", **{key: value})]
+    with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
+        next(identification.identify(talking, "logger"))
+
+
+MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
+
+
+def usb_port(device, ids=MEGA):
+    vid, pid = ids
+    return SimpleNamespace(device=device, vid=vid, pid=pid, product=None, description=f"a {device}")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Return a clock that advances as the program sleeps."""
+    now = SimpleNamespace(s=100.0)
+
+    def sleep(seconds):
+        now.s += seconds
+
+    for module in (identification, board):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now.s, sleep=sleep))
+    return now
+
+
+class Port(FakeLine):
+    """A port with a device that says something by itself, or answers questions."""
+
+    opened: ClassVar[dict[str, "Port"]] = {}
+    devices: ClassVar[dict[str, object]] = {}
+    clock: ClassVar[SimpleNamespace]
+
+    def __init__(self, port, baud):
+        super().__init__(port, baud)
+        self.says, self.opened_s, self.asked_s = self.devices[port], self.clock.s, []
+        if isinstance(self.says, AcquisitionError):
+            raise self.says
+        self.opened[port] = self
 
     def receive(self, timeout_s):
-        """Fail, as an unplugged port does."""
-        raise LineLostError("unplugged")
+        """Return an identity after the opening, or only to a question."""
+        if isinstance(self.says, bytes):
+            self.first_bytes, self.bytes_read = self.says, len(self.says)
+            return []
+        kind, at_once = self.says
+        self.frames = [identity_of(kind)] if at_once or self.asked_s else []
+        return super().receive(timeout_s)
 
-    def send(self, _):
-        """Fail, as an unplugged port does."""
-        raise LineLostError("unplugged")
+    def send(self, payload):
+        """Note when something was written."""
+        self.asked_s.append(self.clock.s - self.opened_s)
 
-    def close(self):
-        """Note that it was called."""
-        self.closed = True
-        return []
+
+@pytest.fixture
+def devices(monkeypatch, clock):
+    """Return a function that plugs in devices by port, and returns the ports as they are opened."""
+
+    def plug(*ports, **behind):
+        monkeypatch.setattr(identification.list_ports, "comports", lambda: ports)
+        for name, value in {"opened": {}, "devices": behind, "clock": clock}.items():
+            monkeypatch.setattr(Port, name, value, raising=False)
+        monkeypatch.setattr(identification, "Line", Port)
+        return Port.opened
+
+    return plug
+
+
+def find(skip=()):
+    return identification.connect(None, 115200, "logger", skip)
+
+
+def test_the_board_is_found_among_others_without_a_question(devices):
+    ports = [usb_port("C"), usb_port("B"), usb_port("A", ids=(None, None)), usb_port("D")]
+    opened = devices(*ports, B=("logger", True), C=("peristalsis", True))
+    found, _ = find(skip=["D"])
+    assert found.port == "B"
+    assert sorted(opened) == ["B", "C"]  # neither the built-in port nor the one to be left alone
+    assert not any(port.asked_s for port in opened.values())
+    assert opened["C"].closed
+
+
+def test_a_lab_pump_is_not_even_opened_and_the_user_is_told_what_to_name(devices):
+    opened = devices(usb_port("B"), usb_port("ttyUSB0", ids=CH340), B=("peristalsis", True))
+    with pytest.raises(BoardNotFoundError) as reason:
+        find()
+    assert list(opened) == ["B"]
+    assert "is the peristalsis board" in str(reason.value)
+    assert "not opened" in str(reason.value) and "--port" in str(reason.value)
+    assert "ttyUSB0 (a ttyUSB0, 1A86:7523)" in str(reason.value)
+
+
+def test_the_search_listens_for_three_seconds_before_it_asks(devices):
+    speaks = {"A": ("logger", False), "B": b"temperature: 21.5 degrees\r\n"}
+    opened = devices(usb_port("A"), usb_port("B"), **speaks)
+    found, _ = find()
+    assert found.port == "A"
+    assert opened["A"].asked_s[0] >= 3.0
+    # What sends other text than frames is no board of this bench.
+    assert opened["B"].asked_s == []
+
+
+# Kills: a wrong baud rate that is told as a port at which nothing answers.
+def test_bytes_without_frames_are_a_wrong_baud_rate(devices):
+    devices(A=bytes(range(128, 256)))
+    with pytest.raises(WrongBaudError, match=r"wrong baud rate \(--baud is 57600, .* 115200"):
+        identification.connect("A", 57600, "logger")
+
+
+def test_two_boards_are_not_guessed_between(devices):
+    ports = usb_port("A"), usb_port("B")
+    opened = devices(*ports, A=("logger", True), B=("logger", True))
+    with pytest.raises(
+        BoardNotFoundError, match=r"found 2 boards of the kind logger: A, B; .*--port"
+    ):
+        find()
+    assert all(port.closed for port in opened.values())
+
+
+def test_no_board_says_what_each_port_answered(devices):
+    devices(usb_port("A"), usb_port("B"), A=b"", B=PortBusyError("B is in use"))
+    with pytest.raises(BoardNotFoundError) as reason:
+        find()
+    assert "nothing answers at A" in str(reason.value)
+    assert "B is in use" in str(reason.value)
+    devices()
+    with pytest.raises(BoardNotFoundError, match="plug it in"):
+        find()
+
+
+def plugged(device, serial_number, location=None):
+    return SimpleNamespace(
+        device=device, vid=0x2341, pid=0x42, serial_number=serial_number, location=location
+    )
+
+
+# Kills: a board known by its name alone; clones mixed up, which share a number or have none.
+@pytest.mark.parametrize("number", ["85", None, "1"], ids=["its own", "none", "the same"])
+def test_a_board_is_known_again_under_another_name(number):
+    first = plugged("ttyACM0", number, "1-1.2")
+    second = plugged("ttyACM1", "17" if number == "85" else number, "1-1.3")
+    port = UsbPort("ttyACM0", [first, second])
+    assert port.current_name([first, second]) == "ttyACM0"
+    assert port.current_name([second]) == "ttyACM0"  # not there: wait for it
+    # The number tells it again, or the socket that it is plugged into.
+    assert port.current_name([plugged("ttyACM2", number, "1-1.2"), second]) == "ttyACM2"
+    # Where the system does not tell the socket, the name is all that there is.
+    first, second = plugged("ttyACM0", None), plugged("ttyACM1", None)
+    assert UsbPort("ttyACM0", [first, second]).current_name([first, second]) == "ttyACM0"
+    assert UsbPort("socket://there:1", [first]).current_name([first]) == "socket://there:1"
 
 
 def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeypatch):
-    line = LostLine()
-    monkeypatch.setattr(identification, "Line", lambda *_: line)
+    lost = FakeLine("lost", lost=True)
+    monkeypatch.setattr(identification, "Line", lambda *_: lost)
     with pytest.raises(NoAnswerError, match="the board at lost was disconnected before it"):
         identification.connect("lost", 115200, "logger")
-    assert line.closed
+    assert lost.closed
 
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch):
-    line = LostLine()
-    monkeypatch.setattr(
-        recorder, "connect", lambda *_: (line, Identity("peristalsis", {"wavelength_mm": "80"}))
-    )
+    lost = FakeLine("lost", lost=True)
+    known = Identity("peristalsis", {"wavelength_mm": "80"})
+    monkeypatch.setattr(recorder, "connect", lambda *_: (lost, known))
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
         recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"), FrameLog(Path(os.devnull)))
-    assert line.closed
+    assert lost.closed
 
 
-def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(monkeypatch):
-    now, opened_s = [100.0], []
+def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(monkeypatch, clock):
+    opened_s = []
 
-    class SilentLine(LostLine):
-        """A line at which nothing answers."""
+    def silent(port, baud):
+        opened_s.append(clock.s)
+        return FakeLine(port, baud)
 
-        bytes_read = 0
-
-        def __init__(self, port, baud):
-            super().__init__(port, baud)
-            opened_s.append(now[0])
-
-        def receive(self, timeout_s):
-            """Let time pass."""
-            now[0] += timeout_s
-            return []
-
-        def send(self, _):
-            """Take a question."""
-
-    def sleep(seconds):
-        now[0] += seconds
-
-    clock = SimpleNamespace(monotonic=lambda: now[0], sleep=sleep)
-    monkeypatch.setattr(identification, "time", clock)
-    monkeypatch.setattr(board, "time", clock)
-    monkeypatch.setattr(board, "Line", SilentLine)
-    waiting = Board(LostLine("A"), Identity("fold", {}), lambda text: None)
+    monkeypatch.setattr(board, "Line", silent)
+    waiting = Board(FakeLine("A"), Identity("fold", {}), lambda text: None)
     waiting.close()
-    while now[0] < 160:
-        before_s = now[0]
+    while clock.s < 160:
+        before_s = clock.s
         with contextlib.suppress(NoAnswerError):
             assert waiting.come_back(0.05) is None
-        assert now[0] - before_s < 0.1  # no step takes long: display and Ctrl-C go on
+        assert clock.s - before_s < 0.1  # no step takes long: display and Ctrl-C go on
     gaps_s = [after - before for before, after in itertools.pairwise(opened_s)]
     assert len(gaps_s) >= 3
     assert min(gaps_s) >= 10

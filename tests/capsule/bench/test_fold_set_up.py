@@ -6,11 +6,10 @@ import pytest
 
 from capsule.bench import fold
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.line import Arrival
-from capsule.bench.protocol import Acknowledgement, Identity, Refusal
+from capsule.bench.protocol import Identity
+from support.bench.scripted import FakeLine
 
-DONE = Acknowledgement("setup", "unfolded")
-DISAGREES = Refusal("setup", "the switch unfolded alone must be closed")
+DONE, DISAGREES = "A,setup,unfolded", "E,setup,the switch unfolded alone must be closed"
 
 
 @pytest.mark.parametrize(
@@ -28,9 +27,8 @@ DISAGREES = Refusal("setup", "the switch unfolded alone must be closed")
 def test_a_person_who_has_looked_sets_a_new_board_up(
     monkeypatch, capsys, typed, answer, known, on_terminal, told, said
 ):
-    sent = []
-    line = SimpleNamespace(port="/dev/board", baud=0, send=sent.append, close=lambda: [])
-    line.receive = lambda timeout_s=0.05: [Arrival(answer, 0.0)]
+    line = FakeLine()
+    line.frames = [answer]
     identity = Identity("fold", {"setup": known})
     monkeypatch.setattr(fold, "connect", lambda *_: (line, identity))
     monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: on_terminal))
@@ -39,4 +37,4 @@ def test_a_person_who_has_looked_sets_a_new_board_up(
         output = capsys.readouterr().out
     except AcquisitionError as reason:
         output = str(reason)
-    assert (sent, said in output) == (told, True)
+    assert (line.sent, said in output) == (told, True)

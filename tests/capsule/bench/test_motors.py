@@ -18,8 +18,7 @@ from capsule.bench.bench_errors import (
 )
 from capsule.bench.board import Board
 from capsule.bench.fold import FoldBoard
-from capsule.bench.line import Arrival
-from capsule.bench.protocol import FrameParser, Identity, encode
+from capsule.bench.protocol import Identity
 from capsule.bench.survey_bench import BoardBench
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_config_file
@@ -28,7 +27,7 @@ from capsule.survey.cycle import Cycle
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import FOLDED, FOLDING, Readings
 from capsule.survey.way_back import Leg
-from support.bench.scripted import ENTRIES
+from support.bench.scripted import ENTRIES, FakeLine
 
 
 def log_to(told):
@@ -41,41 +40,20 @@ DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 WAVE = Wave(25.0, 25.0, "forward")
 
 
-class Line:
-    """A line whose board obeys everything at once, and sends the frames of a test.
-
-    Attributes
-    ----------
-    frames : list of str
-        Frames to be received.
-    sent : list of str
-        Commands to the board.
-    renewed : threading.Event
-        Set when the board is asked for the position of the wave.
-    """
-
-    port, baud = "/dev/board", 0
+class Line(FakeLine):
+    """A line whose board obeys everything at once."""
 
     def __init__(self):
-        self.frames, self.sent, self.sent_s = [], [], -100.0
+        super().__init__()
         self.renewed = threading.Event()
-
-    def receive(self, timeout_s=0.0):
-        """Return what the board has sent."""
-        received, self.frames = b"".join(map(encode, self.frames)), []
-        return [Arrival(event, 0.0) for event in FrameParser().feed(received)]
 
     def send(self, payload):
         """Take a command, and confirm it."""
-        self.sent.append(payload)
+        super().send(payload)
         if payload == "position":
             self.renewed.set()
         else:
             self.frames.append(f"A,{payload}")
-
-    def close(self):
-        """Close the line."""
-        return []
 
 
 @pytest.fixture

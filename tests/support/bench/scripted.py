@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from capsule.bench import board, clock, logger, recorder
+from capsule.bench.bench_errors import LineLostError
 from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import Arrival
@@ -32,10 +33,52 @@ def sample_frame(number: int, device_ms: int | None = None, sequence: int | None
     return encode(f"D,{sequence},{device_ms},{number % 1024},2,3,4,0")
 
 
+def identity_of(device: str, **changes: object) -> str:
+    """Return the payload with a board's identity; None leaves an entry out."""
+    entries = {key: value for key, value in (ENTRIES | changes).items() if value is not None}
+    return ",".join(["I", device, *(f"{key}={value}" for key, value in entries.items())])
+
+
 def identity_frame(**changes: object) -> bytes:
     """Return the frame with a logger's identity."""
-    entries = ENTRIES | {key: str(value) for key, value in changes.items()}
-    return encode("I,logger," + ",".join(f"{key}={value}" for key, value in entries.items()))
+    return encode(identity_of("logger", **changes))
+
+
+class FakeLine:
+    """A line that keeps what is sent, and receives the frames that a test puts there.
+
+    If it is `lost`, its port has disappeared.
+    """
+
+    def __init__(self, port: str = "/dev/board", baud: int = 0, *, lost: bool = False) -> None:
+        self.port, self.baud, self.lost = port, baud, lost
+        self.frames: list[str] = []
+        self.sent: list[str] = []
+        self.sent_s = -100.0
+        self.bytes_read, self.first_bytes, self.closed = 0, b"", False
+
+    def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
+        """Return the events in the frames."""
+        del timeout_s
+        if self.lost:
+            raise LineLostError("unplugged")
+        received, self.frames = b"".join(map(encode, self.frames)), []
+        self.bytes_read += len(received)
+        return [Arrival(event, 0.0) for event in FrameParser().feed(received)]
+
+    def send(self, payload: str) -> None:
+        """Keep a command."""
+        if self.lost:
+            raise LineLostError("unplugged")
+        self.sent.append(payload)
+
+    def put_back(self, arrivals: list[Arrival]) -> None:
+        """Take what came beside an identity."""
+
+    def close(self) -> list:
+        """Note that it was closed."""
+        self.closed = True
+        return []
 
 
 class ScriptedBench:

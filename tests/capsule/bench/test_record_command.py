@@ -1,0 +1,76 @@
+"""The command line of capsule record, and the exit statuses of its faults."""
+
+import contextlib
+import io
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.bench import (
+    bench_errors,
+    record_command,
+    survey_command,
+)
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+)
+from capsule.bench.record_command import options_of
+from capsule.commands import cli
+from capsule.errors import WrongOptionError
+from capsule.recordings.names import Entry, classify, size_mm
+
+
+def test_every_fault_has_a_status_of_its_own():
+    page = (Path(__file__).parents[3] / "docs/command.md").read_text(encoding="utf-8")
+    # What goes wrong on the way back can happen to a survey alone.
+    of_surveys = {bench_errors.CannotArriveError, bench_errors.SurveyFaultError}
+    kinds = AcquisitionError.__subclasses__()
+    statuses = [kind.status for kind in kinds]
+    assert len(set(statuses)) == len(kinds) >= 9
+    assert not {0, 1, 2} & set(statuses)
+    for kind in kinds:
+        command = survey_command if kind in of_surveys else record_command
+        assert f" {kind.status} " in command.EXAMPLES
+        assert f"\n| {kind.status} | " in page
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("--name r01", "exactly one of --size MM, --unlabelled and --recover"),
+        ("--size 3 --unlabelled", "exactly one of --size MM, --unlabelled and --recover"),
+        ("--size three", "not a size in mm"),
+        ("--size 3 --duration 0", "not a number above 0"),
+        ("--size 3 --name r01.csv", "leave out .csv"),
+        ("--size 3 --name=--", "argument --name: '--' is not a value"),
+        ("--size 3 --site \udcff", "printable characters (UTF-8)"),
+        ("--size 3 --session \x1b[2J", "printable characters (UTF-8)"),
+        ("--size 3 --setup " + "x" * 101, "1 to 100"),
+        ("--size 3 --site=", "1 to 100"),
+        ("--size 3 --site=\N{IDEOGRAPHIC SPACE}", "1 to 100"),
+        ("--unlabelled --stream-in a'b", "not allowed as a stream's name"),
+        ("--unlabelled --stream-in a --port /dev/x", "give one of the two"),
+        ("--unlabelled --stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
+        ("--unlabelled --stream-in a --stream-out a", "both name 'a'"),
+    ],
+)
+def test_wrong_options_are_explained(words, complaint, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["record", *words.split(" ")])
+    assert ended.value.code == 2
+    assert complaint in capsys.readouterr().err
+
+
+@given(st.decimals(0, 99, places=3), st.from_regex(r"[A-Za-z0-9_.+-]{1,12}", fullmatch=True))
+def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
+    words = ["--size", f"{size:f}", f"--name={name}"]
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            chosen = options_of(words)
+    except (SystemExit, WrongOptionError):
+        return
+    entry = f"{chosen.size}/{chosen.name}"
+    assert classify([Entry(f"{entry}.csv")]).recordings == (entry,)
+    assert size_mm(entry) == float(size)
