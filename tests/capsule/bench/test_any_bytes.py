@@ -2,7 +2,6 @@
 
 import itertools
 import tempfile
-import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -93,18 +92,3 @@ def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monk
         kept = bench.numbers()
         # A stranger may look exactly like the next sample, and then takes its place.
         assert len(set(range(100)) - set(kept)) <= len(strangers)
-
-
-def test_memory_is_bounded_whatever_comes(tmp_path, monkeypatch):
-    monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
-    bench = ScriptedBench(tmp_path, monkeypatch, patience_s=1e9)
-    monkeypatch.setattr(bench.log, "damaged", lambda piece: None)
-    jumps = [sample_frame(5, (7919 * n) % 2**32, (104729 * n) % 2**32) for n in range(200)]
-    noise = b"\xff$D,1" * 300
-    script = [(n / 10, sample_frame(n)) for n in range(20)]
-    script += [(2 + n / 10, frame + noise) for n, frame in enumerate(jumps)]
-    tracemalloc.start()
-    bench.run(script)
-    _, most = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert most < 20e6

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -84,34 +85,28 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     assert signal.getsignal(signal.SIGINT) is former
 
 
-def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
+def test_each_demo_plays_another_run_beside_those_before(tmp_path):
     folder = tmp_path / "demo"
-    demo_command.demo(chosen(folder, size=0.0))
+    demo_command.prepare(folder, PHANTOM, 4)
     before = {path: path.stat().st_mtime_ns for path in folder.glob("raw/*mm/*.csv")}
     assert len(before) == sum(demo_command.LABELLED.values())
     assert all("simulated" in read(path).header["source"] for path in before)
-    demo_command.demo(chosen(folder, size=0.0))
+    for name in ("raw/unlabelled/simulated-2.csv", "played/unlabelled/simulated-3.csv.part"):
+        (folder / name).parent.mkdir(parents=True)
+        (folder / name).touch()
+    demo_command.prepare(folder, PHANTOM, 4)
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    first, second = sorted((folder / "raw/unlabelled").iterdir())
-    assert (first.name, second.name) == ("simulated-2.csv", "simulated-3.csv")
-    assert first.read_bytes() != second.read_bytes()
-    (folder / "played/unlabelled/simulated-4.csv.part").touch()
-    assert demo_command.next_seed(folder) == 5
+    assert demo_command.next_seed(folder) == 4
 
 
-@pytest.mark.parametrize("content", ["raw", "file"])
-def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, content):
-    folder = tmp_path / "mine"
-    if content == "raw":
-        (folder / "raw").mkdir(parents=True)
-    else:
-        folder.write_text("notes")
+@pytest.mark.parametrize("make", [lambda path: (path / "raw").mkdir(parents=True), Path.touch])
+def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, make):
+    make(tmp_path / "mine")
+    before = list(tmp_path.rglob("*"))
     with pytest.raises(CapsuleError, match=r"mine exists and was not made by a demo; .* --out"):
-        demo_command.demo(chosen(folder))
+        demo_command.demo(chosen(tmp_path / "mine"))
     assert not workflow
-    assert [path.name for path in tmp_path.rglob("*")] == (
-        ["mine", "raw"] if content == "raw" else ["mine"]
-    )
+    assert list(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])

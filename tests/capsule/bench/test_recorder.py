@@ -171,6 +171,13 @@ def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
     assert "rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300" in told
 
 
+def test_a_board_that_does_not_come_back_ends_by_patience(bench, monkeypatch):
+    plug_in_later(bench, monkeypatch, *(40 * [OTHER]))
+    with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
+        bench.run([*samples(0, 30), (3.0, LineLostError())])
+    assert bench.numbers() == list(range(30))
+
+
 def test_another_board_behind_the_same_line_is_refused(bench):
     strangers = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
     script = [*samples(0, 30), (3.0, identity_frame(**OTHER)), *strangers]
