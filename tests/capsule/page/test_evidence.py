@@ -107,13 +107,13 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         # The template of no nodule is not drawn.
         ({"rmse_0mm": 0.1, "rmse_2.5mm": 0.3, "rmse_3mm": 0.2}, 3.0),
         ({"rmse_0mm": 0.1, "rmse_2.5mm": 0.3, "rmse_3mm": UNKNOWN}, 2.5),
-        ({"rmse_0mm": 0.1, "rmse_3mm": UNKNOWN}, UNKNOWN),
+        ({"rmse_0mm": 0.1, "rmse_3mm": UNKNOWN}, None),
     ],
 )
 def test_the_nearest_template_is_that_of_the_shortest_distance(distances, nearest):
     verdicts = [{"detector": "diagonal"}, {"detector": "template", **distances}]
-    np.testing.assert_equal(nearest_nodule_mm(verdicts), nearest)
-    assert np.isnan(nearest_nodule_mm([{"detector": "diagonal", **distances}]))
+    assert nearest_nodule_mm(verdicts) == nearest
+    assert nearest_nodule_mm([{"detector": "diagonal", **distances}]) is None
 
 
 def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():

@@ -49,6 +49,9 @@ def test_every_accepted_recording_is_listed_and_carried(small):
     assert data["sizes"] == [0.0, 2.0, 3.0]
     assert [each["name"] for each in data["detectors"]] == ["template"]
     assert [row["predicted_mm"] for row in small["recordings"]] == [0.0, 3.0, None]
+    # Kills: nodules of 2 mm that are counted as small ones, too, and an interval upside down.
+    assert [each["what"] for each in small["first"]["counts"]] == ["large", "alarms"]
+    assert small["missed"].low <= small["missed"].value < small["missed"].high
 
 
 def test_the_template_says_what_the_values_say(small):

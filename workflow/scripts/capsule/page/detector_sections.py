@@ -49,6 +49,7 @@ def page_values(tables: Tables) -> Cells:
         "threshold": set_specificity(tables, scheme),
         "rates_hold": table_note(tables),
         "figure_series": words.enumerate_words([*drawn, "the paper"]),
+        "methods": _methods(tables, ours),
     }
 
 
@@ -120,7 +121,7 @@ def _rates_by_size(
     return table
 
 
-def methods_values(rates: Rates, ours: Answers) -> Cells:
+def _methods(rates: Rates, ours: Answers) -> Cells:
     """Return what workflow/report/sections/methods.html.j2 says in lists of words."""
     scheme, names = rates.schemes[0], rates.settings["detectors"]
     rows = rates.evaluation.predictions

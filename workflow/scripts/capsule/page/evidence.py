@@ -6,14 +6,11 @@ What neither its fit nor another recording changes is made by jobs of its own
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from capsule import words
 from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.detectors.unlike import unlike
 from capsule.evaluation.columns import distance_columns
 from capsule.kinds import Cells, Row
-from capsule.method.nearest_template import nearest_size
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
 from capsule.page.packing import deflated, rounded, to_json
@@ -59,17 +56,19 @@ def archive_evidence(
         yield name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
 
 
-def nearest_nodule_mm(verdicts: Sequence[Row]) -> float:
+def nearest_nodule_mm(verdicts: Sequence[Row]) -> float | None:
     """Return the size in mm of the nodule's template at the shortest distance from a recording.
 
-    NaN if no detector measures distances to templates, or if none is known.
+    None if no detector measures distances to templates, or if none is known.
     """
-    for row in verdicts:
-        if "template" in detector_row(row["detector"]).drawn:
-            sizes_mm = {name: size for name, size in distance_columns(row).items() if size > 0}
-            distances = np.array([row[name] for name in sizes_mm], dtype=np.float64)
-            return nearest_size(distances, list(sizes_mm.values()))
-    return float("nan")
+    known = {
+        size_mm: row[name]
+        for row in verdicts
+        if "template" in detector_row(row["detector"]).drawn
+        for name, size_mm in distance_columns(row).items()
+        if size_mm > 0 and words.is_known(row[name])
+    }
+    return min(known, key=lambda size_mm: known[size_mm], default=None)
 
 
 def evidence_among_others(

@@ -45,7 +45,6 @@ def page_values(tables: Tables) -> Cells:
         **compared,
         **comparison.bench_values(tables.benches, [lead, *evaluation.detectors()]),
         "more": more_recordings(tables, tables.learning, lead),
-        "methods": detector_sections.methods_values(tables, ours),
         "settings": settings,
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
