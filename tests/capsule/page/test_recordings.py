@@ -1,12 +1,11 @@
 """The table of all recordings: every verdict related to the truth, every rejection with reason."""
 
-import numpy as np
 import pandas as pd
 import pytest
 
 from capsule.detectors.familiar import Familiarity
 from capsule.page import recordings
-from capsule.page.recordings import MAX_MARKS, page_data, score_marks
+from capsule.page.recordings import MAX_MARKS, score_marks
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of
 
 
@@ -30,7 +29,7 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
 
 def test_rows_hold_the_verdict_and_the_reason_of_the_rejected():
     evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
-    verdicts = recordings.verdicts_of(evaluation.predictions, DETECTIONS, ["leave_one_out"])
+    verdicts = recordings.verdicts_of(evaluation.predictions, DETECTIONS)
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
@@ -69,36 +68,20 @@ def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_p
         ]
     )
     detections = pd.DataFrame([{"recording": "u", "detector": "diagonal", "predicted_mm": 4.0}])
-    found = recordings.verdicts_of(predictions, detections, schemes)
+    first = recordings.first_verdicts(predictions, schemes)
+    found = recordings.verdicts_of(first, detections)
     said = {name: [row["predicted_mm"] for row in rows] for name, rows in found.items()}
     assert said == {"h": [1.0], "t": [2.0], "u": [4.0]}
     assert found["u"][0]["scheme"] == "all"
 
 
-def test_the_scores_of_a_detector_are_those_of_labelled_recordings():
-    accepted = [
-        {"recording": name, "size_mm": size}
-        for name, size in (("0mm/a", 0.0), ("2mm/a", 2.0), ("2mm/b", 2.0), ("unlabelled/a", None))
-    ]
-    scores = dict(zip("abcd", (3.0, -2.0, UNKNOWN, 9.0), strict=True))
-    verdicts = {
-        row["recording"]: [{"detector": "template", "score": score}]
-        for row, score in zip(accepted, scores.values(), strict=True)
-    }
-    data = page_data(accepted, verdicts, ["template", "taught"], [0.0, 2.0], ["held_out"])
-    template, taught = data["detectors"]
-    assert [(m["size_mm"], m["scores"]) for m in template["scores"]] == [
-        (0.0, [3.0]),
-        (2.0, [-2.0]),
-    ]
-    assert taught["scores"] == [] and data["schemes"] == ["held_out"]
-    assert data["recordings"] == ["0mm/a", "2mm/a", "2mm/b", "unlabelled/a"]
-
-
 @pytest.mark.parametrize("count", [1, 2, MAX_MARKS, MAX_MARKS + 1, 5 * MAX_MARKS])
 def test_of_many_scores_those_of_even_ranks_are_marked(count):
-    (marks,) = score_marks(np.zeros(count), np.arange(count, 0.0, -1.0))
-    assert marks["of"] == count
+    scores = [*range(count, 0, -1), UNKNOWN, -7.0]
+    size_mm = [2.0] * count + [2.0, 0.0]
+    healthy, marks = score_marks(pd.DataFrame({"size_mm": size_mm, "score": scores}))
+    assert healthy == {"size_mm": 0.0, "of": 1, "scores": [-7.0]}
+    assert (marks["size_mm"], marks["of"]) == (2.0, count)
     assert len(marks["scores"]) == min(count, MAX_MARKS)
     assert marks["scores"] == sorted(set(marks["scores"]))
     assert (marks["scores"][0], marks["scores"][-1]) == (1.0, float(count))

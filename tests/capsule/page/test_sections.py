@@ -48,6 +48,8 @@ def test_every_accepted_recording_is_listed_and_carried(small):
     data = json.loads(small["data"])
     assert data["sizes"] == [0.0, 2.0, 3.0]
     assert [each["name"] for each in data["detectors"]] == ["template"]
+    assert [each["scores"] for each in data["detectors"][0]["scores"]] == [[0.0], [3.0]]
+    assert (data["schemes"], data["recordings"]) == (["leave_one_out"], ["0mm/a", "2mm/a"])
     assert [row["predicted_mm"] for row in small["recordings"]] == [0.0, 3.0, None]
     # Kills: nodules of 2 mm that are counted as small ones, too, and an interval upside down.
     assert [each["what"] for each in small["first"]["counts"]] == ["large", "alarms"]

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from capsule import words
-from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.detectors.unlike import unlike
 from capsule.evaluation.archive_rates import ALL
@@ -29,15 +28,17 @@ MAX_MARKS = 200
 Verdicts = Mapping[str, Sequence[Row]]
 
 
-def verdicts_of(
-    predictions: pd.DataFrame, detections: pd.DataFrame, schemes: Sequence[str]
-) -> dict[str, list[Cells]]:
-    """Return the verdicts on each recording by the first scheme that judged it.
+def first_verdicts(predictions: pd.DataFrame, schemes: Sequence[str]) -> pd.DataFrame:
+    """Return the verdicts on each labelled recording by the first scheme that judged it.
 
-    A held-out recording has no verdict by another scheme; unlabelled ones have the scheme `ALL`.
+    A held-out recording has no verdict by another scheme.
     """
     rank = predictions["scheme"].map({name: place for place, name in enumerate(schemes)})
-    first = predictions[rank == rank.groupby(predictions["recording"]).transform("min")]
+    return predictions[rank == rank.groupby(predictions["recording"]).transform("min")]
+
+
+def verdicts_of(first: pd.DataFrame, detections: pd.DataFrame) -> dict[str, list[Cells]]:
+    """Return the verdicts on each recording; those on unlabelled ones have the scheme `ALL`."""
     verdicts: dict[str, list[Cells]] = {}
     for table in (first, detections.assign(scheme=ALL)):
         for row in table.to_dict("records"):
@@ -45,17 +46,13 @@ def verdicts_of(
     return verdicts
 
 
-def page_values(tables: Tables, verdicts: Verdicts, compared: Sequence[str]) -> Cells:
-    """Return the page's values that list the recordings, with the leading detector's verdicts.
-
-    `compared` are the schemes by which the page compares the detectors.
-    """
+def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cells:
+    """Return the page's values that list the recordings, with the leading detector's verdicts."""
     lead, tolerance_mm = tables.lead.detector, tables.settings["evaluation"]["tolerance_mm"]
     quality = quality_cells(tables.described)
     rows = recording_rows(tables.index, verdicts, lead, tolerance_mm, quality)
-    detectors = list(dict.fromkeys([lead, *tables.evaluation.detectors()]))
-    accepted = [row for row in rows if row["accepted"]]
     present = {row["outcome"] for row in rows}
+    detectors = map(detector_row, dict.fromkeys([lead, *tables.evaluation.detectors()]))
     return {
         "recordings": rows,
         "rows_listed": len(rows) if len(rows) <= MAX_ROWS else FIRST_ROWS,
@@ -63,7 +60,20 @@ def page_values(tables: Tables, verdicts: Verdicts, compared: Sequence[str]) -> 
         "outcomes": [name for name in OUTCOMES if name in present],
         "tolerance": f"{tolerance_mm:g} mm",
         "measures": [(measure.title, "number") for measure in MEASURES.values()],
-        "data": page_data(accepted, verdicts, detectors, tables.evaluation.sizes_mm(), compared),
+        # For the page's scripts.
+        "data": {
+            "sizes": tables.evaluation.sizes_mm(),
+            "detectors": [
+                {
+                    "name": row.name,
+                    "drawn": row.drawn,
+                    "needs": row.needs,
+                    "scores": score_marks(first[first["detector"] == row.name]),
+                }
+                for row in detectors
+            ],
+            "recordings": [row["recording"] for row in rows if row["accepted"]],
+        },
     }
 
 
@@ -142,45 +152,15 @@ def _why_not(row: Row, verdict: Row) -> list[str]:
     return [*filter(None, [silent, unlike(verdict), reason])]
 
 
-def page_data(
-    accepted: Sequence[Row],
-    verdicts: Verdicts,
-    detectors: Sequence[str],
-    sizes_mm: Sequence[float],
-    compared: Sequence[str],
-) -> Cells:
-    """Return the data on all accepted recordings for the page's scripts."""
-    scores: dict[str, list[tuple[float, float]]] = {name: [] for name in detectors}
-    for row in accepted:
-        for each in verdicts.get(row["recording"], []) if row["size_mm"] is not None else []:
-            score = seven_digits(each["score"])
-            if score is not None and each["detector"] in scores:
-                scores[each["detector"]].append((row["size_mm"], score))
-    return {
-        "sizes": list(sizes_mm),
-        "detectors": [
-            {
-                "name": row.name,
-                "drawn": row.drawn,
-                "needs": row.needs,
-                "scores": score_marks(*np.array(scores[row.name]).reshape(-1, 2).T),
-            }
-            for row in map(detector_row, detectors)
-        ],
-        "schemes": list(compared),
-        "recordings": [row["recording"] for row in accepted],
-    }
-
-
-def score_marks(true_mm: FloatArray, scores: FloatArray) -> list[Cells]:
+def score_marks(verdicts: pd.DataFrame) -> list[Cells]:
     """Return the scores of the labelled recordings, one row per size, at most `MAX_MARKS` each.
 
     Of more, those of evenly spaced ranks are kept.
     """
     marks = []
-    for size_mm in np.unique(true_mm):
-        ranked = np.sort(scores[true_mm == size_mm])
-        ranks = np.linspace(0, len(ranked) - 1, min(len(ranked), MAX_MARKS))
-        kept = rounded(ranked[np.rint(ranks).astype(int)])
-        marks.append({"size_mm": float(size_mm), "of": len(ranked), "scores": kept})
+    known = verdicts[np.isfinite(verdicts["score"].astype(float))].sort_values("score")
+    for size_mm, scores in known.groupby("size_mm")["score"]:
+        ranks = np.linspace(0, len(scores) - 1, min(len(scores), MAX_MARKS))
+        kept = rounded(scores.iloc[np.rint(ranks).astype(int)])
+        marks.append({"size_mm": float(size_mm), "of": len(scores), "scores": kept})
     return marks

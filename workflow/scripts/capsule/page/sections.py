@@ -22,10 +22,11 @@ def page_values(tables: Tables) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow."""
     settings, evaluation, index = tables.settings, tables.evaluation, tables.index
     judged, lead, schemes = settings["evaluation"], tables.lead.detector, tables.schemes
-    verdicts = recordings.verdicts_of(evaluation.predictions, tables.detections, schemes)
+    first = recordings.first_verdicts(evaluation.predictions, schemes)
+    verdicts = recordings.verdicts_of(first, tables.detections)
     compared = comparison.page_values(evaluation.tables, schemes, settings, lead)
-    shown_schemes = [each["scheme"] for each in compared["compared"]]
-    listed = recordings.page_values(tables, verdicts, shown_schemes)
+    listed = recordings.page_values(tables, first, verdicts)
+    data = listed["data"] | {"schemes": [each["scheme"] for each in compared["compared"]]}
     rows = listed["recordings"]
     accepted = [row for row in rows if row["accepted"]]
     of_detectors = detector_sections.page_values(tables)
@@ -54,7 +55,7 @@ def page_values(tables: Tables) -> Cells:
         "largest_mm": evaluation.sizes_mm()[-1],
         **listed,
         "first_shown": viewed[0] if viewed else "",
-        "data": to_json(listed["data"]),
+        "data": to_json(data),
         # Made while the page is written: of a large archive it takes 100 MB.
         "evidence": evidence.archive_evidence(accepted, verdicts, tables),
         **provenance.page_values(rows, settings, tables.schema, tables.printed),
