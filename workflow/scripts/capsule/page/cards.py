@@ -9,8 +9,7 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
-from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
 from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.page.tables import Tables
@@ -25,15 +24,19 @@ _FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
 _ORDER = list(VerdictWord)
 
 
-def page_values(tables: Tables) -> Cells:
-    """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts."""
-    predictions, lead = tables.evaluation.predictions, tables.lead.detector
-    described = tables.described
+def page_values(tables: Tables, first: pd.DataFrame) -> Cells:
+    """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts.
+
+    `first` is from `capsule.page.recordings.first_verdicts`.
+    """
+    lead, described = tables.lead.detector, tables.described
     made = patient_cards(tables.index, tables.detections, tables.sites, lead, described)
-    made = made or example_cards(predictions, lead, tables.schemes[0])
-    known = known_scores(predictions, lead, tables.settings)
+    made = made or example_cards(first, lead, tables.schemes[0])
+    known = first[first["detector"] == lead].dropna(subset="score").sort_values("score")
+    is_healthy = known["size_mm"] == 0
+    scores = [known.loc[some, "score"].tolist() for some in (is_healthy, ~is_healthy)]
     counted = Counter(card["word"] for card in made)
-    drawn = [with_sketches(card, described, *known) for card in made[:CARDS]]
+    drawn = [with_sketches(card, described, *scores) for card in made[:CARDS]]
     return {
         "cards": drawn + made[CARDS:],
         "verdict_counts": [(str(word), counted[word]) for word in VerdictWord if counted[word]],
@@ -93,20 +96,6 @@ def example_cards(predictions: pd.DataFrame, lead: str, scheme: str) -> list[Cel
     return cards
 
 
-def known_scores(
-    predictions: pd.DataFrame, lead: str, settings: Settings
-) -> tuple[list[float], list[float]]:
-    """Return the leading detector's scores of healthy places and of nodules, which taught it not.
-
-    They are ascending, from results/evaluation/predictions.csv.
-    """
-    schemes = [choosing_scheme(settings["evaluation"]["schemes"]), HELD_OUT]
-    rows = predictions[predictions["detector"].eq(lead) & predictions["scheme"].isin(schemes)]
-    known = rows.dropna(subset="score").sort_values("score")
-    healthy = known["size_mm"] == 0
-    return known.loc[healthy, "score"].tolist(), known.loc[~healthy, "score"].tolist()
-
-
 def with_sketches(
     card: Cells,
     described: Mapping[str, Row],
@@ -114,6 +103,8 @@ def with_sketches(
     nodules: Sequence[float],
 ) -> Cells:
     """Return a card with ``felt``, what each sensor felt, and ``strip``, its score among others.
+
+    The scores of labelled places, which taught the detector nothing, are ascending.
 
     Also ``deepest``, how deep each sensor was pressed at most, in its usual depths;
     ``healthy_above`` the threshold and ``healthy_higher`` than this score, of ``healthy`` that
