@@ -23,7 +23,6 @@ from capsule.evaluation.cross_validation import (
     judge_unlabelled,
     main_scheme,
     number_of_folds,
-    unlabelled_folds,
 )
 from capsule.method.particle import Particle, render
 from capsule.method.templates import build_templates
@@ -183,25 +182,23 @@ def test_places_of_one_size_are_left_out_together_if_there_are_more_than_the_fol
     assert together == 1 or 1 + sum(np.ceil(n / (together - 1)) for n in of_size) > allowed
 
 
+class Asked:
+    """Detectors that repeat what they are asked."""
+
+    def rows(self, judged, left_out):
+        """Return it."""
+        return [(set(left_out), judged)]
+
+
 def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place():
     rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
     rows["unlabelled/r"] = row(near_copies="0mm/a")
     names = ["unlabelled/p", "unlabelled/q", "unlabelled/r"]
-    folds = [
-        (frozenset({"0mm/h", "2mm/b"}), ["unlabelled/p"]),
-        (frozenset({"0mm/h"}), ["unlabelled/q"]),
-        (frozenset({"0mm/h", "0mm/a"}), ["unlabelled/r"]),
+    assert judge_unlabelled(Asked(), names, rows, ["0mm/h"]) == [
+        ({"0mm/h", "2mm/b"}, ["unlabelled/p"]),
+        ({"0mm/h"}, ["unlabelled/q"]),
+        ({"0mm/h", "0mm/a"}, ["unlabelled/r"]),
     ]
-    assert unlabelled_folds(names, rows, ["0mm/h"]) == folds
-
-    class Asked:
-        """Detectors that repeat what they are asked."""
-
-        def rows(self, judged, left_out):
-            """Return it."""
-            return [(left_out, judged)]
-
-    assert judge_unlabelled(Asked(), names, rows, ["0mm/h"]) == folds
 
 
 @pytest.mark.parametrize(

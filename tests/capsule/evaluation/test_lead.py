@@ -14,7 +14,6 @@ from capsule.evaluation.lead import (
 )
 from capsule.evaluation.measures import measure_tables
 from capsule.seeding import generator
-from support.verdicts import verdicts
 
 RULES = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75, "prevalence": 0.1}
 SCHEMES = ["leave_one_out", "resubstitution"]
@@ -67,12 +66,9 @@ def test_a_threshold_that_is_set_too_high_or_too_low_does_not_choose():
         lead = leading(summary(**scores), ["template", "taught"], SCHEMES, "best")
         assert (lead.detector, lead.sensitivity) == ("taught", 0.75)
     # Half of the folds add 10 to score and threshold alike, as an adapted network may.
-    added = np.tile([0.0, 10.0], 4)
-    made = verdicts(
-        [(0.0, 0.0)] * 4 + [(2.0, 2.0)] * 4,
-        score=added + np.repeat([0.0, 2.0], 4),
-        threshold=added + 1,
-    )
+    added, sizes_mm = np.tile([0.0, 10.0], 4), np.repeat([0.0, 2.0], 4)
+    made = {"size_mm": sizes_mm, "predicted_mm": sizes_mm, "score": added + sizes_mm}
+    made = pd.DataFrame(made | {"threshold": added + 1, "detector": "one", "scheme": SCHEMES[0]})
     made = measure_tables(made, [0.0, 2.0], RULES, names=["summary"])["summary"]
     assert made["sensitivity_at_specificity"][0] == 1.0
 

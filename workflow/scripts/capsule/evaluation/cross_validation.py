@@ -271,20 +271,13 @@ def cross_validate(detectors: Detectors, folds: Sequence[Fold]) -> list[Cells]:
 def judge_unlabelled(
     detectors: Detectors, names: Sequence[str], rows: Rows, apart: Sequence[str] = ()
 ) -> list[Cells]:
-    """Return the verdicts of `Detectors.rows` on unlabelled recordings, by `unlabelled_folds`."""
-    folds = unlabelled_folds(names, rows, apart)
-    return [row for left_out, judged in folds for row in detectors.rows(judged, left_out)]
-
-
-def unlabelled_folds(
-    names: Sequence[str], rows: Rows, apart: Sequence[str] = ()
-) -> list[tuple[frozenset[str], list[str]]]:
-    """Return the labelled recordings that do not teach, and the recordings judged without them.
+    """Return the verdicts of `Detectors.rows` on the named unlabelled recordings.
 
     All labelled recordings teach, except those apart, of held-out sessions, and those of the same
-    place. Unlabelled recordings are named, and the rows are those of all accepted ones.
+    place. The rows are those of all accepted recordings.
     """
     place = places_of(rows)
     labelled = grouped((name for name in rows if size_mm(name) is not None), place)
     left_out = {name: frozenset(apart).union(labelled.get(place[name], ())) for name in names}
-    return list(grouped(names, left_out).items())
+    folds = grouped(names, left_out)
+    return [row for without, judged in folds.items() for row in detectors.rows(judged, without)]
