@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 from capsule.detectors.wave import (
     fill_missing,
     find_wave,
-    level_line,
     missing_wave,
     phase_tests,
     rayleigh,
@@ -172,26 +171,6 @@ def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
     np.testing.assert_allclose(fill_missing(values), expected)
 
 
-@pytest.mark.parametrize("window", [4, 5])
-@pytest.mark.parametrize("windows", [3, 5, 6, 20])
-def test_the_ends_of_the_level_continue_at_the_slope_of_one_wave(window, windows):
-    level = generator(1, "level").normal(size=windows)
-    line = level_line(level[np.newaxis], window)[0]
-    wave = min(window, windows - 1)
-    first = (level[wave] - level[0]) / wave
-    last = (level[-1] - level[windows - 1 - wave]) / wave
-    centres = np.arange(windows) + (window - 1) / 2
-    assert line.size == windows + window - 1
-    for sample, value in enumerate(line):
-        if sample < centres[0]:
-            expected = level[0] + (sample - centres[0]) * first
-        elif sample > centres[-1]:
-            expected = level[-1] + (sample - centres[-1]) * last
-        else:
-            expected = np.interp(sample, centres, level)
-        assert value == pytest.approx(expected)
-
-
 @pytest.mark.parametrize(
     ("period", "stride"), [(5.0, 1), (16.0, 1), (31.9, 1), (32.0, 2), (47.9, 2), (48.0, 3)]
 )
@@ -269,12 +248,3 @@ def test_four_waves_of_the_recordings_own_period_are_needed():
     # Long enough for four waves as configured, but the recording's own waves take longer.
     assert find_wave(cosine(30.0, 100), 20.0) is None
     assert find_wave(cosine(30.0, 130), 20.0) is not None
-
-
-@pytest.mark.parametrize("period", [20.0, 21.0, 64.0, 80.0])
-def test_the_centre_of_a_window_is_the_mean_of_the_samples_behind_it(period):
-    wave = find_wave(cosine(period, 800), period)
-    for window in (0, 5):
-        first = window * wave.stride
-        samples = np.arange(first, first + wave.window * wave.stride)
-        assert wave.centre(np.array([window]))[0] == pytest.approx(samples.mean())

@@ -114,20 +114,3 @@ def test_of_the_papers_sizes_the_errors_are_not_known(tables):
         assert all(math.isnan(row[name]) for row in tables["sizing"])
     assert [row["recordings"] for row in tables["sizing"]] == [20] * 4
     assert [row["one_sided"] for row in tables["sizing"]] == [False, False, False, True]
-
-
-def test_the_counts_follow_from_the_percentages_to_a_recording(printed):
-    made = printed_tables(printed | {"recordings_per_size": 1000}, 0.95)
-    detected = made["detection"].set_index("size_mm").to_dict("index")
-    for row in printed["detection"]:
-        counts_of = detected[row["size_mm"]]
-        assert counts_of["tp"] == 10 * row["recall_percent"] == 1000 - counts_of["fn"]
-        share = row["precision_percent"] / 100
-        assert counts_of["fp"] == round(counts_of["tp"] / share - counts_of["tp"])
-    sized = made["sizing"].set_index("size_mm").to_dict("index")
-    for row in printed["sizing"]:
-        counts_of = sized[row["size_mm"]]
-        assert (counts_of["exact"], counts_of["within"]) == (
-            10 * row["exact_percent"],
-            10 * row["within_percent"],
-        )

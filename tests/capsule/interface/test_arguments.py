@@ -94,6 +94,7 @@ def test_what_numpy_can_convert_is_taken(values):
     np.testing.assert_array_equal(of_mask, of_nan)
     # An envelope of a single sensor is clipped value by value.
     assert capsule.rectify(np.array([0.5, 1.5]), 1.0).tolist() == [0.0, 0.5]
+    assert capsule.rectify([0.5, 1.5], 0).tolist() == [0.5, 1.5]
 
 
 @pytest.mark.parametrize(

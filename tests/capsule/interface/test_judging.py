@@ -140,6 +140,10 @@ def test_leave_one_out_judges_each_place_once_by_all_others(archive):
     assert first == sorted(first)
     ((taught, all_of_them),) = capsule.folds(archive, "resubstitution").split()
     np.testing.assert_array_equal(taught, all_of_them)
+    # A recording that no detector can judge teaches nothing.
+    silent = archive.select(archive.labelled)
+    silent._rows["0mm/r02"]["no_verdict"] = "no wave on sensor_1"
+    assert all(1 not in taught for taught, _ in capsule.folds(silent))
 
 
 def test_of_many_places_those_leave_together_that_leave_together_in_the_workflow(archive):

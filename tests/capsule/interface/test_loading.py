@@ -32,12 +32,9 @@ def spoilt(raw, tmp_path):
 def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(spoilt):
     archive = capsule.load(spoilt)
     rejected = archive.recordings[archive.recordings["status"] == "rejected"]
-    assert rejected["reason"].to_dict() == {
-        "3mm/r02": "line 1: the column 'time_s' is missing; found: 'no recording', "
-        "required: time_s,sensor_1,sensor_2,sensor_3,sensor_4; if another program wrote it: "
-        "capsule import raw/3mm/r02.csv --size 3 --name r02-imported --dry-run",
-        "3mm/r03-copy": "the same content as 3mm/r03",
-    }
+    damaged, copied = rejected["reason"][["3mm/r02", "3mm/r03-copy"]]
+    assert damaged.startswith("line 1: the column 'time_s' is missing")
+    assert (len(rejected), copied) == (2, "the same content as 3mm/r03")
     held = [archive.readings, archive.matrices, archive.headers, archive.labelled]
     assert not {"3mm/r02", "3mm/r03-copy"} & set().union(*held)
     assert len(archive) == 13
@@ -45,6 +42,8 @@ def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(spoilt)
         "<LoadedArchive: 13 recordings accepted (0mm, 1.5mm, 3mm, unlabelled), 2 rejected>"
     )
     assert archive.passed_over["path"].tolist() == ["notes.txt"]
+    with pytest.raises(capsule.CapsuleError, match=r"on_rejected is fail(.|\n)*3mm/r02: line 1"):
+        capsule.load(spoilt, on_rejected="fail")
     assert archive.unlabelled == ["unlabelled/patient"]
 
 
@@ -59,11 +58,6 @@ def test_recordings_that_are_nearly_the_same_leave_together(spoilt):
     assert together == [pair]
     alone = archive.select(["0mm/r03", "3mm/r01"])
     assert alone.recordings["near_copies"].isna().all()
-
-
-def test_where_no_rejected_one_is_allowed_loading_stops(spoilt):
-    with pytest.raises(capsule.CapsuleError, match=r"on_rejected is fail(.|\n)*3mm/r02: line 1"):
-        capsule.load(spoilt, on_rejected="fail")
 
 
 def test_the_paper_s_steps_work_on_what_is_loaded(archive):
@@ -97,20 +91,8 @@ def test_the_settings_beside_the_folder_count(raw, tmp_path):
     assert capsule.load(folder).settings["preprocessing"]["window"] == 80
     named = capsule.load(folder, config=ROOT / "config/config.yaml")
     assert named.settings["preprocessing"]["window"] == 84
-
-
-@pytest.mark.parametrize(
-    ("changes", "told"),
-    [
-        ({"fits": {"seed": 2}}, "fits: there is no such key; did you mean fit?"),
-        ({"fit": {"seeds": 2}}, "changes: fit.seeds: there is no such key; did you mean seed?"),
-        ({"fit": 3}, "changes: fit: 3 is not allowed"),
-    ],
-)
-def test_a_wrong_setting_is_refused_as_in_the_file(raw, changes, told):
-    with pytest.raises(capsule.CapsuleError) as refused:
-        capsule.load(raw, **changes)
-    assert told in str(refused.value)
+    with pytest.raises(capsule.CapsuleError, match=r"changes: fit\.seeds: there is no such"):
+        capsule.load(folder, fit={"seeds": 2})
 
 
 @pytest.mark.parametrize(
@@ -143,13 +125,8 @@ def test_of_names_that_are_as_near_the_first_is_told(asked, near):
     names = [f"{size}mm/r{run:02d}" for size in (0, 3, 5) for run in range(1, 36)]
     with pytest.raises(KeyError, match=f"there is no recording {asked}; did you mean {near}?"):
         ByRecording.fromkeys(names)[asked]
-
-
-def test_a_name_like_no_other_is_refused_without_a_guess(archive):
-    with pytest.raises(KeyError, match=r"there is no recording session; archive.recordings"):
-        archive.readings["session"]
-    assert archive.readings.get("session") is None
-    assert "session" not in archive.readings
+    with pytest.raises(KeyError, match=r"there is no recording session; archive"):
+        ByRecording.fromkeys(names)["session"]
 
 
 def test_a_table_has_a_row_for_each_sample(archive):
@@ -210,13 +187,10 @@ def test_importing_the_library_imports_nothing_else():
     assert python(program).split() == ["capsule"]
 
 
-def test_every_public_name_is_there_and_says_what_it_is_and_others_are_not():
+def test_every_public_name_is_there_and_what_the_page_on_the_library_names(archive):
     for name in (*dir(capsule), *capsule.__all__):
         assert getattr(capsule, name).__doc__ or name.startswith("__"), name
     assert not hasattr(capsule, "loaded")
-
-
-def test_what_the_page_on_the_library_names_is_there(archive):
     page = (ROOT / "docs/library.md").read_text(encoding="utf-8")
     for owner, named in ((archive, r"`archive\.(\w+)"), (capsule, r"\bcapsule\.(\w+)")):
         names = set(re.findall(named, page))
