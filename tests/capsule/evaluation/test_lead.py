@@ -6,14 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from capsule.evaluation.intervals import rate
 from capsule.evaluation.lead import (
     Lead,
     headline_confidence,
     leading,
 )
 from capsule.evaluation.measures import measure_tables
-from capsule.seeding import generator
 
 RULES = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.75, "prevalence": 0.1}
 SCHEMES = ["leave_one_out", "resubstitution"]
@@ -104,13 +102,4 @@ def test_held_out_recordings_never_choose_and_where_nothing_can_be_compared_the_
 )
 def test_the_choice_of_the_best_is_paid_for_where_it_was_made(named, scheme, compared, level):
     lead = Lead("diagonal", named, 0.7, compared)
-    found = headline_confidence(lead, scheme, 0.95)
-    assert found == pytest.approx(level)
-    if level > 0.95:
-        # The corrected interval of the best of four holds the truth.
-        hits = generator(1, "best of four").binomial(100, 0.7, (1500, 4)).max(axis=1)
-        inside, plainly = (
-            np.mean([low <= 0.7 <= high for _, low, high in (rate(n, 100, each) for n in hits)])
-            for each in (found, 0.95)
-        )
-        assert inside >= 0.95 > 0.93 > plainly
+    assert headline_confidence(lead, scheme, 0.95) == pytest.approx(level)
