@@ -243,11 +243,13 @@ def wave_of(values: FloatArray, rate_hz: float, settings: Settings) -> Wave | No
 
 
 def level_line(level: FloatArray, window: int) -> FloatArray:
-    """Return the windows' level (S, N) at every sample (S, K); the ends continue at their slope."""
-    wave = min(window, level.shape[1] - 1)
+    """Return the windows' level (S, N) at every sample (S, K); the ends continue at their slope.
+
+    The slope is that over a window, of which a recording has four.
+    """
     first, last = level[:, :1], level[:, -1:]
-    first_slope = (level[:, wave : wave + 1] - first) / wave
-    last_slope = (last - level[:, -1 - wave :][:, :1]) / wave
+    first_slope = (level[:, window : window + 1] - first) / window
+    last_slope = (last - level[:, -1 - window :][:, :1]) / window
     # The centre of an even window lies between two samples.
     middle = level if window % 2 else (level[:, :-1] + level[:, 1:]) / 2
     before = np.arange(window // 2) - (window - 1) / 2

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from capsule.detectors.base import NO_VERDICT, Detector, TrainingArchive, Verdict, why_unknown
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
-from capsule.detectors.registry import detector_class, detector_row
+from capsule.detectors.registry import detector_class
 from capsule.detectors.verdicts import row_verdict
 from capsule.evaluation.columns import DISTANCE
 from capsule.kinds import Cells, Settings
@@ -216,14 +216,6 @@ class Detectors:
             name: each.taught(self._archive, left_out) for name, each in self._detectors.items()
         }
         return models, FamiliarKind.taught(self._archive, left_out)
-
-    def learners(self) -> dict[str, type[Detector]]:
-        """Return by name the detectors that learn a threshold and can learn it anew quickly."""
-        return {
-            name: each
-            for name, each in self._detectors.items()
-            if not detector_row(name).by_templates
-        }
 
     def stored(self) -> Cells:
         """Return the models that judge other recordings."""

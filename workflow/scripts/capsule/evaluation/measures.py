@@ -9,6 +9,7 @@ import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, RecordArray
 from capsule.detectors.base import TrainingArchive
+from capsule.detectors.registry import detector_class, detector_row
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.cross_validation import (
     LEAVE_ONE_OUT,
@@ -70,7 +71,9 @@ def evaluate_archive(archive: TrainingArchive, index: Rows) -> dict[str, pd.Data
     folds = folds_of(index, rules)
     rows = cross_validate(detectors, folds)
     predictions = pd.DataFrame(rows, columns=[*KEY, *detectors.columns])
-    learned = learning_rows(detectors.learners(), archive, predictions, folds)
+    quick = [name for name in detectors.names if not detector_row(name).by_templates]
+    learners = {name: detector_class(name) for name in quick}
+    learned = learning_rows(learners, archive, predictions, folds)
     return {
         "predictions": by_name(predictions),
         "learning": pd.DataFrame(learned, columns=LEARNING),
