@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from capsule.detectors import files as detectors_files
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import FAMILIAR, FamiliarKind
 from capsule.detectors.search import Passage
@@ -13,7 +14,7 @@ from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from support.training import archive_of_passages, recordings_of
+from support.training import NO_TEMPLATES, TAUGHT, recordings_of
 
 
 def taught_by(healthy_scores=(0.1, 0.2)):
@@ -26,17 +27,9 @@ def taught_by(healthy_scores=(0.1, 0.2)):
     passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
     sizes = {name: float(name[0]) for name in passages}
     passages["unlabelled/n"] = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
-    rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
-    return archive_of_passages(passages, sizes, **rules)
-
-
-def stored_of(archive):
-    """Return the values that the detectors store of an archive."""
-    margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
-    learned = {"margin_threshold": margin}
-    for detector in (Diagonal, Taught):
-        learned |= detector.taught(archive).stored()
-    return learned | {FAMILIAR: FamiliarKind.taught(archive).stored()}
+    rules = {"specificity": 0.95, "prevalence": 0.1, "size_confidence": 0.9}
+    settings = {"evaluation": rules, "diagonal": {"size_ridge": 2.0}, "taught": TAUGHT}
+    return TrainingArchive(sizes, recordings_of(passages), NO_TEMPLATES, {}, settings)
 
 
 def write_templates(folder):
@@ -53,9 +46,10 @@ def write_learned(folder, configuration, archive, **changes):
     templates = folder / "templates.npz"
     if not templates.exists():
         write_templates(folder)
-    detectors_files.write_learned(
-        folder / "detectors.json", stored_of(archive), settings, templates
-    )
+    models = [each.taught(archive).stored() for each in (Diagonal, Taught)]
+    models.append({FAMILIAR: FamiliarKind.taught(archive).stored()})
+    learned = {key: value for each in models for key, value in each.items()}
+    detectors_files.write_learned(folder / "detectors.json", learned, settings, templates)
 
 
 def teach_familiar(folder, runs, configuration):

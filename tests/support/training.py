@@ -1,10 +1,10 @@
-"""Make archives that teach detectors, with only the parts that a test needs."""
+"""Make recordings that teach detectors, with only the parts that a test needs."""
 
 from functools import partial
 
 import numpy as np
 
-from capsule.detectors.base import StoredRecording, TrainingArchive
+from capsule.detectors.base import StoredRecording
 from capsule.detectors.network import EMBEDDED, PROJECTED, Features
 from capsule.method.templates import TemplateSet, no_nodule_template
 
@@ -35,19 +35,3 @@ def recordings_of(passages=(), features=(), traits=(), matrices=()):
         )
         for name in names
     }
-
-
-def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_ridge):
-    """Return an archive with passages only; its recordings have no score."""
-    rules = {"specificity": specificity, "prevalence": prevalence, "size_confidence": 0.9}
-    settings = {
-        "evaluation": rules,
-        "diagonal": {"size_ridge": size_ridge},
-        "taught": TAUGHT,
-    }
-    return TrainingArchive(sizes_mm, recordings_of(passages), NO_TEMPLATES, {}, settings)
-
-
-def verdict_values(verdict):
-    """Return the values of a verdict as a list, to compare it with another verdict."""
-    return [np.nan if value is None else value for value in vars(verdict).values()]

@@ -22,7 +22,7 @@ from capsule.method.nearest_template import (
 from capsule.method.particle import Particle, render
 from capsule.method.templates import build_templates, by_size
 from capsule.seeding import generator
-from support.training import TAUGHT, features_of, verdict_values
+from support.training import TAUGHT, features_of
 
 SIZES_MM = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(60)}
 # This one has no passage, no features and a matrix of NaN.
@@ -84,8 +84,8 @@ def archive(request, made):
 
 def values_of(model, recordings):
     """Return the values of the verdicts on recordings, with the distances, as rows."""
-    verdicts = [model.verdict(each) for each in recordings]
-    return [[*verdict_values(each)[:9], *(each.distances or ())] for each in verdicts]
+    verdicts = [vars(model.verdict(each)) for each in recordings]
+    return [[*list(each.values())[:-1], *(each["distances"] or ())] for each in verdicts]
 
 
 LEFT_OUT = [[], ["0mm/r0"], ["3mm/r7"], [SILENT], ["2mm/r2", "0mm/r4", "3mm/r7"]]
