@@ -173,38 +173,17 @@ def test_a_model_of_sizes_survives_the_file_with_its_width(half_width):
     assert restored.estimate(np.array([0.25])) == 1.75
 
 
-@pytest.mark.parametrize("passes_of", [1, 4])
-def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule_at_a_new_place(passes_of):
-    """The features of a place share an error, as those of a nodule's set-up do; so does a score."""
-    held = []
-    for archive in range(240):
-        numbers = generator(archive, "intervals", str(passes_of))
-        place = np.repeat(np.arange(41), passes_of)
-        sizes_mm = (1.0 + numbers.permutation(41) % 5)[place]
-        shared = numbers.normal(size=(41, 6))[place]
-        features = sizes_mm[:, np.newaxis] + shared + 0.3 * numbers.normal(size=(place.size, 6))
-        new, detected = place == 40, features.mean(axis=1) + numbers.normal(size=place.size) > 2.0
-        some = features[~new], sizes_mm[~new], place[~new], detected[~new]
-        model = fit_sizes(*some, ridge=0.1, confidence=0.9)
-        if not detected[new][0]:
-            continue
-        estimate = float(model.estimate(features[new][0]))
-        low, high = model.interval(estimate)
-        held.append(low <= sizes_mm[new][0] <= high)
-    # The standard error is 0.022.
-    assert len(held) > 150, len(held)
-    assert np.mean(held) == pytest.approx(0.9, abs=0.06), np.mean(held)
-
-
-def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected():
-    numbers = generator(1, "half width")
-    sizes_mm = 1.0 + np.arange(30) % 3
+@pytest.mark.parametrize("passes_of", [1, 3])
+def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected(passes_of):
+    """On other benches, tests/benchmarks/judge_unseen.py counts how often it holds the size."""
+    numbers, places = generator(1, "half width"), np.arange(30) // passes_of
+    sizes_mm = 1.0 + places % 3
     features = sizes_mm[:, np.newaxis] + numbers.normal(size=(30, 2))
     detected = np.arange(30) % 4 > 0
-    model = fit_sizes(features, sizes_mm, apart(30), detected, ridge=0.5, confidence=0.8)
+    model = fit_sizes(features, sizes_mm, places, detected, ridge=0.5, confidence=0.8)
     errors = []
     for number in range(30):
-        others = np.arange(30) != number
+        others = places != places[number]
         mean = features[others].mean(axis=0)
         centred = features[others] - mean
         # The penalties are those of the variances over all recordings.
@@ -212,7 +191,6 @@ def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected():
         wanted = sizes_mm[others] - sizes_mm[others].mean()
         told = (features[number] - mean) @ np.linalg.solve(normal, centred.T @ wanted)
         errors.append(abs(told + sizes_mm[others].mean() - sizes_mm[number]))
-    # 22 nodules are detected: the rank is ceil(23 x 0.8) = 19.
-    assert detected.sum() == 22
-    assert model.half_width_mm == pytest.approx(sorted(np.array(errors)[detected])[18])
-    assert model.known_mm == (1.0, 2.0, 3.0)
+    expected = upper_quantile(np.array(errors)[detected], places[detected], 0.8)
+    assert model.half_width_mm == pytest.approx(expected)
+    assert detected.sum() == 22 and model.known_mm == (1.0, 2.0, 3.0)

@@ -320,12 +320,6 @@ def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet
             assert high > expected[1] or high == 1
 
 
-def test_two_places_of_a_kind_give_no_interval_of_a_predictive_value():
-    made = of([0] * 16 + [1] * 4 + [0] * 4 + [1] * 16, [0.0] * 20 + [1.0] * 20)
-    row = summary(one(made, site=[n // 10 for n in range(40)]))[ANY]
-    assert row["ppv"] == pytest.approx(0.8) and np.isnan(row["ppv_low"])
-
-
 def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
     # The healthy recording with 3 has no verdict, so the nodules lie above what is left.
     judged = one(of([0, UNKNOWN, 1, 1, 2], score=[0.0, 3.0, 1.0, UNKNOWN, 2.0]))
