@@ -11,10 +11,11 @@ at a rank of healthy scores. The worst case stands first.
 import argparse
 import itertools
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from scipy.special import ndtr, ndtri
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
@@ -43,6 +44,13 @@ DESIGNS = (
     (20, 20, 4, 0.2, 3.0),
     (20, 20, 4, 0.9, 3.0),
 )
+# What the recordings stand for in a rate: ``plainly`` takes each pass for a place of its own;
+# ``recordings weighed`` has the same clusters as ``over places``, but each pass weighs as much.
+WAYS = {
+    "over places": Units.of_places,
+    "plainly": lambda places: Units.of_places(np.arange(places.size)),
+    "recordings weighed": lambda places: Units(np.ones(places.size), places),
+}
 
 
 def main() -> None:
@@ -51,8 +59,8 @@ def main() -> None:
     parser.add_argument("--archives", type=natural, default=1000, help="of each case")
     archives = parser.parse_args().archives
     for title, rows in (
-        ("A rate over places", rates(archives)),
-        ("An area under the curve", areas(archives)),
+        ("A rate over places", worst_first(rates(archives), list(WAYS))),
+        ("An area under the curve", worst_first(areas(archives), ["held"])),
         ("The specificity at new places, central 90 %", specificities(archives)),
     ):
         print(f"{title}:\n\n{table(rows)}")
@@ -63,40 +71,38 @@ def held(intervals: Iterable[Interval], truth: float) -> float:
     return float(np.mean([low <= truth <= high for _, low, high in intervals]))
 
 
-def rates(archives: int) -> list[dict[str, object]]:
-    """Return how often each interval of a rate holds it, for each number of places.
+def worst_first(cases: Iterable[dict], ways: Sequence[str]) -> list[dict]:
+    """Return worst and mean share of each way of cases that have all else in common, but the case.
 
-    ``plainly`` is the Wilson interval that takes each pass for a place of its own. ``recordings
-    weighed`` is the interval over the same clusters as ``over places``, in which each pass weighs
-    as much. The worst case is that of ``over places``.
+    The worst case is that of the first way.
     """
-    rows = []
-    for places in PLACES:
-        designs = {f"{passes} passes": np.repeat(np.arange(places), passes) for passes in PASSES}
-        rows.append({"places": str(places), "passes": "as many each"} | _held(designs, archives))
-    for places, several, passes in UNEVEN:
-        numbers = np.repeat(np.arange(places), [1] * (places - several) + [passes] * several)
-        design = f"{several} of {passes} passes"
-        rows.append({"places": str(places), "passes": design} | _held({design: numbers}, archives))
-    return _worst_first(rows, "over places: worst")
+    table_of, rows = pd.DataFrame(cases), []
+    common = [column for column in table_of if column not in (*ways, "worst case")]
+    for labels, some in table_of.groupby(common, sort=False):
+        row = dict(zip(common, labels, strict=True))
+        for way in ways:
+            row |= {f"{way}: worst": some[way].min(), f"{way}: mean": some[way].mean()}
+        rows.append(row | {"worst case": some["worst case"][some[ways[0]].idxmin()]})
+    return sorted(rows, key=lambda row: row[f"{ways[0]}: worst"])
 
 
-def _held(designs: Mapping[str, np.ndarray], archives: int) -> dict[str, object]:
-    """Return how often each interval holds the rate; a design gives the place of each pass."""
-    coverage: dict[str, list[float]] = {"over places": [], "plainly": [], "recordings weighed": []}
-    names = []
-    for design, places in designs.items():
-        alone = Units.of_places(np.arange(places.size))
-        units = Units.of_places(places), alone, Units(np.ones(places.size), places)
+def rates(archives: int) -> Iterator[dict]:
+    """Yield how often each interval of a rate holds it, for each number of places."""
+    even = [(count, "as many each", [each] * count) for count in PLACES for each in PASSES]
+    uneven = [
+        (count, f"{some} of {each} passes", [1] * (count - some) + [each] * some)
+        for count, some, each in UNEVEN
+    ]
+    for count, passes, passes_of in even + uneven:
+        places = np.repeat(np.arange(count), passes_of)
+        design = f"{passes_of[0]} passes" if passes == "as many each" else passes
         for correlation, share in itertools.product(CORRELATIONS, SHARES):
-            names.append(f"{design}, correlation {correlation}, rate {share}")
-            hits = [_hits(names[-1], each, places, share, correlation) for each in range(archives)]
-            for of_way, each in zip(coverage.values(), units, strict=True):
-                of_way.append(held((rate_of(hit, each, LEVEL) for hit in hits), share))
-    row: dict[str, object] = {}
-    for way, shares in coverage.items():
-        row[f"{way}: worst"], row[f"{way}: mean"] = min(shares), float(np.mean(shares))
-    return row | {"worst case": names[int(np.argmin(coverage["over places"]))]}
+            case = f"{design}, correlation {correlation}, rate {share}"
+            hits = [_hits(case, each, places, share, correlation) for each in range(archives)]
+            yield {"places": str(count), "passes": passes, "worst case": case} | {
+                way: held((rate_of(hit, units(places), LEVEL) for hit in hits), share)
+                for way, units in WAYS.items()
+            }
 
 
 def _hits(
@@ -110,30 +116,23 @@ def _hits(
     return numbers.random(places.size) < of_place[places]
 
 
-def areas(archives: int) -> list[dict[str, object]]:
-    """Return how often the interval of an area holds it, for each design of an archive."""
-    rows = []
-    for healthy, nodules, passes, correlation, spread in DESIGNS:
+def areas(archives: int) -> Iterator[dict]:
+    """Yield how often the interval of an area holds it, for each design of an archive."""
+    for (healthy, nodules, passes, correlation, spread), area in itertools.product(DESIGNS, AREAS):
         name = f"{healthy} against {nodules}"
         if passes > 1:
             name += f" places of {passes} passes, correlation {correlation}"
-        coverage = []
-        for area in AREAS:
-            apart = ndtri(area) * np.hypot(1, spread)
-            intervals = []
-            for archive in range(archives):
-                numbers = generator(archive, "area", name, str(spread), str(area))
-                one = _scores(numbers, healthy, passes, correlation)
-                other = apart + spread * _scores(numbers, nodules, passes, correlation)
-                places = np.repeat(np.arange(healthy + nodules), passes)
-                kinds = np.split(places, [healthy * passes])
-                units = Units.of_places(kinds[0]), Units.of_places(kinds[1])
-                intervals.append(auc_interval(one, other, units, LEVEL))
-            coverage.append(held(intervals, area))
-        row: dict[str, object] = {"recordings": name, "nodules' spread": f"{spread:g}"}
-        row |= {"worst": min(coverage), "at an area of": f"{AREAS[int(np.argmin(coverage))]:g}"}
-        rows.append(row | {"mean": float(np.mean(coverage))})
-    return _worst_first(rows, "worst")
+        apart, intervals = ndtri(area) * np.hypot(1, spread), []
+        places = np.repeat(np.arange(healthy + nodules), passes)
+        kinds = np.split(places, [healthy * passes])
+        units = Units.of_places(kinds[0]), Units.of_places(kinds[1])
+        for archive in range(archives):
+            numbers = generator(archive, "area", name, str(spread), str(area))
+            one = _scores(numbers, healthy, passes, correlation)
+            other = apart + spread * _scores(numbers, nodules, passes, correlation)
+            intervals.append(auc_interval(one, other, units, LEVEL))
+        label = {"recordings": name, "nodules' spread": f"{spread:g}"}
+        yield label | {"held": held(intervals, area), "worst case": f"an area of {area:g}"}
 
 
 def _scores(
@@ -144,7 +143,7 @@ def _scores(
     return np.sqrt(correlation) * of_place + np.sqrt(1 - correlation) * own
 
 
-def specificities(archives: int) -> list[dict[str, object]]:
+def specificities(archives: int) -> list[dict]:
     """Return how often the range holds the specificity of a threshold at a rank of normal scores.
 
     That law holds at new places of the same mix. Of the variance, 30 % may lie between patients, of
@@ -165,7 +164,7 @@ def specificities(archives: int) -> list[dict[str, object]]:
             own = np.sqrt(0.3) * numbers.normal()
             reached.append(float(ndtr((threshold - own) / np.sqrt(0.7))))
         rows.append(_range_row(healthy, f"of one more patient than {patients}", reached))
-    return _worst_first(rows, "held")
+    return sorted(rows, key=lambda row: row["held"])
 
 
 def _threshold(scores: np.ndarray) -> float:
@@ -174,15 +173,11 @@ def _threshold(scores: np.ndarray) -> float:
     return float(np.sort(scores)[rank - 1])
 
 
-def _range_row(healthy: int, places: str, reached: Sequence[float]) -> dict[str, object]:
+def _range_row(healthy: int, places: str, reached: Sequence[float]) -> dict:
     low, high = new_specificity(healthy, 0.95)
     inside = float(np.mean([low <= value <= high for value in reached]))
     row = {"healthy places": str(healthy), "new places": places, "range from": low, "to": high}
     return row | {"held": inside, "mean specificity": float(np.mean(reached))}
-
-
-def _worst_first(rows: Sequence[dict[str, object]], column: str) -> list[dict[str, object]]:
-    return sorted(rows, key=lambda row: float(str(row[column])))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ folders of recordings of other benches: each file of a folder is an archive, an 
 (S, K) by names such as 3mm/r07. Each detector judges the recordings of each place by what the other
 places of the archive teach, and fresh healthy recordings of the bench by what the whole archive
 teaches. A recording without a verdict is a failure: it counts neither as found nor as healthy.
-What one archive teaches as familiar judges the other archives of its bench; what the shipped one
-teaches judges noise that travels like a wave. --pages writes the tables into documents.
+What one archive teaches as familiar judges the other archives of its bench. --pages writes the
+tables into documents.
 """
 
 import argparse
@@ -30,7 +30,6 @@ sys.path[:0] = map(str, FOLDERS)
 import judged_only
 from tables import filled_page, table
 
-import capsule
 from capsule.arguments import natural
 from capsule.detectors.base import NO_VERDICT, TrainingArchive
 from capsule.detectors.described_recording import DescribedRecording
@@ -39,13 +38,11 @@ from capsule.detectors.registry import detector_class
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.engine.configuration import read_config_file
 from capsule.engine.forks import Forks
-from capsule.engine.project import CONFIG, PROJECT
+from capsule.engine.project import CONFIG
 from capsule.method.templates import TemplateSet, no_nodule_template
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
-from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
-from capsule.seeding import generator
 from capsule.store.files import write_csv
 
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
@@ -54,8 +51,8 @@ USUAL = "usual"
 # with a seed of its own and so with a set-up of its own.
 FIRST_SEED, FIRST_FRESH_SEED = 420_000, 430_000
 FRESH = 60
-# Archives of a bench that teach what is familiar, in turn; recordings of each kind of noise.
-TEACHERS, NOISY = 3, 1000
+# Archives of a bench that teach what is familiar, in turn.
+TEACHERS = 3
 # Last the one that is our best.
 DETECTORS = ("diagonal", "taught")
 # The closest part that a bench had in making the detectors; what a reader should look at first
@@ -113,14 +110,10 @@ def stored(paths: Sequence[Path], number: int) -> tuple[Readings, list[np.ndarra
     return read(paths[number]), list(islice(healthy(), FRESH))
 
 
-def described(readings: Readings) -> dict[str, DescribedRecording]:
-    """Return the detectors' view of each recording."""
-    return {name: DescribedRecording(each, CONFIGURATION) for name, each in readings.items()}
-
-
 def judge(readings: Readings, fresh: Sequence[np.ndarray]) -> tuple[list[dict], Traits]:
     """Return each detector's rates on an archive and fresh recordings, and the archive's traits."""
-    recordings = described(readings | {f"fresh/{n}": values for n, values in enumerate(fresh)})
+    every = readings | {f"fresh/{number}": values for number, values in enumerate(fresh)}
+    recordings = {name: DescribedRecording(each, CONFIGURATION) for name, each in every.items()}
     archive = TrainingArchive(
         {name: size_mm(name) for name in readings},
         recordings,
@@ -130,7 +123,9 @@ def judge(readings: Readings, fresh: Sequence[np.ndarray]) -> tuple[list[dict], 
         {name: each.no_verdict for name, each in recordings.items()},
     )
     rows = [{"detector": each} | rates(archive, each, list(readings)) for each in DETECTORS]
-    return rows, traits_of({name: recordings[name] for name in readings})
+    return rows, {
+        name: recordings[name].traits for name in readings if not archive.no_verdict[name]
+    }
 
 
 def rates(archive: TrainingArchive, detector: str, labelled: Sequence[str]) -> dict[str, float]:
@@ -201,11 +196,6 @@ def range_rows(means: pd.DataFrame) -> list[dict]:
     return rows
 
 
-def traits_of(recordings: Mapping[str, DescribedRecording]) -> Traits:
-    """Return the traits of the recordings that the detectors would judge."""
-    return {name: each.traits for name, each in recordings.items() if not each.no_verdict}
-
-
 def taught_by(traits: Iterable[WaveTraits]) -> FamiliarKind:
     """Return what recordings teach as familiar, each of a place of its own."""
     rows = np.array([astuple(each) for each in traits])
@@ -235,22 +225,6 @@ def familiar_row(bench: str, archives: Sequence[Traits]) -> dict[str, object]:
         "mean": float(np.mean(shares)),
         "5 mm, taught without 4 and 5 mm, worst archive": max(of_largest),
     }
-
-
-def noise_rows() -> list[dict[str, object]]:
-    """Judge noise by what the shipped archive teaches as familiar."""
-    archive = capsule.load(PROJECT / "raw")
-    names = teaching(archive.index(archive.labelled), CONFIGURATION["evaluation"]["held_out"])
-    kind = taught_by(traits_of(described({n: archive.readings[n] for n in names})).values())
-    rows = []
-    for what, noise in judged_only.NOISES.items():
-        seeds = (generator(2, "foreign", what, str(run)) for run in range(NOISY))
-        made = {str(n): judged_only.travelling(noise, each) for n, each in enumerate(seeds)}
-        judged = traits_of(described(made))
-        familiar = 1 - unfamiliar(kind, judged.values()) if judged else float("nan")
-        row = {"readings": what, "recordings": str(NOISY), "get a verdict": len(judged) / NOISY}
-        rows.append(row | {"of these familiar": familiar})
-    return rows
 
 
 def report(means: pd.DataFrame) -> str:
@@ -309,7 +283,6 @@ def main() -> None:
         "ranges": table(ranges),
         "judged only": table(only.to_dict("records")),
         "familiar benches": table([familiar_row(*each) for each in several.items()]),
-        "familiar noise": table(noise_rows()),
     }
     if arguments.ranges:
         write_csv(arguments.ranges, list(ranges[0]), ranges)
@@ -318,7 +291,7 @@ def main() -> None:
     for page in arguments.pages:
         filled = filled_page(page.read_text(encoding="utf-8"), blocks, "judge_unseen")
         page.write_text(filled, encoding="utf-8")
-    print(text, blocks["familiar benches"], blocks["familiar noise"], sep="\n")
+    print(text, blocks["familiar benches"], sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What judges only: benches, each the usual one with a trouble that is new to the detectors; noise.
+"""Benches that judge only: each is the usual bench with one trouble that is new to the detectors.
 
 No trouble of this module is in the shipped phantom, in config/benches/, in the random benches of
 scorer_teaching, or in a stored bench. Each strength comes from the physics in its docstring. It was
@@ -22,8 +22,6 @@ from capsule.seeding import generator
 
 # Pressures are in kPa, stiffnesses in N/mm: 1 kPa is 1e-3 N/mm^2.
 _N_MM2_PER_KPA = 1e-3
-# Sampling rate of the noises.
-_NOISE_HZ = 10.0
 
 
 class Passed(NamedTuple):
@@ -232,45 +230,3 @@ BENCHES: dict[str, Callable[[Passed], IntArray]] = {
     "unshielded-cable": unshielded_cable,
     "losing-logger": losing_logger,
 }
-
-
-def chirp(numbers: np.random.Generator, samples: int) -> FloatArray:
-    """Return a tone whose frequency rises or falls through that of the wave."""
-    first, last = numbers.permutation([numbers.uniform(0.1, 0.3), numbers.uniform(0.32, 0.7)])
-    return 25 * np.sin(2 * np.pi * np.linspace(first, last, samples).cumsum() / _NOISE_HZ)
-
-
-def sawtooth(numbers: np.random.Generator, samples: int) -> FloatArray:
-    """Return a sawtooth with pauses, as of a pump that is switched."""
-    period = int(numbers.integers(20, 50))
-    running = np.repeat(numbers.random(samples // 60 + 2) < 0.75, 60)[:samples]
-    return 30 * np.where(running, np.arange(samples) % period, 0) / period
-
-
-def two_rhythms(numbers: np.random.Generator, samples: int) -> FloatArray:
-    """Return two rhythms at once, as of heart and breath."""
-    time_s = np.arange(samples) / _NOISE_HZ
-    made = np.zeros(samples)
-    for low, high in ((0.15, 0.4), (0.8, 1.6)):
-        made += numbers.uniform(5, 20) * np.sin(2 * np.pi * numbers.uniform(low, high) * time_s)
-    return made
-
-
-# None had a part in choosing the traits of a wave or what counts as familiar.
-NOISES: dict[str, Callable[[np.random.Generator, int], FloatArray]] = {
-    "a rising or falling tone that travels": chirp,
-    "a switched sawtooth that travels": sawtooth,
-    "two rhythms at once that travel": two_rhythms,
-}
-
-
-def travelling(
-    noise: Callable[[np.random.Generator, int], FloatArray], numbers: np.random.Generator
-) -> FloatArray:
-    """Return readings (4, 600) of noise that reaches one sensor after the other."""
-    sensors, samples, delay = 4, 600, int(numbers.integers(1, 12))
-    row = noise(numbers, samples + sensors * delay)
-    made = np.stack([row[sensor * delay :][:samples] for sensor in range(sensors)])
-    loud = 500 + made[:: numbers.choice([-1, 1])] * numbers.uniform(0.5, 4)
-    hiss = numbers.normal(0, numbers.uniform(0, 2), made.shape)
-    return (np.clip(loud, 1, 1022) + hiss).round()

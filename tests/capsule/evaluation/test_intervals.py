@@ -1,6 +1,6 @@
 """Statistics of single recordings are those of the libraries; clusters count fewer recordings.
 
-How often the intervals hold the truth is counted by workflow/studies/compare_intervals.py.
+How often the intervals hold the truth is counted by tests/benchmarks/compare_intervals.py.
 """
 
 import math
