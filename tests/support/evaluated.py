@@ -1,11 +1,8 @@
 """Make rates and tables from a few verdicts, for tests of the report."""
 
-from dataclasses import replace
-
 import pandas as pd
 
 from capsule.evaluation.archive_rates import Rates
-from capsule.evaluation.columns import RATES as TABLES
 from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
@@ -52,24 +49,17 @@ def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), schem
     columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES, "verdict"]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
     predictions = pd.DataFrame(rows, columns=columns)
-    ours = measure_tables(predictions, list(sizes_mm), RULES, names=[*TABLES, "summary"])
+    names = predictions["recording"].unique()
+    blank = dict.fromkeys(("site", "session", "setup", "near_copies", "nodule_at_mm"), "")
+    ours = measure_tables(predictions, list(sizes_mm), RULES, dict.fromkeys(names, blank))
     return Evaluation(predictions, ours, printed_tables(read_paper(), 0.95))
 
 
-def rates_of(evaluation, settings=SETTINGS, index=None):
-    """Return all tables of an evaluation; each recording is a place, if the index does not tell."""
-    if index is None:
-        labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
-        rows = [
-            [name, size, "accepted", UNKNOWN, "bench", "aa", 70.0] for name, size in labels.values
-        ]
-        index = index_of(*rows)
-    named = index.astype(object).where(index.notna(), "").drop_duplicates("recording")
-    named = named.set_index("recording")
-    table = named.assign(nodule_at_mm="").to_dict("index")
-    rules = {**RULES, **settings["evaluation"]}
-    made = measure_tables(evaluation.predictions, evaluation.sizes_mm(), rules, table)
-    return Rates(replace(evaluation, tables={**made, **evaluation.tables}), index, settings)
+def rates_of(evaluation):
+    """Return the rates of an evaluation in which each recording is a place."""
+    labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
+    rows = [[*label, "accepted", UNKNOWN, "bench", "aa", 70.0] for label in labels.values]
+    return Rates(evaluation, index_of(*rows), SETTINGS)
 
 
 def index_of(*rows):

@@ -1,7 +1,6 @@
 """Put together and render sections of the page, for tests of what they say."""
 
 import html
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -27,7 +26,6 @@ def page_of(evaluation, *rows, settings=CONFIG):
 
     The rows are those of `support.evaluated.index_of`.
     """
-    without_rows = {name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()}
     tables = Tables(
         index=index_of(*rows),
         settings=settings,
@@ -35,7 +33,7 @@ def page_of(evaluation, *rows, settings=CONFIG):
         detections=DETECTIONS,
         sites=pd.DataFrame(columns=columns.SITES),
         templates=[],
-        evaluation=replace(evaluation, tables={**without_rows, **evaluation.tables}),
+        evaluation=evaluation,
         learning=pd.DataFrame(columns=learning.COLUMNS),
         benches=files.read_csv(REPORT / "benches.csv"),
         references=(REPORT / "references.bib").read_text(encoding="utf-8"),
