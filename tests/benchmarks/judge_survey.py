@@ -20,7 +20,7 @@ from tables import table
 
 from capsule.arguments import natural
 from capsule.engine.configuration import read_config_file
-from capsule.engine.forks import Forks
+from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
@@ -221,8 +221,11 @@ def main() -> None:
         for number in range(min(guts, options.most))
     ]
     rows, places = [], []
-    run = Forks(options.processes)
-    for row, of_gut in run(lambda job: gone(job[-1]) if job[0] == "goto" else surveyed(*job), jobs):
+
+    def run(job: tuple[str, float, int]) -> tuple[dict, list[dict]]:
+        return gone(job[-1]) if job[0] == "goto" else surveyed(*job)
+
+    for row, of_gut in forked(run, jobs, options.processes):
         rows.append(row)
         places += of_gut
         print(f"{len(rows)} of {len(jobs)}: {row['kind']}", file=sys.stderr, flush=True)

@@ -37,7 +37,7 @@ from capsule.detectors.familiar import FamiliarKind, learn_familiar
 from capsule.detectors.registry import detector_class
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.engine.configuration import read_config_file
-from capsule.engine.forks import Forks
+from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG
 from capsule.method.templates import TemplateSet, no_nodule_template
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
@@ -270,7 +270,7 @@ def main() -> None:
 
     made: list[dict] = []
     traits: dict[str, list[Traits]] = {bench: [] for bench in archives}
-    of_tasks = Forks(arguments.processes)(judged_archive, tasks)
+    of_tasks = forked(judged_archive, tasks, arguments.processes)
     for done, ((bench, _), (rows, of_archive)) in enumerate(zip(tasks, of_tasks, strict=True), 1):
         made += [{"part": part_of(bench), "bench": bench, **row} for row in rows]
         traits[bench].append(of_archive)

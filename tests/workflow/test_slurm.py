@@ -17,7 +17,6 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.engine import run as workflow_run
 from capsule.store.results import Results
 from support.marks import needs
 from support.project import ROOT, Project
@@ -330,39 +329,6 @@ def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
     assert_same_fits(before_fits, local)
 
 
-@on_cluster(12)
-def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits, local):
-    with start_fits(before_fits) as limited:
-        cluster.wait_for(lambda: len(cluster.jobs("RUNNING")) == 2, "two running jobs")
-        late, early = cluster.jobs()
-        for process in cluster.processes(late):
-            os.kill(process, signal.SIGSTOP)
-        cluster.update(f"JobId={late}", "EndTime=now")
-        output = limited.stdout.read()
-    assert limited.returncode != 0
-    assert cluster.jobs("TIMEOUT") == [late]
-    assert cluster.jobs("COMPLETED")[-1] == early
-    assert f"SLURM-job '{late}' failed, SLURM status is: 'TIMEOUT'" in output
-    assert sum((before_fits.folder / name).exists() for name in FITS) == 1
-
-    page = (ROOT / "docs/workflow.md").read_text(encoding="utf-8")
-    option, *values = re.search(r"--default-resources [\w= ]*runtime=120", page)[0].split()
-    again = before_fits.snakemake(*ONE_BY_ONE, option, *values, "--", *FITS)
-    assert again.status == 0, again.output
-    assert again.jobs == {"fit": 1}
-    assert "TimeLimit=02:00:00" in cluster.ask("scontrol", "show", "job", cluster.jobs("CD")[-1])
-    assert_same_fits(before_fits, local)
-
-
-def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
-    run = "7a07c6ef-c924-48fb-9bf6-6c09dcf75936"
-    answer = (
-        f"11 {run} {tmp_path}\n12 study_{run} {tmp_path}\n12 study_{run} {tmp_path}\n"
-        f"13 {run} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
-    )
-    assert workflow_run.jobs_in_answer(answer, tmp_path) == ("11", "12")
-
-
 def test_the_profile_takes_batches_and_every_other_step_runs_beside_snakemake():
     profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
     files = {path.name: path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk")}
@@ -373,18 +339,3 @@ def test_the_profile_takes_batches_and_every_other_step_runs_beside_snakemake():
     beside = set(re.findall(r"\w+", listed))
     assert rules - beside == {"preprocess", "fit"}
     assert beside <= rules
-
-
-@pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
-def test_a_silent_slurm_is_told_and_does_not_stop_a_run(tmp_path, monkeypatch, capsys):
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    (programs / "squeue").write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
-    (programs / "squeue").chmod(0o755)
-    monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
-    assert workflow_run.unfinished_jobs(tmp_path) == ()
-    assert capsys.readouterr().err == "", "nothing was submitted from this folder"
-    submitted = tmp_path / "project"
-    (submitted / workflow_run.LOGS).mkdir(parents=True)
-    assert workflow_run.unfinished_jobs(submitted) == ()
-    assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err

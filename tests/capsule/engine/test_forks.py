@@ -10,21 +10,21 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from capsule.engine.forks import Forks
+from capsule.engine.forks import forked
 from support.marks import needs_forks
 
 SCRIPTS = Path(__file__).parents[3] / "workflow" / "scripts"
 STARTER = f"""
 import os, sys, time
 sys.path.insert(0, {str(SCRIPTS)!r})
-from capsule.engine.forks import Forks
+from capsule.engine.forks import forked
 
 def name(_):
     time.sleep(0.2)
     return os.getpid()
 
 names = set()
-for each in Forks(2)(name, range(40)):
+for each in forked(name, range(40), 2):
     names.add(each)
     if len(names) == 2:
         print(*names, flush=True)
@@ -41,13 +41,13 @@ def test_the_results_come_in_order_from_processes_of_one_thread_each(processes):
 
     starter = os.getpid()
     with threadpool_limits(limits=2):
-        made = list(Forks(processes)(work, "abc"))
+        made = list(forked(work, "abc", processes))
     assert made == [(square, processes == 1, {1}) for square in (9, 1, 4)]
 
 
 def test_an_error_of_a_part_reaches_the_caller():
     with pytest.raises(ZeroDivisionError):
-        list(Forks(2)(lambda number: 1 / number, [1, 0]))
+        list(forked(lambda number: 1 / number, [1, 0], 2))
 
 
 @pytest.mark.takes(1.5)

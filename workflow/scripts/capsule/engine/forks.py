@@ -1,4 +1,4 @@
-"""Spread work over forks of this process, which share what it has read and imported."""
+"""Call a function in forks of this process, which share what it has read and imported."""
 
 import os
 import sys
@@ -17,44 +17,39 @@ Result = TypeVar("Result")
 _CALLED: list[Callable[..., object]] = []
 
 
-class Forks:
-    """A `map` whose calls run in forks of this process.
+def forked(
+    function: Callable[[Part], Result], parts: Iterable[Part], processes: int
+) -> Iterator[Result]:
+    """Yield the function's result for each part, in the order of the parts.
 
     On systems without safe forks, and with one process, the calls run in this process. From now on
-    this process and its forks compute with one thread each. Snakemake allows as many as a job has
-    processors, but two forks with two threads each hinder one another, and more threads add in
-    another order.
+    this process and its forks compute with one thread each: two forks with two threads each hinder
+    one another, and more threads add in another order.
 
     Parameters
     ----------
+    function : callable
+        ``function(part)``.
+    parts : iterable
+        The parts of the work.
     processes : int
         Number of forks that work at a time. It does not change the results.
     """
-
-    def __init__(self, processes: int) -> None:
-        self._processes = processes
-        threadpool_limits(limits=1)
-
-    def __call__(
-        self, function: Callable[[Part], Result], parts: Iterable[Part]
-    ) -> Iterator[Result]:
-        """Yield the function's result for each part, in the order of the parts."""
-        if self._processes < 2 or sys.platform != "linux":
-            yield from map(function, parts)
-            return
-        _CALLED.append(function)
-        pool = ProcessPoolExecutor(
-            self._processes, get_context("fork"), initializer=_end_with_starter
-        )
-        try:
-            with warnings.catch_warnings(), pool:
-                # The other thread belongs to the memory allocator of pyarrow.
-                about = "This process .* is multi-threaded"
-                warnings.filterwarnings("ignore", about, DeprecationWarning)
-                for result in pool.map(_call, parts):
-                    yield cast(Result, result)
-        finally:
-            _CALLED.pop()
+    threadpool_limits(limits=1)
+    if processes < 2 or sys.platform != "linux":
+        yield from map(function, parts)
+        return
+    _CALLED.append(function)
+    pool = ProcessPoolExecutor(processes, get_context("fork"), initializer=_end_with_starter)
+    try:
+        with warnings.catch_warnings(), pool:
+            # The other thread belongs to the memory allocator of pyarrow.
+            about = "This process .* is multi-threaded"
+            warnings.filterwarnings("ignore", about, DeprecationWarning)
+            for result in pool.map(_call, parts):
+                yield cast(Result, result)
+    finally:
+        _CALLED.pop()
 
 
 def _call(part: object) -> object:

@@ -6,7 +6,7 @@ Snakemake's own lines say more, in five lines a job. They are in its log below .
 
 import logging
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 # Snakemake's lines on how it chooses and runs jobs begin so.
 _DROPPED = (
@@ -26,28 +26,18 @@ _DROPPED_EVENTS = {"JOB_FINISHED", "JOB_STARTED", "PROGRESS", "RESOURCES_INFO"}
 _NOTHING = "Nothing to be done"
 
 
-class UsualHandler(Protocol):
-    """The handler that Snakemake has made for the terminal."""
-
-    stream: Any
-    filters: list[Any]
-
-    def format(self, record: logging.LogRecord) -> str:
-        """Return Snakemake's lines on a record."""
-
-
 class ShortLog(logging.StreamHandler[Any]):
     """Print one line a job.
 
     Parameters
     ----------
-    usual : UsualHandler
-        What prints errors, in Snakemake's words, and says what the user asked not to see.
+    usual : logging.StreamHandler
+        Snakemake's own for the terminal. It prints errors, and says what the user asked not to see.
     about_report : callable
         Returns the line on the report for a run with nothing to be done; it may be empty.
     """
 
-    def __init__(self, usual: UsualHandler, about_report: Callable[[], str]) -> None:
+    def __init__(self, usual: logging.StreamHandler[Any], about_report: Callable[[], str]) -> None:
         super().__init__(usual.stream)
         self._usual, self._about_report = usual, about_report
         self._begun, self._total = 0, 0
@@ -80,9 +70,10 @@ class ShortLog(logging.StreamHandler[Any]):
 def shorten_log(about_report: Callable[[], str]) -> None:
     """Print one line a job where Snakemake prints its lines to the terminal."""
     logger = logging.getLogger("snakemake.logging")
-    for usual in [each for each in logger.handlers if each.name == "DefaultStreamHandler"]:
-        logger.removeHandler(usual)
-        logger.addHandler(ShortLog(usual, about_report))  # type: ignore[arg-type]
+    for usual in list(logger.handlers):
+        if usual.name == "DefaultStreamHandler" and isinstance(usual, logging.StreamHandler):
+            logger.removeHandler(usual)
+            logger.addHandler(ShortLog(usual, about_report))
 
 
 def _is_dropped(lines: str) -> bool:

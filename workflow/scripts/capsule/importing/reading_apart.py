@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from capsule.engine.forks import Forks
+from capsule.engine.forks import forked
 from capsule.engine.project import not_installed
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
@@ -75,7 +75,7 @@ def read_apart(name: str, read: Reader, source: Any, keys: Keys) -> list[Table]:
             return list(read(source, keys))
 
     with ThreadPoolExecutor(1) as pool:
-        reading = pool.submit(list, Forks(2)(read_quietly, [None]))
+        reading = pool.submit(list, forked(read_quietly, [None], 2))
     fault = reading.exception()
     if isinstance(fault, CapsuleError):
         raise fault
