@@ -9,6 +9,7 @@ import pytest
 
 from capsule.detectors.registry import DETECTORS
 from capsule.engine.keys import imported_files
+from capsule.figures.registry import FIGURES
 from capsule.page.files import RULE_SCRIPTS
 from capsule.store.results import SURVEY_VALUES, OfArchive
 from support.project import ROOT
@@ -131,17 +132,22 @@ def test_only_modules_that_say_so_in_their_name_know_files():
     assert names == ON_FILES | ON_PROGRAMS
 
 
+SCIENCE = {"preprocess", "fit", "describe", "list", "templates", "evaluate", "detect"}
+SHOWN = ("capsule/words.py", "capsule/page/", "capsule/figures/")
+
+
 # Kills: a changed word or figure that makes every verdict again.
-@pytest.mark.parametrize(
-    "step", ["preprocess", "fit", "describe", "list", "templates", "evaluate", "detect"]
-)
-def test_no_step_of_science_rests_on_words_page_or_figures(step):
+@pytest.mark.parametrize("step", RULE_SCRIPTS)
+def test_no_step_rests_on_solids_or_the_interface_and_none_of_science_on_what_is_shown(step):
     modules = [row.module for row in DETECTORS.values()]
+    if step not in SCIENCE:
+        modules += [row.module for row in FIGURES.values()]
     used = imported_files(SCRIPTS / f"{step}.py", modules)
-    names = {path.relative_to(SCRIPTS).as_posix() for path in used if SCRIPTS in path.parents}
-    assert "capsule/errors.py" in names
-    shown = ("capsule/words.py", "capsule/page/", "capsule/figures/")
-    assert not [name for name in names if name.startswith(shown)]
+    assert SCRIPTS / "capsule/errors.py" in used
+    for path in used:
+        name = path.relative_to(SCRIPTS).as_posix()
+        assert not name.startswith(("capsule/interface/", *(SHOWN if step in SCIENCE else ())))
+        assert not {"manifold3d", "OCP"} & {each.partition(".")[0] for each in imported(path)}
 
 
 def test_one_module_knows_where_the_results_of_an_archive_stand():

@@ -15,12 +15,8 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 import capsule
-from capsule.detectors.registry import DETECTORS
 from capsule.engine import project
-from capsule.engine.keys import imported_files
 from capsule.engine.project import how_to_install
-from capsule.figures.registry import FIGURES
-from capsule.page.files import RULE_SCRIPTS
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -103,17 +99,6 @@ def test_make_report_installs_what_it_needs_and_nothing_that_only_an_extra_asks_
     # No one gets Open CASCADE without asking.
     (kernel,) = [text for text in EXTRAS["cad"] if not text.startswith("manifold3d")]
     assert Requirement(kernel).name not in locked_versions("requirements-test.lock")
-
-
-def test_no_step_of_the_workflow_imports_solids_or_what_is_made_for_programs():
-    modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
-    for rule in RULE_SCRIPTS:
-        files = imported_files(SCRIPTS / f"{rule}.py", modules)
-        assert SCRIPTS / "capsule/__init__.py" in files
-        for path in files:
-            assert "interface" not in path.parts, (rule, path)
-            text = path.read_text(encoding="utf-8")
-            assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
 
 
 def test_environment_yml_names_the_same_packages_and_ranges():
