@@ -1,5 +1,6 @@
 """Make rates and tables from a few verdicts, for tests of the report."""
 
+import numpy as np
 import pandas as pd
 
 from capsule.evaluation.archive_rates import Rates
@@ -7,6 +8,8 @@ from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from support.project import ROOT
+from support.verdicts import index_of as rows_of
+from support.verdicts import verdicts
 
 UNKNOWN = float("nan")
 RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
@@ -19,8 +22,6 @@ SETTINGS = {
 }
 
 
-OF_SCORES = ("score", "threshold", "probability", "location_mm")
-OF_SCORES += ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
 DETECTIONS = pd.DataFrame(columns=["recording", "detector", "predicted_mm", "rmse_0mm"])
 
 
@@ -29,29 +30,16 @@ def read_paper():
     return read_printed(ROOT / "workflow" / "report" / "paper.yaml")
 
 
-def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), scheme="leave_one_out"):
+def evaluated(triples, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), scheme="leave_one_out"):
     """Return the evaluation of triples (recording, true size, predicted size), with the paper's."""
-    rows = [
-        {
-            "recording": name,
-            "size_mm": true,
-            "detector": detector,
-            "scheme": scheme,
-            "predicted_mm": predicted,
-            **dict.fromkeys(OF_SCORES, UNKNOWN),
-            **{"score": predicted, "threshold": 0.0},
-            "verdict": "nodule" if predicted else "no nodule",
-            **{f"rmse_{size:g}mm": abs(predicted - size) / 10 for size in sizes_mm},
-        }
-        for detector in detectors
-        for name, true, predicted in verdicts
-    ]
-    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES, "verdict"]
-    columns += [f"rmse_{size:g}mm" for size in sizes_mm]
-    predictions = pd.DataFrame(rows, columns=columns)
-    names = predictions["recording"].unique()
-    blank = dict.fromkeys(("site", "session", "setup", "near_copies", "nodule_at_mm"), "")
-    ours = measure_tables(predictions, list(sizes_mm), RULES, dict.fromkeys(names, blank))
+    names, pairs = [name for name, *_ in triples], [pair for _, *pair in triples]
+    made = [verdicts(pairs, each, scheme, recording=names, threshold=0.0) for each in detectors]
+    predictions = pd.concat(made, ignore_index=True)
+    predicted_mm = predictions["predicted_mm"]
+    predictions["verdict"] = np.where(predicted_mm > 0, "nodule", "no nodule")
+    for size_mm in sizes_mm:
+        predictions[f"rmse_{size_mm:g}mm"] = (predicted_mm - size_mm).abs() / 10
+    ours = measure_tables(predictions, list(sizes_mm), RULES, rows_of(predictions))
     return Evaluation(predictions, ours, printed_tables(read_paper(), 0.95))
 
 
