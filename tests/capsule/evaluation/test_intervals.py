@@ -373,3 +373,31 @@ def test_every_interval_holds_its_value(values, others, clustered, level):
     assert clustered or 0 <= area[1] < area[2] <= 1
     bound = lower_bound(shares, units)
     assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)
+
+
+# How often they hold the truth.
+
+
+@pytest.mark.parametrize(
+    ("passes", "truth", "least", "plainly"),
+    [
+        ([4] * 5, 0.5, 0.9, 0.87),
+        ([6] * 12, 0.8, 0.9, 0.87),
+        ([3] * 20, 0.9, 0.9, 0.87),
+        # Kills: rates that weigh recordings. Of ten places one has 15 passes.
+        ([1] * 9 + [15], 0.8, 0.93, 0.93),
+    ],
+)
+def test_the_interval_of_a_rate_over_places_holds_the_truth(passes, truth, least, plainly):
+    places = np.repeat(np.arange(len(passes)), passes)
+    numbers, units, runs = generator(1, "places", str(passes)), Units.of_places(places), 800
+    inside = np.zeros(2)
+    # Each recording weighs the same, or counts as a place of its own.
+    other = Units(np.ones(places.size), places) if passes[-1] == 15 else alone(places.size)
+    for _ in range(runs):
+        of_place = numbers.beta(truth, 1 - truth, len(passes))  # intra-cluster correlation 0.5
+        right = numbers.random(places.size) < of_place[places]
+        for turn, each in enumerate((units, other)):
+            _, low, high = rate_of(right, each, 0.95)
+            inside[turn] += low <= truth <= high
+    assert inside[0] / runs >= least and inside[1] / runs < plainly
