@@ -67,6 +67,8 @@ def test_checksums_of_the_page():
     for payload, crc, frame in CHECKSUMS:
         assert f"{checksum(payload.encode()):04X}" == crc
         assert encode(payload) == frame.encode() + b"\n"
+        wrong = b"$%s*%04X" % (payload.encode(), int(crc, 16) ^ 1)
+        assert decode(wrong) == Damaged(wrong, "failed its check")
 
 
 @emulated.needed
