@@ -54,6 +54,7 @@ def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
 @pytest.mark.parametrize(
     ("key", "value", "complaint"),
     [
+        ("protocol", "2", "protocol=2, but this program needs 1"),
         ("adc_bits", None, "no adc_bits"),
         ("adc_bits", "9999", "adc_bits=9999"),
         ("rate_hz", "0", "rate_hz=0"),

@@ -119,28 +119,26 @@ def _check(identity: Identity, wanted: str, port: str) -> None:
         raise WrongBoardError(
             f"the board at {port} is the {identity.device} board, not the {wanted}: {purpose}"
         )
-    protocol = identity.entries.get("protocol")
-    if protocol != VERSION:
+    if fault := _fault_of(identity):
         raise WrongBoardError(
-            f"the {wanted} at {port} uses protocol {protocol}, this program needs {VERSION}; "
-            "upload the firmware of this version (workflow/firmware)"
-        )
-    if wanted == "logger" and (fault := fault_of_logger(identity)):
-        raise WrongBoardError(
-            f"the logger at {port} reports {fault}; upload the firmware of this version "
+            f"the {wanted} at {port} reports {fault}; upload the firmware of this version "
             "(workflow/firmware)"
         )
 
 
-def fault_of_logger(identity: Identity) -> str:
-    """Return the first fault in a logger's description of itself; empty if there is none."""
-    for key in ("firmware", *_NUMBERS):
-        if key not in identity.entries:
-            return f"no {key}"
+def _fault_of(identity: Identity) -> str:
+    """Return the first fault in a board's description of itself; empty if there is none."""
+    entries = identity.entries
+    if entries.get("protocol") != VERSION:
+        return f"protocol={entries.get('protocol')}, but this program needs {VERSION}"
+    if identity.device != "logger":
+        return ""
+    if "firmware" not in entries:
+        return "no firmware"
     for key, (least, most) in _NUMBERS.items():
-        value = identity.entries[key]
+        value = entries.get(key, "")
         if not re.fullmatch(r"[0-9]{1,10}", value) or not least <= int(value) <= most:
-            return f"{key}={value}"
+            return f"{key}={value}" if value else f"no {key}"
     return ""
 
 
