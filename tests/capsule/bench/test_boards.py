@@ -61,11 +61,13 @@ def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
         ("channels", "four", "channels=four"),
     ],
 )
-def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint):
+def test_a_logger_that_does_not_say_what_it_is_is_refused(monkeypatch, key, value, complaint):
     talking = FakeLine("A")
     talking.frames = [identity_of("logger", **{key: value})]
+    monkeypatch.setattr(identification, "Line", lambda *_: talking)
     with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
-        next(identification.identify(talking, "logger"))
+        identification.connect("A", 115200, "logger")
+    assert talking.closed
 
 
 MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
@@ -239,7 +241,7 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
         opened_s.append(clock.s)
         return FakeLine(port, baud)
 
-    monkeypatch.setattr(board, "Line", silent)
+    monkeypatch.setattr(identification, "Line", silent)
     waiting = Board(FakeLine("A"), Identity("fold", {}), lambda text: None)
     waiting.close()
     while clock.s < 160:

@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 
 from capsule.bench.bench_errors import (
     AcquisitionError,
@@ -12,7 +12,7 @@ from capsule.bench.bench_errors import (
     RefusedError,
 )
 from capsule.bench.clock import elapsed_s
-from capsule.bench.identification import differences, identify
+from capsule.bench.identification import differences, opened
 from capsule.bench.line import READ_TIMEOUT_S, Arrival, Line, UsbPort
 from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
 
@@ -38,8 +38,8 @@ class Board:
     ) -> None:
         self._line: Line | None = line
         self._usb_port, self._baud = UsbPort(line.port), line.baud
-        # The line to a board that was plugged in again, until it has said what it is.
-        self._opened: tuple[Line, Iterator[Identity | None]] | None = None
+        # The steps of a port that was opened again, until its board has said what it is.
+        self._opening: Generator[tuple[Line, Identity] | None] | None = None
         self._open_s = 0.0
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
@@ -110,9 +110,9 @@ class Board:
         """Close the port; return the rest of an unfinished frame."""
         rest = [] if self._line is None else self._line.close()
         self._line = None
-        if self._opened:
-            self._opened[0].close()
-            self._opened = None
+        if self._opening:
+            self._opening.close()
+            self._opening = None
         return rest
 
     def come_back(self, timeout_s: float) -> tuple[Line, Identity] | None:
@@ -124,30 +124,23 @@ class Board:
             The port cannot be opened, or the wrong board or none answers. It is opened again when
             its time has come.
         """
-        if self._opened is None:
-            if time.monotonic() < self._open_s:
-                time.sleep(timeout_s)
-                return None
+        if self._opening is None and time.monotonic() >= self._open_s:
             self._open_s = time.monotonic() + KNOCK_EVERY_S
-            line = Line(self._usb_port.current_name(), self._baud)
-            self._opened = line, identify(line, self.identity.device)
-        line, steps = self._opened
-        try:
-            identity = next(steps)
-        except AcquisitionError:
-            self._reject(line)
-            raise
-        if identity is None:
+            opening = opened(self._usb_port.current_name(), self._baud, self.identity.device)
+            next(opening)
+            self._opening, self._open_s = opening, time.monotonic() + REOPEN_AFTER_S
+        found = None
+        if self._opening:
+            try:
+                found = next(self._opening)
+            except AcquisitionError:
+                self._opening = None
+                raise
+        if found:
+            self._opening = None
+        else:
             time.sleep(timeout_s)
-            return None
-        self._opened = None
-        return line, identity
-
-    def _reject(self, line: Line) -> None:
-        """Close a port whose board is the wrong one or silent, and do not open it again at once."""
-        line.close()
-        self._opened = None
-        self._open_s = time.monotonic() + REOPEN_AFTER_S
+        return found
 
     @property
     def pending(self) -> tuple[str, ...]:
@@ -219,7 +212,7 @@ class Board:
 
     def _welcome(self, line: Line, identity: Identity) -> None:
         if differing := differences(self._first, identity):
-            self._reject(line)
+            line.close()
             self._tell_once(another_board(line.port, differing))
             return
         self._line = line

@@ -3,7 +3,7 @@
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
@@ -52,37 +52,44 @@ PURPOSES = {
 }
 
 
-def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identity | None]:
-    """Identify a board in short steps, so that other boards are served meanwhile.
+def opened(
+    port: str, baud: int, wanted: str, listen_s: float = 0.0
+) -> Generator[tuple[Line, Identity] | None]:
+    """Open a port and identify its board in short steps, so that others are served meanwhile.
+
+    The port is closed if this fails, or is given up before the board has answered.
 
     Yields
     ------
-    Identity or None
-        None after each look at the line, until the board has answered.
+    (Line, Identity) or None
+        None once the port is open, and after each look at it, until the board has answered.
 
     Raises
     ------
     AcquisitionError
-        Another board answers, or none, the baud rate is wrong, or the port disappeared.
+        The port cannot be opened, or has disappeared; another board answers, or none, or the baud
+        rate is wrong.
     """
+    line = Line(port, baud)
     try:
+        yield None
         opened_s = time.monotonic()
         listen_until, quiet_until = opened_s + listen_s, opened_s + max(QUIET_S, listen_s)
         asked_from: float | None = None
         ask_at, frames = 0.0, 0
+        identity: Identity | None = None
         others: list[Arrival] = []
         while True:
-            identity = None
             for arrival in line.receive(0):
                 frames += not isinstance(arrival.event, Damaged)
                 if isinstance(arrival.event, Identity):
-                    _check(arrival.event, wanted, line.port)
                     identity = arrival.event
+                    _check(identity, wanted, port)
                 else:
                     others.append(arrival)
             if identity:
-                line.put_back(others)  # a running board sends samples meanwhile
-            yield identity
+                break
+            yield None
             now_s = time.monotonic()
             if asked_from is None:
                 # What sends text without frames is no board of this bench, so it is not even asked.
@@ -101,9 +108,15 @@ def identify(line: Line, wanted: str, listen_s: float = 0.0) -> Iterator[Identit
                 line.send("identify")
                 ask_at += ASK_EVERY_S
     except LineLostError as fault:
+        line.close()
         raise NoAnswerError(
-            f"the board at {line.port} was disconnected before it identified itself: {fault}"
+            f"the board at {port} was disconnected before it identified itself: {fault}"
         ) from fault
+    except BaseException:
+        line.close()
+        raise
+    line.put_back(others)  # a running board sends samples meanwhile
+    yield line, identity
 
 
 def _is_garbled(line: Line, frames: int) -> bool:
@@ -259,32 +272,26 @@ def _introduced(
     """Identify the boards at these ports together; return the fitting ones and others' faults."""
     boards: list[tuple[Line, Identity]] = []
     faults: list[AcquisitionError] = []
-    strangers: dict[Line, Iterator[Identity | None]] = {}
+    strangers = [opened(port, baud, wanted, listen_s) for port in ports]
     try:
-        for port in ports:
-            try:
-                line = Line(port, baud)
-            except AcquisitionError as fault:
-                faults.append(fault)
-                continue
-            strangers[line] = identify(line, wanted, listen_s)
         while strangers:
             if stop and stop.reason:
                 raise KeyboardInterrupt
             time.sleep(LOOK_EVERY_S)
-            for line, steps in list(strangers.items()):
+            for each in list(strangers):
                 try:
-                    identity = next(steps)
+                    found = next(each)
                 except AcquisitionError as fault:
-                    line.close()
                     faults.append(fault)
-                    del strangers[line]
+                    strangers.remove(each)
                     continue
-                if identity:
-                    boards.append((line, identity))
-                    del strangers[line]
+                if found:
+                    boards.append(found)
+                    strangers.remove(each)
     except KeyboardInterrupt:
-        for line in (*strangers, *(line for line, _ in boards)):
+        for each in strangers:
+            each.close()
+        for line, _ in boards:
             line.close()
         raise
     return boards, faults
