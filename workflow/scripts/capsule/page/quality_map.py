@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import median_abs_deviation
 
 from capsule import words
 from capsule.arrays import FloatArray
@@ -99,6 +98,8 @@ def quality_cells(described: Mapping[str, Row]) -> dict[str, Cells]:
 
 def _deviations(scaled: FloatArray, least: float) -> FloatArray:
     """Return the deviations from the median, in robust standard deviations or ``least``."""
+    from scipy.stats import median_abs_deviation  # for the page alone: each plot job imports this
+
     if not scaled.size:
         return scaled
     spread = max(float(median_abs_deviation(scaled, scale="normal")), least)
