@@ -16,7 +16,7 @@ from capsule.kinds import Settings
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.recordings.recording import Recording, column_names, format_recording
 from capsule.store.files import read_json, write_csv, write_json, write_whole
-from capsule.survey.files import StoredPlace
+from capsule.survey.files import SessionError, StoredPlace, parse_event
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import (
     FOLDED,
@@ -270,8 +270,8 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
 def _told(path: Path) -> Iterator[tuple[int, Event]]:
     for number, line in enumerate(_whole_lines(path)):
         try:
-            event = Event(**json.loads(line))
-        except (ValueError, TypeError):
+            event = parse_event(number + 1, line)
+        except SessionError:
             return
         if event.event in _TOLD:
             yield number, event

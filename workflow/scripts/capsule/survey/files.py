@@ -157,7 +157,7 @@ def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
         name,
         _parse_about(texts[ABOUT]),
         **_parse_stream(texts[STREAM]),
-        events=[_event(number, line) for number, line in enumerate(lines, start=1)],
+        events=[parse_event(number, line) for number, line in enumerate(lines, start=1)],
         places=_parse_places(texts[PLACES]),
     )
 
@@ -230,7 +230,8 @@ def _parse_stream(text: str) -> dict[str, Any]:
     return {**numbers, "values": values, "fold": np.array(fold)}
 
 
-def _event(number: int, line: str) -> Event:
+def parse_event(number: int, line: str | bytes) -> Event:
+    """Return the event in a line of the log; raise `SessionError` if there is none."""
     try:
         content = json.loads(line)
         cells: dict[str, Any] = {each.name: content[each.name] for each in fields(Event)}

@@ -40,6 +40,9 @@ _SURELY_MM = 10.0
 class Pilot:
     """A pilot that leads a capsule along a gut."""
 
+    # Number of samples that one tick should hold.
+    every = EVERY
+
     def __init__(
         self, detector: Settings, rate_hz: float, sensors: int, targets_mm: Sequence[float] = ()
     ) -> None:
@@ -62,9 +65,26 @@ class Pilot:
         judge: Callable[[str], tuple[str, ...]] = getattr(self, f"_in_{self.cycle.state}")
         return judge(readings.fold)
 
-    def tell(self, event: str, reason: str) -> tuple[str, ...]:
-        """Process an event that no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
-        return self._happen(event, reason)
+    def tell(
+        self, event: str, reason: str, score: float = _UNKNOWN, threshold: float = _UNKNOWN
+    ) -> tuple[str, ...]:
+        """Process an event, log it, and return the commands for the boards.
+
+        No reading shows ``stopped``, ``gut_ended`` and ``fault``: they come from outside.
+        """
+        before = self.cycle.state
+        self.cycle, commands = cycles.after(self.cycle, event)
+        if self.cycle.state != before:
+            self._since_s, self._folds = self._now_s, False
+            if self.cycle.state == "folding":
+                self._leg = self._next_leg()
+        # Whatever ends the examination of a place: without a decision it stays undecided.
+        if self.cycle.state in ("exploring", "closing", "ended"):
+            self.suspects.close("undecided")
+        position_mm = float(np.round(self.sensing.position_mm, 3))
+        states = before, event, self.cycle.state
+        self.log.append(Event(self._now_s, *states, reason, position_mm, score, threshold))
+        return commands
 
     @property
     def following(self) -> str:
@@ -93,40 +113,30 @@ class Pilot:
         return ""
 
     @property
-    def every(self) -> int:
-        """Number of samples that one tick should hold."""
-        return EVERY
-
-    @property
     def _waited_s(self) -> float:
         """Time since the present state began, in seconds."""
         return self._now_s - self._since_s
-
-    @property
-    def _too_late(self) -> bool:
-        """True if a move of the origami has taken too long."""
-        return self._waited_s > _LATEST_S
 
     # One method for each state, called with the state that the fold board reports.
 
     def _in_starting(self, fold: str) -> tuple[str, ...]:
         if fold != UNFOLDED:
-            if self._too_late and fold != UNKNOWN_FOLD:
-                return self._happen("fault", f"the origami is {fold}")
+            if self._waited_s > _LATEST_S and fold != UNKNOWN_FOLD:
+                return self.tell("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
         self.sensing.follow()
         if not self.sensing.settled():
             return ()
         if self._targets_mm:
             return self._towards_target()
-        return self._happen("placed", "the wave is felt")
+        return self.tell("placed", "the wave is felt")
 
     def _in_exploring(self, fold: str) -> tuple[str, ...]:
         if fold in (FOLDING, FOLDED):
-            return self._happen("fault", f"the origami is {fold} without a command to fold")
+            return self.tell("fault", f"the origami is {fold} without a command to fold")
         if self._targets_mm:
             if self.cycle.no_return:
-                return self._happen("cannot_arrive", "folding does not bring the capsule back")
+                return self.tell("cannot_arrive", "folding does not bring the capsule back")
             return self._towards_target()
         if not self.sensing.follow() or (evidence := self.sensing.evidence()) is None:
             return ()
@@ -135,7 +145,7 @@ class Pilot:
             return ()
         place.may_be_off_mm = self.sensing.may_be_off_mm
         reason = f"place {place.number}: evidence at {place.first_mm:.0f} mm"
-        return self._happen("suspected", reason, self.suspects.newest_score, place.threshold)
+        return self.tell("suspected", reason, self.suspects.newest_score, place.threshold)
 
     def _in_finishing(self, fold: str) -> tuple[str, ...]:
         if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:
@@ -145,49 +155,49 @@ class Pilot:
         place = self.suspects.present
         self.suspects.end_first_pass()
         reason = f"place {place.number} at {place.first_mm:.0f} mm was passed"
-        return self._happen("passed", reason, place.evidence[-1])
+        return self.tell("passed", reason, place.evidence[-1])
 
     def _in_folding(self, fold: str) -> tuple[str, ...]:
         if fold == FOLDED:
             self._leg.begun_s = self._now_s
-            return self._happen("folded", f"for {self._leg.planned_s:.0f} s")
+            return self.tell("folded", f"for {self._leg.planned_s:.0f} s")
         # A board that was reset, or found a fault, lets the origami go.
         if fold == UNFOLDING or (self._folds and fold == UNFOLDED):
-            return self._happen("let_go", f"the origami is {fold}")
+            return self.tell("let_go", f"the origami is {fold}")
         self._folds |= fold == FOLDING
         if self.sensing.resting and self.sensing.follow():
             self._since_s, self._leg = self._now_s, self._next_leg()
-        if not self._too_late:
+        if self._waited_s <= _LATEST_S:
             return self._quietly("tick")
-        return self._happen("late", "the origami does not fold")
+        return self.tell("late", "the origami does not fold")
 
     def _in_returning(self, fold: str) -> tuple[str, ...]:
         self._leg.lasted_s = self._now_s - self._leg.begun_s
         if fold != FOLDED:
-            return self._happen("let_go", f"the origami is {fold}")
+            return self.tell("let_go", f"the origami is {fold}")
         if self._leg.lasted_s >= self._leg.planned_s:
-            return self._happen("far_enough", "the planned time is over")
+            return self.tell("far_enough", "the planned time is over")
         return self._quietly("tick")
 
     def _in_unfolding(self, fold: str) -> tuple[str, ...]:
         if fold == UNFOLDED:
-            return self._happen("unfolded", "finding the position")
+            return self.tell("unfolded", "finding the position")
         # A board whose link is lost unfolds by itself, and its link may come back: then it begins
         # to unfold once more.
         if fold == UNKNOWN_FOLD and self._waited_s <= _PATIENCE_S:
             self._silent_s = self._now_s
         if self._now_s - max(self._since_s, self._silent_s) > _LATEST_S:
-            return self._happen("late", f"the origami does not unfold: it is {fold}")
+            return self.tell("late", f"the origami does not unfold: it is {fold}")
         return (cycles.UNFOLD,)
 
     def _in_finding(self, fold: str) -> tuple[str, ...]:
         self.sensing.follow(max(self._way_back.end_mm(self._leg), START_MM))
         if not self.sensing.settled():
             if self._reckons_to_have_arrived():
-                return self._happen("arrived", "computed from the start of the gut")
+                return self.tell("arrived", "computed from the start of the gut")
             if self._waited_s <= _LONGEST_FINDING_S:
                 return ()
-            return self._happen("lost", "the position is not found")
+            return self.tell("lost", "the position is not found")
         back_at_mm = self.sensing.position_mm - self.sensing.on_mm(self._waited_s)
         moved_mm = back_at_mm - self._leg.from_mm
         if self._leg.lasted_s > 0:
@@ -200,26 +210,26 @@ class Pilot:
         if not self.suspects.is_beyond(self.sensing.position_mm):
             if self._waited_s <= _LONGEST_PASS_S:
                 return ()
-            return self._happen("lost", "the capsule does not pass the place again")
+            return self.tell("lost", "the capsule does not pass the place again")
         place = self.suspects.present
         outcome = self.suspects.end_pass()
         reason = f"place {place.number}: evidence {place.heights[-1]:.1f} times the usual"
         if outcome == "again":
-            return self._happen("again", reason, place.evidence[-1])
-        return self._happen(outcome, reason, place.evidence[-1], self.suspects.threshold.threshold)
+            return self.tell("again", reason, place.evidence[-1])
+        return self.tell(outcome, reason, place.evidence[-1], self.suspects.threshold.threshold)
 
     def _in_approaching(self, fold: str) -> tuple[str, ...]:
         self.sensing.follow()
         return self._towards_target()
 
     def _in_arrived(self, fold: str) -> tuple[str, ...]:
-        return self._happen("tick", "the wave is stopped")
+        return self.tell("tick", "the wave is stopped")
 
     def _in_closing(self, fold: str) -> tuple[str, ...]:
         if fold == UNFOLDED:
-            return self._happen("unfolded", "the survey is over")
-        if self._too_late:
-            return self._happen("late", "the origami does not unfold")
+            return self.tell("unfolded", "the survey is over")
+        if self._waited_s > _LATEST_S:
+            return self.tell("late", "the origami does not unfold")
         return self._quietly("tick")
 
     def _in_ended(self, fold: str) -> tuple[str, ...]:
@@ -230,34 +240,36 @@ class Pilot:
     def _after_leg(self, moved_mm: float) -> tuple[str, ...]:
         """Continue after a way back."""
         if self.cycle.no_return and not self._targets_mm:
-            return self._happen("gone_on", "the place was given up")
+            return self.tell("gone_on", "the place was given up")
         position_mm, goal_mm = self.sensing.position_mm, self._goal_mm()
         reason = f"moved by {moved_mm:.1f} mm, {position_mm - goal_mm:.1f} mm from the goal"
         if moved_mm > 0:
             self.suspects.jump()
         # The start of the gut stops the capsule, so it cannot come nearer to the goal.
         held_up = min(self._way_back.end_mm(self._leg), goal_mm) < START_MM
-        if position_mm <= goal_mm + self._tolerance_mm() or held_up:
+        # A way back may end a little too early.
+        early_mm = self.sensing.half_stroke_mm if self._targets_mm else _RUN_UP_MM - _TOO_NEAR_MM
+        if position_mm <= goal_mm + early_mm or held_up:
             if self._targets_mm:
-                return self._happen("goal_ahead", reason)
-            return self._happen("placed", reason)
+                return self.tell("goal_ahead", reason)
+            return self.tell("placed", reason)
         if self._leg.lasted_s > 0 and self._way_back.went_back(moved_mm):
-            return self._happen("short", reason)
-        return self._happen("not_back", reason)
+            return self.tell("short", reason)
+        return self.tell("not_back", reason)
 
     def _towards_target(self) -> tuple[str, ...]:
         """Go on to the present target, or to the next one."""
         half_mm = self.sensing.half_stroke_mm  # The factors below leave no bias on simulated guts.
         off_mm = self._targets_mm[0] - self.sensing.newest_mm
         while abs(off_mm) <= 2 * half_mm and len(self._targets_mm) > 1:
-            self._happen("reached", f"target {self._targets_mm.pop(0):.0f} mm")
+            self.tell("reached", f"target {self._targets_mm.pop(0):.0f} mm")
             off_mm = self._targets_mm[0] - self.sensing.newest_mm
         reason = f"target {self._targets_mm[0]:.0f} mm is {off_mm:.1f} mm ahead"
         if off_mm < -1.5 * half_mm:
-            return self._happen("goal_behind", reason)
+            return self.tell("goal_behind", reason)
         if self.cycle.state != "approaching":
-            return self._happen("goal_ahead", reason)
-        return self._happen("arrived", reason) if off_mm <= 0.75 * half_mm else ()
+            return self.tell("goal_ahead", reason)
+        return self.tell("arrived", reason) if off_mm <= 0.75 * half_mm else ()
 
     def _reckons_to_have_arrived(self) -> bool:
         """Return whether the capsule must be at a target that is too near the start for fixes."""
@@ -273,12 +285,6 @@ class Pilot:
             return self._targets_mm[0]
         return self.suspects.present.first_mm - _RUN_UP_MM
 
-    def _tolerance_mm(self) -> float:
-        """Return by how much a way back may end too early."""
-        if self._targets_mm:
-            return self.sensing.half_stroke_mm
-        return _RUN_UP_MM - _TOO_NEAR_MM
-
     def _next_leg(self) -> Leg:
         """Return a plan for the way back from the present position."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
@@ -289,22 +295,4 @@ class Pilot:
 
     def _quietly(self, event: str) -> tuple[str, ...]:
         self.cycle, commands = cycles.after(self.cycle, event)
-        return commands
-
-    def _happen(
-        self, event: str, reason: str, score: float = _UNKNOWN, threshold: float = _UNKNOWN
-    ) -> tuple[str, ...]:
-        """Process an event, and log it."""
-        before = self.cycle.state
-        self.cycle, commands = cycles.after(self.cycle, event)
-        if self.cycle.state != before:
-            self._since_s, self._folds = self._now_s, False
-            if self.cycle.state == "folding":
-                self._leg = self._next_leg()
-        # Whatever ends the examination of a place: without a decision it stays undecided.
-        if self.cycle.state in ("exploring", "closing", "ended"):
-            self.suspects.close("undecided")
-        position_mm = float(np.round(self.sensing.position_mm, 3))
-        states = before, event, self.cycle.state
-        self.log.append(Event(self._now_s, *states, reason, position_mm, score, threshold))
         return commands
