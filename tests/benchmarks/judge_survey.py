@@ -73,7 +73,7 @@ def lead(pilot: Pilot, bench: SimulatedBench) -> dict[str, float]:
             for command in pilot.tell("gut_ended", "the end of the gut"):
                 bench.tell(command)
         readings = bench.read(pilot.every)
-        samples += readings.time_s.size
+        samples += pilot.every
         begun_s = time.process_time()
         commands = pilot.tick(readings)
         judging_s += time.process_time() - begun_s

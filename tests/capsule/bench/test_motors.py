@@ -186,7 +186,7 @@ def bench_on(fold, peristalsis, **settings):
 
 # Kills: a resumed survey that takes the count of a board that was reset for its phase.
 def test_a_resumed_survey_knows_its_phase_by_the_index_alone(line):
-    bench = bench_on(Line(), line, begin_s=8.0, index_mm=3.0)
+    bench = bench_on(Line(), line, resumed=True, index_mm=3.0)
     for frame, known in (
         ("P,10,10,0.6,25.0,running,", False),
         ("P,210,90,5.3,25.0,running,85", True),
@@ -203,12 +203,11 @@ def test_a_folded_survey_holds_its_lease_at_each_judgement(line, state):
     bench = bench_on(line, Line())
     pilot = Pilot(DETECTOR, 10.0, 4)
     pilot.cycle, pilot._leg = Cycle(state), Leg(0.0, begun_s=0.0, planned_s=30.0)
-    time_s, nothing = np.arange(pilot.every) / 10.0, np.full((4, pilot.every), np.nan)
+    nothing = np.full((4, pilot.every), np.nan)
     fold = FOLDED if state == "returning" else FOLDING
     for _ in range(9):
-        for command in pilot.tick(Readings(time_s, nothing, nothing[0], fold)):
+        for command in pilot.tick(Readings(nothing, nothing[0], fold)):
             bench.tell(command)
-        time_s = time_s + pilot.every / 10.0
     assert line.sent == 9 * ["hold"]
     assert pilot.every / 10.0 < 5.0 / 2
 

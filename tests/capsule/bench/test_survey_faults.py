@@ -32,6 +32,7 @@ class Bench:
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
         self.fault = fault or (lambda bench, readings, state: readings)
+        self.now_s = 0.0
         self.began_s = {}
         self.away = 0
         self.commands = []
@@ -46,8 +47,8 @@ class Bench:
                     self.tell(command)
             readings = self.bench.read(pilot.every)
             self.folds.append(readings.fold)
-            state = pilot.cycle.state
-            self.began_s.setdefault(state, readings.time_s[0])
+            state, self.now_s = pilot.cycle.state, pilot.now_s
+            self.began_s.setdefault(state, self.now_s)
             for command in pilot.tick(self.fault(self, readings, state)):
                 self.tell(command)
         return pilot
@@ -96,17 +97,17 @@ def never_unfolds(bench, readings, state):
 
 
 def fold_board_falls_silent(bench, readings, state):
-    returning_s = readings.time_s[0] - bench.began_s.get("returning", np.inf)
+    returning_s = bench.now_s - bench.began_s.get("returning", np.inf)
     return replace(readings, fold="unknown") if 10 < returning_s < 30 else readings
 
 
 def logger_was_away(bench, readings, state):
-    away = 100 < readings.time_s[0] < 115
+    away = 100 < bench.now_s < 115
     return replace(without(readings, "values"), fold="unknown") if away else readings
 
 
 def phase_of_the_drive_is_lost(bench, readings, state):
-    return without(readings, "wave_mm") if readings.time_s[0] > 60 else readings
+    return without(readings, "wave_mm") if bench.now_s > 60 else readings
 
 
 # A pass without evidence is no verdict; one that was spoilt comes again.

@@ -51,6 +51,6 @@ def test_a_place_that_is_found_after_that_may_be_off_as_well():
         follow=lambda: True,
         evidence=lambda: evidence,
     )
-    pilot.tick(Readings(np.zeros(8), np.zeros((4, 8)), np.zeros(8), UNFOLDED))
+    pilot.tick(Readings(np.zeros((4, 8)), np.zeros(8), UNFOLDED))
     (place,) = pilot.suspects.places
     assert (place.first_mm, place.may_be_off_mm) == (20.0, 80.0)

@@ -38,8 +38,8 @@ class BoardBench:
         Request to stop, by Ctrl-C.
     patience_s : float
         Longest time in seconds without a board.
-    begin_s : float
-        Time of the first sample in seconds; above 0 if a killed session is resumed.
+    resumed : bool
+        Whether a killed session goes on, so that only the index tells the phase of the wave.
     index_mm : float or None
         Phase of the wave at the cam shaft's index, from a killed session.
     """
@@ -52,17 +52,17 @@ class BoardBench:
         stop: StopRequest,
         *,
         patience_s: float,
-        begin_s: float = 0.0,
+        resumed: bool = False,
         index_mm: float | None = None,
     ) -> None:
         self._boards = boards
         self._logger = Logger(boards["logger"], log, to_end_stop=False)
         self._drive = Drive(boards["peristalsis"], wave, log, MOST_RESTARTS)
         self._drive.phase.index_mm = index_mm
-        if begin_s > 0:
+        if resumed:
             self._drive.phase.begin_anew()
         self._fold = FoldBoard(boards["fold"], log)
-        self._stop, self._patience_s, self._begin_s = stop, patience_s, begin_s
+        self._stop, self._patience_s = stop, patience_s
         self._read = 0
         # Samples that were not read yet.
         self._columns: list[tuple[float, ...] | None] = []
@@ -154,11 +154,9 @@ class BoardBench:
                 values[:, number] = column
         numbers = self._read + np.arange(float(samples))
         self._read += samples
-        rate_hz = 1.0 / self._logger.state.period_s
         # Rounded as in the file: a resumed pilot must decide the same from the stored values.
-        time_s = np.round(self._begin_s + numbers / rate_hz, 3)
         wave_mm = np.round(self._drive.phase.at(self._moments_s(numbers)), 2)
-        return Readings(time_s, values, wave_mm, self._fold.state)
+        return Readings(values, wave_mm, self._fold.state)
 
     def _has(self, samples: int) -> bool:
         """Return whether so many samples have arrived, or the last of them is late."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule.arrays import plain
+from capsule.arrays import FloatArray, plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import RESUME, GrowingFile, writing
 from capsule.kinds import Settings
@@ -68,7 +68,12 @@ class SessionFolder:
                 write_json(self.folder / ABOUT, self._about)
 
     def add_readings(
-        self, readings: Readings, head_mm: float, score: float, threshold: float
+        self,
+        time_s: FloatArray,
+        readings: Readings,
+        head_mm: float,
+        score: float,
+        threshold: float,
     ) -> None:
         """Add samples to the stream, and the judgement of them to the last.
 
@@ -76,6 +81,8 @@ class SessionFolder:
 
         Parameters
         ----------
+        time_s : (K,) array
+            Times of the samples.
         readings : Readings
             The samples since the last judgement.
         head_mm : float
@@ -85,11 +92,11 @@ class SessionFolder:
             threshold above which it is suspicious.
         """
         judged = [_cell(head_mm, 2), _cell(score, 5), _cell(threshold, 5)]
-        last = readings.time_s.size - 1
-        for number, (time_s, values, wave_mm) in enumerate(
-            zip(readings.time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)
+        last = time_s.size - 1
+        for number, (now_s, values, wave_mm) in enumerate(
+            zip(time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)
         ):
-            cells = [f"{time_s:.3f}", *(_cell(value, 0) for value in values), _cell(wave_mm, 2)]
+            cells = [f"{now_s:.3f}", *(_cell(value, 0) for value in values), _cell(wave_mm, 2)]
             cells += judged if number == last else [""] * len(judged)
             self._stream.add(",".join([*cells, readings.fold]) + "\n")
 
@@ -227,8 +234,7 @@ def read_stored(
     Returns
     -------
     judged : list of (Readings, float)
-        Readings of each judgement, whose times do not count interruptions, and the total time of
-        interruptions before it, in seconds.
+        Readings of each judgement, and the total time of interruptions before it, in seconds.
     told : dict of int to Event
         Events that may have come from outside, by their numbers in the log.
     """
@@ -238,11 +244,10 @@ def read_stored(
     for start in range(0, len(rows) - every + 1, every):
         some = rows[start : start + every]
         # Between two samples there is one period, or an interruption.
-        passed_s = np.round((start + np.arange(every)) / rate_hz, 3)
-        away_s = round(some[0][0] - float(passed_s[0]), 3)
+        away_s = round(some[0][0] - round(start / rate_hz, 3), 3)
         # The same order in memory as at first: another order of sums changes the last digits.
         numbers = np.array([row[1] for row in some]).T.copy()
-        judged.append((Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]), away_s))
+        judged.append((Readings(numbers[:-1], numbers[-1], some[0][2]), away_s))
     return judged, dict(_told(folder / (EVENTS + PART)))
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule import words
+from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.beside import Beside
 from capsule.bench.clock import StopRequest
@@ -81,13 +82,6 @@ class SurveyRun:
         """Return whether the survey has samples."""
         return bool(self._heard)
 
-    @property
-    def next_s(self) -> float:
-        """Time of the next sample from the boards, by the pilot's clock."""
-        # Before it comes the empty judgement that stands for the interruption.
-        judged = len(self._heard) + bool(self._heard)
-        return round(judged * self.pilot.every / self._rate_hz, 3)
-
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end."""
         pilot = self.pilot
@@ -116,15 +110,14 @@ class SurveyRun:
         AcquisitionError
             The pilot's decisions differ from the stored ones.
         """
-        pilot, now_s, self._repeating = self.pilot, 0.0, True
+        pilot, self._repeating = self.pilot, True
         for readings, away_s in judged:
             # A later event was the pilot's own; the readings cause it again.
-            until_s = now_s + away_s + _CLOCK_STEP_S
+            until_s = pilot.now_s + away_s + _CLOCK_STEP_S
             while (event := told.get(len(pilot.log))) and event.time_s <= until_s:
                 pilot.tell(event.event, event.reason)
             self.state.away_s = away_s
             self._take(readings)
-            now_s = float(readings.time_s[-1])
         self._repeating = False
         self.disk.go_on()
 
@@ -145,35 +138,36 @@ class SurveyRun:
         """Record the interruption: let the pilot judge missing readings in its place."""
         if not self._heard:
             return ()
-        pilot, last = self.pilot, self._heard[-1]
-        time_s = np.round(last.time_s + pilot.every / self._rate_hz, 3)
         # The bench has already read the first samples after the interruption.
-        unread_s = (2 * pilot.every) / self._rate_hz
-        now_s = (datetime.now(UTC) - begun).total_seconds()
-        self.state.away_s = round(
-            max(self.state.away_s, now_s - unread_s - float(last.time_s[-1])), 3
-        )
-        nothing = np.full(last.values.shape, np.nan)
-        return self._take(Readings(time_s, nothing, nothing[0], UNKNOWN_FOLD))
+        unread_s = (2 * self.pilot.every) / self._rate_hz
+        away_s = (datetime.now(UTC) - begun).total_seconds() - unread_s - self.pilot.now_s
+        self.state.away_s = round(max(self.state.away_s, away_s), 3)
+        nothing = np.full(self._heard[-1].values.shape, np.nan)
+        return self._take(Readings(nothing, nothing[0], UNKNOWN_FOLD))
 
     def _take(self, readings: Readings) -> tuple[str, ...]:
         """Store readings, let the pilot judge them, and return its commands."""
+        time_s = self._times_s(len(self._heard), readings.wave_mm.size) + self.state.away_s
         self._heard.append(readings)
         for column in readings.values.T:
             missing = bool(np.isnan(column).all())
             self.state.missing += missing
             self.state.add(None if missing else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
-        kept = replace(readings, time_s=readings.time_s + self.state.away_s)
         suspects = self.pilot.suspects
         self.disk.add_readings(
-            kept,
+            time_s,
+            readings,
             self.pilot.sensing.head_mm,
             suspects.newest_score,
             suspects.threshold.threshold,
         )
         self._note_events()
         return commands
+
+    def _times_s(self, judged: int, samples: int) -> FloatArray:
+        """Return the times of samples that follow so many judgements, by the pilot's clock."""
+        return np.round((judged * self.pilot.every + np.arange(samples)) / self._rate_hz, 3)
 
     def _note_state(self, bench: Bench) -> None:
         """Write what the displays show."""
@@ -228,7 +222,7 @@ class SurveyRun:
         if len(stretch) * self.pilot.every < _SHORTEST_PASS:
             return
         values = np.concatenate([readings.values for readings in stretch], axis=1)
-        time_s = np.concatenate([readings.time_s for readings in stretch])
+        time_s = self._times_s(first, values.shape[1])
         passes = self._passes.setdefault(place.number, [])
         name = f"place-{place.number:02d}-pass-{len(passes) + 1}"
         header = {**self._header, "site": f"{self._header['session']}/place-{place.number:02d}"}

@@ -126,7 +126,7 @@ def _on_boards(
                     run.log,
                     stop,
                     patience_s=options.patience,
-                    begin_s=run.next_s,
+                    resumed=run.begun,
                     index_mm=about[INDEX],
                 )
                 _lead(run, bench, stop, about["begun"])

@@ -80,7 +80,7 @@ class SimulatedBench:
         self.head_mm.append(stretch.head_mm)
         fold = self._state(float(stretch.folded[0]), float(stretch.folded[-1]))
         self.origami = f"the origami is {fold}"
-        return Readings(stretch.time_s, counts.astype(np.float64), stretch.wave_mm, fold)
+        return Readings(counts.astype(np.float64), stretch.wave_mm, fold)
 
     def _let_go(self) -> None:
         self._folding = False

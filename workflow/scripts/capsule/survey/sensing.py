@@ -137,7 +137,7 @@ class Sensing:
         Samples of a capsule that is not unfolded are dropped. If all samples or the wave are
         missing, the earlier samples are dropped as well.
         """
-        self._count += readings.time_s.size
+        self._count += readings.values.shape[1]
         self.resting = readings.fold == RESTING
         missing = np.isnan(readings.values).all() or np.isnan(readings.wave_mm).all()
         if missing or (readings.fold != UNFOLDED and not self.resting):

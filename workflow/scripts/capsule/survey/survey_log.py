@@ -17,8 +17,6 @@ class Readings:
 
     Attributes
     ----------
-    time_s : (K,) array
-        Times of the samples in seconds.
     values : (S, K) array
         Readings; NaN where a sample is missing.
     wave_mm : (K,) array
@@ -28,7 +26,6 @@ class Readings:
         ``unfolding``, ``resting``, or ``unknown`` if the board says nothing.
     """
 
-    time_s: FloatArray
     values: FloatArray
     wave_mm: FloatArray
     fold: str
