@@ -72,7 +72,8 @@ _auc = partial(cell_of, name="auc", form=words.number, unit="")
 _bias = partial(cell_of, name="bias_mm", form=words.number, unit=" mm")
 _differs = partial(Measure, table="comparison", cell=difference)
 
-# The rows under each heading, in which {prevalence} and {reference} are filled in.
+# The rows under each heading, in which {prevalence} and {reference} are filled in. Those below the
+# first heading are folded away, because most readers do not need them.
 GROUPS = {
     "Finding a nodule": (
         Measure("Specificity", "summary", "specificity", of_specificity=True),
@@ -80,9 +81,6 @@ GROUPS = {
         Measure("Sensitivity, {size}", "summary", "sensitivity", "each"),
         Measure("Balanced accuracy", "summary", "balanced_accuracy"),
     ),
-}
-# Those that are folded away, because most readers do not need them.
-FOLDED_GROUPS = {
     "Size and place of a nodule": (
         Measure("Exact size, of all nodules", "sizing", "exact_rate"),
         Measure("Within {tolerance}, of all nodules", "sizing", "within_rate"),
@@ -147,15 +145,15 @@ def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: st
     # As no size stands for any nodule, a bin without ends stands for all probabilities.
     of_bins = tables["calibration"]["stated_low"].notna()
     bins, tables["calibration"] = (tables["calibration"][which] for which in (of_bins, ~of_bins))
-    filled = partial(_filled, tables, reference, detectors, settings)
+    groups = _groups(tables, reference, detectors, settings)
     sentences = {row.name: row.sentence for row in DETECTORS.values()} | {ALWAYS: BASELINE}
     return {
         "scheme": scheme,
         "title": words.scheme(scheme),
         "recordings": words.plural(int(tables["summary"]["recordings"].max()), "recording"),
         "detectors": [{"name": name, "words": sentences[name]} for name in detectors],
-        "groups": filled(GROUPS),
-        "folded_groups": filled(FOLDED_GROUPS),
+        "groups": groups[:1],
+        "folded_groups": groups[1:],
         "calibration": [
             {
                 "detector": row["detector"],
@@ -169,14 +167,10 @@ def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: st
     }
 
 
-def _filled(
-    tables: Judgements,
-    reference: str,
-    detectors: Sequence[str],
-    settings: Settings,
-    groups: Mapping[str, tuple[Measure, ...]],
+def _groups(
+    tables: Judgements, reference: str, detectors: Sequence[str], settings: Settings
 ) -> list[Cells]:
-    """Return the filled rows of groups, with a column for each detector."""
+    """Return the filled rows of all groups, with a column for each detector."""
     sizes_mm = sorted(tables["summary"]["size_mm"].dropna().unique())
     sizes_of: dict[str, list[float | None]] = {
         "all": [None],
@@ -202,7 +196,7 @@ def _filled(
                 for made in [_cells(tables[row.table], row, size_mm, reference, settings)]
             ],
         }
-        for title, rows in groups.items()
+        for title, rows in GROUPS.items()
     ]
 
 
