@@ -3,16 +3,11 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import series_of
-from capsule.detectors.described import read_scorer
-from capsule.detectors.occlusion import score_stretches
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
-from capsule.engine.project import WEIGHTS
 from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
-from capsule.recordings.recording import read_recording
 from capsule.seeding import generator
 from support.project import ROOT
 from support.synthetic import make_recording
@@ -109,21 +104,3 @@ def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
     # The run ends before the fourth sensor reaches the place where the first three were pressed.
     *passed, last = gut_of(samples=520, deeper=1.5)[0]["passed_s"]
     assert None not in passed and last is None
-
-
-def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score():
-    scorer, near_it, elsewhere = read_scorer(WEIGHTS), [], []
-    for path in sorted((ROOT / "raw" / "3mm").glob("r0*.csv")):
-        with path.open("rb") as stream:
-            values = read_recording(stream, 4).values
-        scored = score_stretches(scorer, series_of(wave_of(values, 10, DIAGONAL)))
-        drawn = evidence_of(values, stretches=scored)
-        passed_s = np.array(drawn["beats"]["passed_s"], dtype=float)[:, np.newaxis]
-        at_s = drawn["stretches"]["first_s"] + drawn["stretches"]["step_s"] * np.arange(
-            scored[1].size
-        )
-        near = np.nanmin(np.abs(at_s - passed_s), axis=0) < 4
-        near_it.append(scored[1][near].mean())
-        elsewhere.append(scored[1][~near].mean())
-    assert len(near_it) >= 5
-    assert np.mean(near_it) > 1.5 * np.mean(elsewhere) > 0
