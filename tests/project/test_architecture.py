@@ -141,7 +141,7 @@ SHOWN = ("capsule/words.py", "capsule/page/", "capsule/figures/")
 def test_no_step_rests_on_solids_or_the_interface_and_none_of_science_on_what_is_shown(step):
     modules = [row.module for row in DETECTORS.values()]
     if step not in SCIENCE:
-        modules += [row.module for row in FIGURES.values()]
+        modules += FIGURES.values()
     used = imported_files(SCRIPTS / f"{step}.py", modules)
     assert SCRIPTS / "capsule/errors.py" in used
     for path in used:

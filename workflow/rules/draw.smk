@@ -11,7 +11,7 @@ DRAW = step(
     "draw",
     sections("recording", "preprocessing", "evaluation", report={"lead": config["report"]["lead"]}),
     lambda _: [TEMPLATES.key(), EVALUATE.key()],
-    modules=sorted({row.module for row in FIGURES.values()}),
+    modules=sorted({*FIGURES.values()}),
     beside=[REPORT_FILES / "paper.yaml"],
 )
 

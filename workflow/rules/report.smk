@@ -17,7 +17,7 @@ REPORT = step(
         *map(PLOT.key, DESCRIBED),
         *map(SURVEY.key, SURVEYS.names),
     ],
-    modules=sorted({*DETECTOR_MODULES, *(row.module for row in FIGURES.values())}),
+    modules=sorted({*DETECTOR_MODULES, *FIGURES.values()}),
     beside=[*PAGE_FILES, SCHEMA],
 )
 

@@ -34,9 +34,8 @@ def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, na
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_a_row_leads_to_what_makes_the_figure(name):
-    row = FIGURES[name]
-    assert callable(getattr(import_module(row.module), row.made_by))
+def test_a_line_leads_to_what_makes_the_figure(name):
+    assert callable(getattr(import_module(FIGURES[name]), f"{name}_drawing"))
 
 
 def test_every_detector_has_a_look_of_its_own():

@@ -286,7 +286,7 @@ def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_pa
 
 
 def test_no_step_of_the_workflow_imports_the_import():
-    modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
+    modules = [*FIGURES.values(), *(row.module for row in DETECTORS.values())]
     for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py", modules)
         assert files

@@ -15,8 +15,8 @@ def write_figure(name: str, inputs: FigureInputs, kind: str, folder: Path) -> st
 
     A PDF is written in the widths of one and of two columns.
     """
-    row = FIGURES[name]
-    make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)
+    module = import_module(FIGURES[name])
+    make: Callable[[FigureInputs], Drawing] = getattr(module, f"{name}_drawing")
     table, draw = make(inputs)
     with files.write_whole(folder / f"{name}.csv") as stream:
         table.to_csv(stream, index=False, lineterminator="\n")

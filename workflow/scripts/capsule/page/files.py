@@ -104,8 +104,7 @@ def code_checksums() -> dict[str, str]:
     An installed library stands beside the project's files.
     """
     scripts = PROJECT / "workflow" / "scripts"
-    registered = [row.module for row in DETECTORS.values()]
-    registered += [row.module for row in FIGURES.values()]
+    registered = [*FIGURES.values(), *(row.module for row in DETECTORS.values())]
     paths = {scripts / f"{name}.py" for name in RULE_SCRIPTS}
     paths |= {each for path in paths for each in imported_files(path, registered)}
     found = {}
