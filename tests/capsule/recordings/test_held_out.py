@@ -59,6 +59,8 @@ OF_SPRING = {
     "formula": f"# session: =2+2\n{COLUMNS}",
     "long": f"{LONG}# session: spring\n{COLUMNS}",
     "letters": f"# {'é' * 1100}: 1\n# session: spring\n{COLUMNS}",
+    # The second line is cut by the end of what is read at first.
+    "twice": f"# session: spring\n{'#' * 2015}\n# session: spring\n{COLUMNS}",
     "cut": "# session: spring",
 }
 OF_OTHERS = {

@@ -102,6 +102,16 @@ def test_without_hard_links_a_full_disk_leaves_no_half_of_a_new_file(tmp_path, m
     assert (tmp_path / "r01.csv").read_bytes() == b"whole"
     with pytest.raises(FileExistsError):
         files.write_new(tmp_path / "r01.csv", b"other")
+    replace = Path.replace
+
+    def full_again(path, target):
+        if target.name == "r02.csv":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", full_again)
+    with pytest.raises(OSError, match="No space left"):
+        files.write_new(tmp_path / "r02.csv", b"other")
     assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"whole"]
 
 

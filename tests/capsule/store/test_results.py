@@ -153,13 +153,11 @@ def test_files_of_a_recording_that_is_gone_are_left_over(tmp_path):
     make_results(tmp_path, 1)
     assert left_in(tmp_path / "none", NAMES, 1) == left_in(tmp_path, NAMES, 1) == []
     files.write_json(tmp_path / "plot_data/2mm/batch.json", {})
-    files.write_json(tmp_path / "signals/3mm/r01.npz", {})
     assert left_in(tmp_path, [name for name in NAMES if name != "3mm/r07"], 1) == [
         "checks/3mm/r07.json",
         "fits/3mm/r07.json",
         "matrices/3mm/r07.npy",
         "plot_data/2mm/batch.json",
-        "signals/3mm/r01.npz",
         "signals/3mm/r07.npy",
     ]
 

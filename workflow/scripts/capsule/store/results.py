@@ -176,7 +176,7 @@ def left_over(folder: Path, division: Division) -> list[str]:
         suffix = Path(pattern(kind, alone=division.alone)).suffix
         for path in (folder / kind).glob("*/*"):
             batch = path.relative_to(folder / kind).with_name(path.name.removesuffix(suffix))
-            if not path.name.endswith(suffix) or batch.as_posix() not in known:
+            if batch.as_posix() not in known:
                 found.append(path.as_posix())
     return sorted(found)
 
