@@ -120,6 +120,7 @@ DAMAGES = {
     "garbage": lambda content: b"\x00 garbage",
     "no archive": lambda content: b"PK",
     "no keys": lambda content: b"[1]",
+    "none of its own": lambda content: b"{}",
     "no header": lambda content: HEADER,
     "missing": None,
 }
