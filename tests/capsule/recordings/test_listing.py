@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from capsule.errors import CapsuleError
 from capsule.recordings.acceptance import fingerprint
 from capsule.recordings.listing import (
-    _known_median,
     full_list,
     near_copies,
     nearly_equal,
@@ -241,11 +240,3 @@ def test_if_the_run_is_to_fail_each_rejected_recording_is_listed_with_its_reason
     bad = {"recording": "3mm/r02", "status": "rejected", "reason": "the file is empty"}
     with pytest.raises(CapsuleError, match=r"are rejected:\n  3mm/r02: the file is empty\nrepair"):
         refuse_rejected([good, bad])
-
-
-@pytest.mark.parametrize("known", [1, 2, 5, 6])
-def test_the_median_of_a_row_leaves_missing_samples_out(known):
-    values = np.array([[4.0, 1.0, 9.0, 2.0, 7.0, 3.0], [8.0, 6.0, 0.0, 5.0, 11.0, 10.0]])
-    values[0, known:] = np.nan
-    middle = np.nanmedian(values, axis=1, keepdims=True)
-    np.testing.assert_array_equal(_known_median(values), middle)

@@ -24,7 +24,7 @@ from capsule.recordings.recording import (
     too_large,
     wave_until_s,
 )
-from capsule.recordings.time_base import at_rate, check_length, columns_by_time
+from capsule.recordings.time_base import at_rate, check_length, columns_by_time, longest_gap
 from capsule.recordings.units import adc_ends, on_full_scale, share_between, shares_at_ends
 from capsule.seeding import readings_checksum
 
@@ -211,15 +211,10 @@ def accept(recording: Recording, *, rules: Settings, window: int, length: int) -
 
 
 def _check_missing(values: FloatArray, first_s: float, rules: Settings) -> None:
-    missing = np.isnan(values).all(axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
-    starts, ends = edges[::2], edges[1::2]
-    if starts.size == 0:
-        return
-    longest = int(np.argmax(ends - starts))
-    duration = (ends[longest] - starts[longest]) / rules["rate_hz"]
+    missing, (start, longest) = np.isnan(values).all(axis=0), longest_gap(values)
+    duration = longest / rules["rate_hz"]
     if duration > rules["max_gap_s"]:
-        begin = first_s + starts[longest] / rules["rate_hz"]
+        begin = first_s + start / rules["rate_hz"]
         raise RecordingError(
             f"samples are missing for {duration:g} s, from {begin:g} s on; at most "
             f"{rules['max_gap_s']:g} s are allowed (recording.max_gap_s)"

@@ -215,22 +215,13 @@ def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _standardized(values: FloatArray) -> FloatArray:
-    centred = values - _known_median(values)
+    centred = values - np.nanmedian(values, axis=1, keepdims=True)
     deviation = np.abs(centred)
-    spread = _known_median(deviation)
+    spread = np.nanmedian(deviation, axis=1, keepdims=True)
     # If most readings are equal, that spread is 0, and the largest deviation replaces it.
     spread = np.where(spread > 0, spread, np.fmax.reduce(deviation, axis=1, keepdims=True))
     clipped = np.clip(centred / np.where(spread > 0, spread, 1.0), -_CLIPPED_AT, _CLIPPED_AT)
     return np.where(np.isnan(values), np.nan, clipped)
-
-
-def _known_median(values: FloatArray) -> FloatArray:
-    """Return the median of each row (S, K) without NaN, as (S, 1); fast for a few short rows."""
-    ordered = np.sort(values, axis=1)  # NaN comes last.
-    last = np.maximum(np.count_nonzero(~np.isnan(values), axis=1, keepdims=True) - 1, 0)
-    middle = np.take_along_axis(ordered, np.hstack([last // 2, (last + 1) // 2]), axis=1)
-    known: FloatArray = middle.mean(axis=1, keepdims=True)
-    return known
 
 
 def _shift(one: FloatArray, other: FloatArray) -> int:

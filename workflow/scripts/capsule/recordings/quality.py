@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from capsule import words
-from capsule.arrays import BoolArray, FloatArray
+from capsule.arrays import FloatArray
+from capsule.recordings.time_base import longest_gap
 
 # The quality of a recording without a fault.
 NO_FAULT = "no gap, no loose sensor"
@@ -27,12 +28,11 @@ def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) 
         Sampling rate.
     """
     faults = []
-    missing: BoolArray = np.asarray(np.isnan(values).all(axis=0))
-    if missing.any():
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
-        longest = int(np.max(edges[1::2] - edges[::2]))
+    _, longest = longest_gap(values)
+    if longest:
+        missing = float(np.isnan(values).all(axis=0).mean())
         faults.append(
-            f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
+            f"gaps: {words.percent(missing)} of the samples, the longest "
             f"{words.number(longest / rate_hz, 1)} s"
         )
     for sensor, share in enumerate(at_ends, start=1):

@@ -212,3 +212,17 @@ def at_rate(own: FloatArray, step: float) -> FloatArray:
     between: FloatArray = first + part * (second - first)
     # Beside a gap the nearer reading stands in, so that no gap grows.
     return np.where(np.isnan(between), np.where(part < 0.5, first, second), between)
+
+
+def longest_gap(values: FloatArray) -> tuple[int, int]:
+    """Return first sample and length of the longest gap in readings (S, K); length 0 without one.
+
+    In a gap, the samples of all sensors are missing (NaN).
+    """
+    missing = np.isnan(values).all(axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
+    starts, lengths = edges[::2], edges[1::2] - edges[::2]
+    if not starts.size:
+        return 0, 0
+    longest = int(np.argmax(lengths))
+    return int(starts[longest]), int(lengths[longest])
