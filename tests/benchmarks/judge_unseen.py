@@ -1,17 +1,14 @@
 """Judge the detectors, and what counts as familiar, on benches that had no part in making them.
 
-    python tests/benchmarks/judge_unseen.py --folders FOLDER ... --archives 40
-        --output workflow/studies/results/detection-benches.md --ranges workflow/report/benches.csv
-        --pages docs/detection.md workflow/studies/benches.md
-        workflow/studies/results/detection-familiar.md
+    python tests/benchmarks/judge_unseen.py --folders FOLDER ... --archives 40 --write
 
 Judged are the benches of judged_only.py, the usual bench, every bench of config/benches/, and
 folders of recordings of other benches: each file of a folder is an archive, an .npz of arrays
 (S, K) by names such as 3mm/r07. Each detector judges the recordings of each place by what the other
 places of the archive teach, and fresh healthy recordings of the bench by what the whole archive
 teaches. A recording without a verdict is a failure: it counts neither as found nor as healthy.
-What one archive teaches as familiar judges the other archives of its bench. --pages writes the
-tables into documents.
+What one archive teaches as familiar judges the other archives of its bench. --write writes the
+tables into the documents that show them, and the range for the report.
 """
 
 import argparse
@@ -24,8 +21,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
-sys.path[:0] = map(str, FOLDERS)
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
 
 import judged_only
 from tables import filled_page, table
@@ -59,6 +56,11 @@ DETECTORS = ("diagonal", "taught")
 # stands first. docs/detection.md tells what each bench taught or chose.
 TAUGHT, CHOSE, JUDGED_ONLY = "taught", "chose", "judged only"
 PARTS = (JUDGED_ONLY, CHOSE, TAUGHT)
+# The documents that show the tables.
+PAGES = [
+    *("docs/detection.md", "workflow/studies/benches.md"),
+    *(f"workflow/studies/results/detection-{name}.md" for name in ("benches", "familiar")),
+]
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")
 FOUND = SHOWN[2]
 CONFIGURATION = read_config_file(CONFIG / "config.yaml")
@@ -227,22 +229,6 @@ def familiar_row(bench: str, archives: Sequence[Traits]) -> dict[str, object]:
     }
 
 
-def report(means: pd.DataFrame) -> str:
-    """Return the whole document on the detectors."""
-    return (
-        "# What the detectors reach on other benches\n\nMade by "
-        "`tests/benchmarks/judge_unseen.py`; studies/detection.md tells why. Means over archives "
-        f"of simulated recordings, seeds from {FIRST_SEED} on, place by place. *Specificity*: on "
-        f"{FRESH} fresh healthy recordings for each archive, seeds from {FIRST_FRESH_SEED} on (of "
-        "a stored bench: the healthy ones of its next archives). *Left out*: on the archive's own "
-        "healthy recordings; the rank of a threshold sets it. A recording without a verdict is a "
-        "failure.\n\n"
-        f"## The range\n\n{table(range_rows(means))}\n"
-        "## Bench by bench\n\nThe benches that judge only first, and of each part the worst first."
-        f"\n\n{table(means.to_dict('records'))}"
-    )
-
-
 def main() -> None:
     """Judge every bench, and write the tables."""
     parser = argparse.ArgumentParser(
@@ -254,9 +240,7 @@ def main() -> None:
     add("--processes", type=natural, default=2, help="archives at a time (default: 2)")
     add("--benches", nargs="*", choices=every, default=every, help="simulated (default: all)")
     add("--folders", nargs="*", type=Path, default=[], help="archives of other benches")
-    add("--output", type=Path, help="output: the tables of the detectors, Markdown")
-    add("--ranges", type=Path, help="output: the range, for the report, CSV")
-    add("--pages", nargs="*", type=Path, default=[], help="documents that show the tables")
+    add("--write", action="store_true", help="write the tables into documents and report")
     arguments = parser.parse_args()
     folders = {folder.name: sorted(folder.glob("*.npz")) for folder in arguments.folders}
     archives = dict.fromkeys(arguments.benches, arguments.archives)
@@ -276,22 +260,21 @@ def main() -> None:
         traits[bench].append(of_archive)
         print(f"{done} of {len(tasks)}: {bench}", file=sys.stderr, flush=True)
     means = mean_rows(pd.DataFrame(made))
-    text, ranges = report(means), range_rows(means)
     only = means.loc[means["part"] == JUDGED_ONLY, ["bench", "detector", *SHOWN]]
     several = {bench: each for bench, each in traits.items() if len(each) > 1}
+    ranges = range_rows(means)
     blocks = {
         "ranges": table(ranges),
         "judged only": table(only.to_dict("records")),
+        "benches": table(means.to_dict("records")),
         "familiar benches": table([familiar_row(*each) for each in several.items()]),
     }
-    if arguments.ranges:
-        write_csv(arguments.ranges, list(ranges[0]), ranges)
-    if arguments.output:
-        arguments.output.write_text(text, encoding="utf-8")
-    for page in arguments.pages:
-        filled = filled_page(page.read_text(encoding="utf-8"), blocks, "judge_unseen")
-        page.write_text(filled, encoding="utf-8")
-    print(text, blocks["familiar benches"], sep="\n")
+    print("\n".join(blocks.values()))
+    if arguments.write:
+        write_csv(ROOT / "workflow/report/benches.csv", list(ranges[0]), ranges)
+        for page in PAGES:
+            filled = filled_page((ROOT / page).read_text("utf-8"), blocks, "judge_unseen")
+            (ROOT / page).write_text(filled, encoding="utf-8")
 
 
 if __name__ == "__main__":
