@@ -20,17 +20,17 @@ ROW |= {"familiar": "yes", "unfamiliar_because": ""}
 
 def made_of(**changes):
     """Return the cards of patients whose rows differ from that of a nodule as named."""
-    detections = [
-        {"recording": f"unlabelled/{name}", "detector": detector, **ROW, **change}
+    verdicts = {
+        f"unlabelled/{name}": [
+            {"detector": each, **ROW, **change} for each in ("taught", "diagonal")
+        ]
         for name, change in changes.items()
-        for detector in ("taught", "diagonal")
-    ]
+    }
     rows = [[f"unlabelled/{name}", NAN, "accepted", NAN, "", "aa", 70.0] for name in changes]
     rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
-    described = {f"unlabelled/{name}": {"quality": NO_FAULT} for name in changes}
+    described = {name: {"quality": NO_FAULT} for name in verdicts}
     sites = pd.DataFrame(columns=["site", "size_mm", "detector"])
-    detected = pd.DataFrame(detections)
-    return cards.patient_cards(index_of(*rows), detected, sites, "taught", described)
+    return cards.patient_cards(index_of(*rows), verdicts, sites, "taught", described)
 
 
 CHANGES = {
@@ -54,10 +54,10 @@ def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_p
     index["site"] = ["p", ""]
     place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
     place["probability"] = NAN
-    detected = pd.DataFrame([{"recording": name, "detector": "taught"} | ROW for name in names])
+    verdicts = {name: [{"detector": "taught"} | ROW] for name in names}
     described = [{"quality": "sensor 2 is loose"}, {"quality": NO_FAULT}]
     described = dict(zip(names, described, strict=True))
-    first, second = cards.patient_cards(index, detected, pd.DataFrame([place]), "taught", described)
+    first, second = cards.patient_cards(index, verdicts, pd.DataFrame([place]), "taught", described)
     assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)
     assert (second["patient"], second["passes"]) == ("b", 0)
     assert first["quality"] == "sensor 2 is loose"

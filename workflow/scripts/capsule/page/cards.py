@@ -11,6 +11,7 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
+from capsule.page.recordings import Verdicts
 from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
@@ -24,14 +25,14 @@ _FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
 _ORDER = list(VerdictWord)
 
 
-def page_values(tables: Tables, first: pd.DataFrame) -> Cells:
+def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cells:
     """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts.
 
-    `first` is from `capsule.page.recordings.first_verdicts`.
+    `first` and `verdicts` are from `capsule.page.recordings.first_verdicts` and `verdicts_of`.
     """
     lead, described = tables.lead.detector, tables.described
-    made = patient_cards(tables.index, tables.detections, tables.sites, lead, described)
-    made = made or example_cards(first, lead, tables.schemes[0])
+    made = patient_cards(tables.index, verdicts, tables.sites, lead, described)
+    made = made or example_cards(first, verdicts, lead, tables.schemes[0])
     known = first[first["detector"] == lead].dropna(subset="score").sort_values("score")
     is_healthy = known["size_mm"] == 0
     scores = [known.loc[some, "score"].tolist() for some in (is_healthy, ~is_healthy)]
@@ -48,7 +49,7 @@ def page_values(tables: Tables, first: pd.DataFrame) -> Cells:
 
 def patient_cards(
     index: pd.DataFrame,
-    detections: pd.DataFrame,
+    verdicts: Verdicts,
     sites: pd.DataFrame,
     lead: str,
     described: Mapping[str, Row],
@@ -64,35 +65,30 @@ def patient_cards(
         names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
         of_sites.update(names)
         cards.append(_told(str(site), names, rows.to_dict("records"), lead, described))
-    judged: dict[str, list[Row]] = {}
-    for row in detections.to_dict("records"):
-        judged.setdefault(row["recording"], []).append(row)
     for name, status, reason in index[["recording", "status", "reason"]].itertuples(index=False):
         if folder_of(name) != UNLABELLED or name in of_sites:
             continue
         if status == "accepted":
-            cards.append(_told(label_of(name), [name], judged.get(name, []), lead, described))
+            cards.append(_told(label_of(name), [name], verdicts.get(name, []), lead, described))
         else:
             rejected = {"detector": lead, "no_verdict": f"rejected: {reason}"}
             cards.append(_told(label_of(name), [], [rejected], lead, described))
     return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
 
 
-def example_cards(predictions: pd.DataFrame, lead: str, scheme: str) -> list[Cells]:
+def example_cards(first: pd.DataFrame, verdicts: Verdicts, lead: str, scheme: str) -> list[Cells]:
     """Return cards of the nodule and of the healthy recording of the median score, by one scheme.
 
     They stand in for patients in an archive without any; ``example_of`` is the true size in words.
     """
-    rows = predictions[(predictions["detector"] == lead) & (predictions["scheme"] == scheme)]
+    rows = first[(first["detector"] == lead) & (first["scheme"] == scheme)]
     known = rows.dropna(subset="score").sort_values("score", kind="stable")
     cards = []
     for some in (known[known["size_mm"] > 0], known[known["size_mm"] == 0]):
         if len(some):
             name = some["recording"].iloc[(len(some) - 1) // 2]
-            of_name = predictions["recording"].eq(name) & predictions["scheme"].eq(scheme)
-            verdicts = predictions[of_name].to_dict("records")
-            card = _told(name, [name], verdicts, lead, {name: {"quality": NO_FAULT}})
-            cards.append(card | {"example_of": words.size(verdicts[0]["size_mm"])})
+            card = _told(name, [name], verdicts[name], lead, {name: {"quality": NO_FAULT}})
+            cards.append(card | {"example_of": words.size(card["row"]["size_mm"])})
     return cards
 
 

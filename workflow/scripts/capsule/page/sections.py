@@ -31,7 +31,7 @@ def page_values(tables: Tables) -> Cells:
     accepted = [row for row in rows if row["accepted"]]
     of_detectors = detector_sections.page_values(tables)
     ours = of_detectors["ours"]
-    shown = cards.page_values(tables, first)
+    shown = cards.page_values(tables, first, verdicts)
     # The viewer begins with the recording of the first card.
     on_cards = [name for card in shown["cards"] for name in card["names"]]
     viewed = on_cards + [row["recording"] for row in accepted]
