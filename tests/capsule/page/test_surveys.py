@@ -80,13 +80,14 @@ def test_of_a_survey_without_places_the_page_says_where_it_went(about, told):
     assert values_of(session)["summary"].endswith(told)
 
 
-def test_the_player_knows_where_the_head_was_and_when_nobody_knew(played):
+def test_the_player_knows_where_the_head_was_and_when_nobody_knew(session, played):
     time_s, at_mm = np.array(played["head"]).T
     known = np.arange(10, 120, 5.0)
     np.testing.assert_allclose(np.interp(known, time_s, at_mm), head_mm(known), atol=0.5)
     (unknown,) = played["unknown"]
     assert unknown == [pytest.approx(120.8), pytest.approx(211.2)]
     assert [96.0, "finishing", "suspected, since suspected"] in played["states"]
+    assert np.nanmax(unpacked(played["score"])) == pytest.approx(np.nanmax(session.score), rel=0.01)
 
 
 def test_the_signals_of_the_player_are_those_of_the_stream(session, played):
