@@ -40,11 +40,18 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     assert len(first["cells"]) == 2
 
 
-def test_a_rate_that_nobody_counted_is_not_a_number():
-    points = pd.DataFrame({"measure": "recall", "scheme": ["leave_one_out", "paper"]})
-    points = points.assign(size_mm=2.0, rate=UNKNOWN, one_sided=False)
-    (row,) = cells.rate_table(points, {"recall": "Recall"}, [2.0])["rows"]
-    assert [cell["text"] for cell in row["cells"]] == ["not known", "not given"]
+def test_a_rate_has_its_interval_and_counts_and_one_that_nobody_counted_is_not_a_number():
+    points = pd.DataFrame({"scheme": ["leave_one_out", "paper"], "rate": [0.5, UNKNOWN]})
+    points = points.assign(measure="recall", size_mm=2.0, low=0.2, high=0.8, hits=1, of=2)
+    table = cells.rate_table(points.assign(one_sided=False), {"recall": "Recall"}, [2.0, 3.0])
+    counted, missing = (row["cells"] for row in table["rows"])
+    keys = ("text", "interval", "count")
+    assert [counted[0][key] for key in keys] == ["50 %", "20 to 80 %", "1 of 2"]
+    assert [cell["text"] for cell in counted[1:] + missing] == [
+        "not given",
+        "not known",
+        "not given",
+    ]
 
 
 def test_more_passes_are_rows_and_sizes_are_columns():
