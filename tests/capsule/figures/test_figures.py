@@ -1,6 +1,7 @@
 """The figures: what they show, at every width, and that the bytes are always the same."""
 
 import re
+from importlib import import_module
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
+from capsule.detectors.registry import DETECTORS
 from capsule.evaluation import paper
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
@@ -25,8 +27,11 @@ from capsule.figures.draw_signals import (
     template_table,
     typical_recordings,
 )
+from capsule.figures.files import write_figure
+from capsule.figures.registry import FIGURES
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
+    DETECTOR_LOOKS,
     PAGE_WIDTH_IN,
     PAPER_LOOK,
     detector_looks,
@@ -34,6 +39,7 @@ from capsule.figures.style import (
 )
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
+from capsule.store.files import read_csv
 from support.synthetic import make_recording
 from support.verdicts import verdicts
 
@@ -303,3 +309,33 @@ def test_files_are_vectors_that_need_no_font_from_elsewhere(example):
     assert float(width[1]) == pytest.approx(72 * COLUMN_WIDTH_IN)
     pdf = render_figure(figure, "pdf", "preprocessing")
     assert b"/FontFile2" in pdf and b"/CreationDate" not in pdf
+
+
+INPUTS = SimpleNamespace(
+    templates={0.0: np.zeros((4, 30)), 3.0: np.eye(4, 30)}, template_counts=[0, 1]
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        ("svg", {"templates.svg", "templates.csv"}),
+        ("pdf", {"templates.pdf", "templates_column.pdf", "templates.csv"}),
+    ],
+)
+def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, names):
+    line = write_figure("templates", INPUTS, kind, tmp_path)
+    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert set(written) == names and len(set(written.values())) == len(names)
+    assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
+    write_figure("templates", INPUTS, kind, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_line_leads_to_what_makes_the_figure(name):
+    assert callable(getattr(import_module(FIGURES[name]), f"{name}_drawing"))
+
+
+def test_every_detector_has_a_look_of_its_own():
+    assert len(DETECTORS) <= len({look["marker"] for look in DETECTOR_LOOKS})

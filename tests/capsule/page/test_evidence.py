@@ -8,8 +8,8 @@ import pytest
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
 from capsule.detectors.occlusion import STEP
+from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
-from capsule.engine.configuration import read_config_file
 from capsule.method.particle import Particle, render
 from capsule.method.sliding import rmse_at_lag
 from capsule.page.evidence import (
@@ -20,17 +20,26 @@ from capsule.page.evidence import (
     nearest_nodule_mm,
     surface,
 )
-from capsule.page.packing import deflated, inflated, to_json
-from capsule.page.plot_data import plot_data
+from capsule.page.packing import deflated, inflated, to_json, unpack
+from capsule.page.plot_data import along_gut, peaks, plot_data
+from capsule.seeding import generator
 from support.evaluated import UNKNOWN
-from support.project import ROOT
+from support.sections import CONFIG
 from support.stored import Described
 from support.synthetic import make_recording
 
-SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
+DIAGONAL = CONFIG["diagonal"]
+CHECK = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
 PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
 FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
 ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
+
+
+def plotted(values, check=CHECK, stretches=None, **shape):
+    """Return what the page shows of one recording alone."""
+    settings = CONFIG | {"preprocessing": CONFIG["preprocessing"] | shape}
+    wave = wave_of(values, 10.0, DIAGONAL)
+    return plot_data("3mm/r01", values, wave, check, stretches, settings)
 
 
 def test_1200_recordings_of_full_length_stay_below_8_megabytes():
@@ -42,9 +51,7 @@ def test_1200_recordings_of_full_length_stay_below_8_megabytes():
     nearest = {"size_mm": 3.0, **surface(PARTICLE, 150, 981, 1000)}
     beats = int(525 / 32 * WINDOWS_A_WAVE)
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
-    check = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
-    wave = wave_of(values, 10.0, SETTINGS["diagonal"])
-    made = plot_data("3mm/r01", values, wave, check, stretches, SETTINGS)
+    made = plotted(values, stretches=stretches)
     assert None not in inflated(made["drawn"]).values()
     added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), 1000)
     assert None not in added.values()
@@ -67,7 +74,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         ROW | {"recording": "0mm/r01", "size_mm": 0.0, "nodule_at_mm": None},
         ROW | {"recording": "3mm/r01"},
     ]
-    first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
+    first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
@@ -80,7 +87,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         {"size_mm": 3.0, "parameters": parameters},
     ]
     tables = SimpleNamespace(
-        settings=SETTINGS,
+        settings=CONFIG,
         templates=templates,
         described=Described(),
         fits={},
@@ -144,3 +151,90 @@ def test_a_particle_is_drawn_where_the_comparison_found_it():
         [0.3, 0.4],
         [8.0, 9.0],
     ]
+
+
+def drawn_of(values, check=CHECK, stretches=None, **shape):
+    made = plotted(values, check, stretches, **shape)
+    assert made["quality"] == "no gap, no loose sensor"
+    assert made["measures"]["rail"] == check["at_ends"]
+    return inflated(made["drawn"])
+
+
+def wave_readings(samples=800, deeper=0.0, sensors=4):
+    """Return readings under a wave, with deeper presses at one place.
+
+    Each sensor passes the place 150 samples after the one before it.
+    """
+    time = np.arange(samples)
+    wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
+    noise = generator(1, "readings").normal(0, 0.05, (sensors, samples))
+    middle = 150 + 150 * np.arange(sensors)[:, np.newaxis]
+    bump = deeper * np.exp(-(((time - middle) / 40) ** 2))
+    return 500 - 20 * (1 + bump) * (wave + noise)
+
+
+def test_peaks_say_how_high_when_and_how_long():
+    envelope = np.array([[0.5, 1.2, 2.0, 1.1], [0.1, 0.2, 0.3, 0.2]])
+    rows = peaks(envelope, np.array([0.0, 0.5, 1.0, 1.5]), 1.0)
+    assert rows == [[2.0, 1.0, 1.5], [0.3, 1.0, 0.0]]
+
+
+def test_the_readings_stay_exact_the_smooth_signals_are_thinned_and_the_file_is_named():
+    values = make_recording(3, "3mm/r01", samples=600).values
+    drawn = drawn_of(values, CHECK | {"header": {"site": "a"}})
+    assert np.array_equal(unpack(drawn["readings"]), values)
+    assert drawn["envelope"]["every"] == 3
+    assert unpack(drawn["envelope"]).shape == (4, 200)
+    assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
+    assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0" * 64, "# site": "a"}
+
+
+def test_what_the_detectors_judged_by_goes_together():
+    recording = make_recording(3, "3mm/r01", samples=600)
+    stretches = 7.0, np.array([0.0, 1.0, 0.5])
+    check = CHECK | {"header": recording.header}
+    drawn = drawn_of(recording.values, check, stretches=stretches)
+    assert drawn["unit"] == "counts"
+    beats, losses = drawn["beats"], drawn["stretches"]
+    wave_s = CONFIG["diagonal"]["wavelength_mm"] / CONFIG["diagonal"]["wave_speed_mm_s"]
+    # The first stretch is two waves long and begins with the first beat.
+    assert losses["first_s"] - beats["first_s"] == pytest.approx(7 / 8 * wave_s, abs=1e-3)
+    assert losses["step_s"] == pytest.approx(wave_s / 2)
+    assert losses["score"] == 7.0
+    assert unpack(losses)[0] == pytest.approx([0.0, 1.0, 0.5], abs=0.003)
+    assert drawn_of(recording.values / 204.8)["unit"] == "V"
+
+
+def test_without_a_wave_there_are_no_beats_to_draw():
+    drawn = drawn_of(np.outer([1.0, 2.0, 3.0, 4.0], np.arange(60.0)), window=20)
+    assert drawn["beats"] is drawn["gut"] is drawn["stretches"] is None
+
+
+def gut_of(**wave):
+    """Return beats and gut as the page draws them, with their unpacked values."""
+    beats, gut = along_gut(wave_of(wave_readings(**wave), 10, DIAGONAL), 10, DIAGONAL)
+    return beats, gut, unpack(beats), unpack(gut)[0]
+
+
+@pytest.mark.parametrize("deeper", [0.0, 0.8])
+def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
+    passage = passage_of(wave_of(wave_readings(deeper=deeper), 10, DIAGONAL), DIAGONAL)
+    beats, gut, _, evidence = gut_of(deeper=deeper)
+    assert evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
+    assert gut["step_mm"] * evidence.argmax() == passage.location_mm
+    assert beats["passed_s"][0] == round(passage.location_samples / 10, 2)
+
+
+def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_place():
+    beats, _, depth, _ = gut_of(deeper=0.8)
+    assert np.median(depth, axis=1) == pytest.approx(np.ones(4), abs=0.01)
+    deepest_s = beats["first_s"] + beats["step_s"] * depth.argmax(axis=1)
+    assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
+    assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)
+    assert depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
+
+
+def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
+    # The run ends before the fourth sensor reaches the place where the first three were pressed.
+    *passed, last = gut_of(samples=520, deeper=1.5)[0]["passed_s"]
+    assert None not in passed and last is None

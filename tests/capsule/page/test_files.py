@@ -1,10 +1,13 @@
-"""The report contains every file of the template; each script comes after those that it uses."""
+"""The report contains every file of the template, and nothing on it can run but its own script."""
 
 import hashlib
 import re
 import shutil
 
+import pytest
+
 from capsule.page import files as page_files
+from capsule.page.render import PAGE, render_page
 from support.project import ROOT
 
 REPORT = ROOT / "workflow" / "report"
@@ -50,3 +53,20 @@ def test_versions_are_those_of_the_installed_packages():
     versions = dict(page_files.read_versions(REPORT))
     assert list(versions) == ["Python", *page_files.PACKAGES, "uPlot"]
     assert all(re.match(r"\d+\.\d+", version) for version in versions.values())
+
+
+def filled(template, style="", script=""):
+    return "".join(render_page({PAGE: template}, style, script, {}))
+
+
+def test_the_policy_allows_this_script_and_no_other():
+    template = '<meta content="{{ policy }}"><script>{{ script }}</script>'
+    page = filled(template, "p {}", "a < b && c")
+    assert "<script>a < b && c</script>" in page
+    assert "default-src 'none'" in page and "unsafe" not in page
+    assert page.count("'sha256-") == 2
+
+
+def test_an_end_tag_in_the_script_is_refused():
+    with pytest.raises(ValueError, match="end tag"):
+        filled("", script="x = '</script>'")

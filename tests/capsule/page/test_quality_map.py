@@ -4,19 +4,17 @@ import numpy as np
 import pytest
 
 from capsule.detectors.wave import wave_of
-from capsule.engine.configuration import read_config_file
 from capsule.page.quality_map import MEASURES, SHADES, quality_cells, sensor_measures
-from support.project import ROOT
+from support.sections import CONFIG
 from support.synthetic import make_recording
 
-DIAGONAL = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 RUN = np.linspace(-0.5, 0.5, 700)
 NOISE = np.random.default_rng(1).normal(0, 40, 700)
 
 
 def measured(spoil=lambda values: values, at_ends=(0.0, 0.0, 0.0, 0.0), name="0mm/r01"):
     values = spoil(make_recording(0, name).values.copy())
-    return sensor_measures(wave_of(values, 10.0, DIAGONAL), at_ends)
+    return sensor_measures(wave_of(values, 10.0, CONFIG["diagonal"]), at_ends)
 
 
 def on_sensor_3(disturbance):
