@@ -11,8 +11,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
+from nbclient import NotebookClient
 
 from capsule.commands.cli import COMMANDS
 from support.command import parsers
@@ -29,6 +31,7 @@ RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 
 RECORDINGS.append("0mm/h01")
 WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.not_run}
 PAGE = "docs/command.md"
+TUTORIAL = ROOT / "docs" / "tutorial.ipynb"
 SECTIONS = dict(
     re.findall(
         r"^## capsule (\w+)\n(.*?)(?=^## |\Z)",
@@ -202,3 +205,29 @@ def test_a_file_like_that_of_the_readme_is_imported(tmp_path):
     recording = import_files(tmp_path, tmp_path / "r01.csv").the_recording()
     assert recording.header["unit"] == "kohm"
     assert_readings(recording, made.time_s, kohm)
+
+
+def texts(notebook):
+    """Return the text of each cell's output; for a picture, only that there is one."""
+    return [
+        [
+            output["text"] if "text" in output else output["data"]["text/plain"]
+            for output in cell["outputs"]
+        ]
+        for cell in notebook.cells
+        if cell["cell_type"] == "code"
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.takes
+@pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
+def test_the_tutorial_gives_what_it_shows(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    stored = nbformat.read(TUTORIAL, as_version=4)
+    fresh = nbformat.read(TUTORIAL, as_version=4)
+    NotebookClient(fresh, timeout=300, resources={"metadata": {"path": TUTORIAL.parent}}).execute()
+    assert texts(fresh) == texts(stored)
+    outputs = [output for cell in fresh.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) >= 5

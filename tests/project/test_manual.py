@@ -7,6 +7,7 @@ import sys
 import pytest
 import yaml
 
+from capsule.engine.keys import imported_files
 from support.documents import documents
 from support.project import ROOT
 
@@ -82,3 +83,22 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
     labels = yaml.safe_load((ROOT / "workflow/report/paper.yaml").read_text(encoding="utf-8"))
     shown = re.findall(r"```math\n% (\S+)\n.*?\\tag\{(\d+)\}", text, re.DOTALL)
     assert shown == [(label, str(n)) for n, label in enumerate(labels["equations"], 1)]
+
+
+def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
+    page = (DOCS / "files.md").read_text(encoding="utf-8")
+    section = page.partition("### What a recording passes\n")[2].partition("\n### ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", section, re.MULTILINE)
+    assert [step for step, _ in rows] == ["preprocess", "list", "describe", "evaluate", "report"]
+    for step, cell in rows:
+        used = imported_files(
+            ROOT / "workflow" / f"scripts/{step}.py", ["capsule.detectors.taught"]
+        )
+        folder = ""
+        # A folder stands before the files in it, up to a semicolon.
+        for name, rest in re.findall(r"`([^`]+)`([^`]*)", cell):
+            path = ROOT / "workflow" / folder / name
+            assert path.exists(), name
+            if path.parts[-2:][0] != "scripts" and path.suffix == ".py":
+                assert path in used, (step, name)
+            folder = name if name.endswith("/") else "" if ";" in rest else folder

@@ -6,9 +6,10 @@ import re
 from collections import Counter
 
 import pytest
+import yaml
 
 from capsule.recordings.recording import format_recording
-from support.project import Project
+from support.project import ROOT, Project
 from support.surveys import write_session
 from support.synthetic import make_recording, write_archive
 
@@ -119,6 +120,18 @@ EVERY |= {"evaluate", "detect", "draw", "report"}
 )
 def test_a_rule_has_the_settings_and_the_code_that_it_uses_and_no_others(rules, part, of):
     assert with_part(part, rules[1]) == of
+
+
+def test_on_slurm_batches_are_taken_and_every_other_step_runs_beside_snakemake():
+    profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
+    files = {path.name: path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk")}
+    named = r"^(?:use )?rule (?:\w+ as )?(\w+)"
+    rules = set(re.findall(named, "".join(files.values()), re.MULTILINE))
+    assert profile["config"] == ["recordings_per_job=400"]
+    listed = re.search(r"localrules:\n((?: +\w+,\n)+)", files["run.smk"])[1]
+    beside = set(re.findall(r"\w+", listed))
+    assert rules - beside == {"preprocess", "fit"}
+    assert beside <= rules
 
 
 # What has changed.

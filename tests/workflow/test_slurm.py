@@ -15,13 +15,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from capsule.store.results import Results
 from support.marks import needs
-from support.project import ROOT, Project
-
-pytestmark = pytest.mark.slow
+from support.project import Project
 
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun"]
 PROGRAMS += ["sinfo", "squeue", "scontrol", "scancel", "sdiag"]
@@ -45,6 +42,21 @@ ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 
 def _find(name: str) -> str | None:
     return shutil.which(name, path=os.pathsep.join([*os.get_exec_path(), "/usr/sbin"]))
+
+
+MISSING = [name for name in PROGRAMS if not _find(name)]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.workflow,
+    pytest.mark.waits,
+    pytest.mark.takes(18),
+    needs(f"not installed (slurm-wlm, munge): {', '.join(MISSING)}" if MISSING else ""),
+    needs("slurmd must run as root" if os.geteuid() != 0 else ""),
+    pytest.mark.skipif(
+        importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
+        reason="snakemake-executor-plugin-slurm is not installed",
+    ),
+]
 
 
 class SingleNodeSlurm:
@@ -207,30 +219,6 @@ def _free_ports(count: int) -> list[int]:
     return ports
 
 
-MISSING = [name for name in PROGRAMS if not _find(name)]
-needs_slurm = [
-    pytest.mark.workflow,
-    pytest.mark.waits,
-    needs(f"not installed (slurm-wlm, munge): {', '.join(MISSING)}" if MISSING else ""),
-    needs("slurmd must run as root" if os.geteuid() != 0 else ""),
-    pytest.mark.skipif(
-        importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
-        reason="snakemake-executor-plugin-slurm is not installed",
-    ),
-]
-
-
-def on_cluster(seconds):
-    """Return a decorator that marks a test with what it needs and with its processor time."""
-
-    def mark(test):
-        for each in [*needs_slurm, pytest.mark.takes(seconds)]:
-            test = each(test)
-        return test
-
-    return mark
-
-
 @pytest.fixture(scope="module")
 def started_cluster(tmp_path_factory):
     """Return a cluster of one node with four processors."""
@@ -272,18 +260,6 @@ def before_fits(local, tmp_path):
     return project
 
 
-def start_fits(project, *arguments):
-    """Start a run that makes each fit in a Slurm job of its own."""
-    return project.start(*ONE_BY_ONE, *arguments, "--", *FITS)
-
-
-def assert_same_fits(project, local):
-    """Assert that the fits are those of the local run."""
-    for name in FITS:
-        assert (project.folder / name).read_bytes() == (local.folder / name).read_bytes()
-
-
-@on_cluster(25)
 def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, local, tmp_path):
     remote = new.copy(tmp_path / "remote")
     run = remote.snakemake(*THROUGH_SLURM, "--", *TABLES)
@@ -302,13 +278,12 @@ def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, local, tmp_path)
     assert run.output.count("has been submitted with SLURM jobid") == 3
 
 
-@on_cluster(12)
 def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
     cluster, before_fits, local
 ):
     node = f"NodeName={cluster.node}"
     cluster.update(node, "State=DRAIN", "Reason=test")
-    with start_fits(before_fits) as killed:
+    with before_fits.start(*ONE_BY_ONE, "--", *FITS) as killed:
         cluster.wait_for(lambda: len(cluster.jobs("PENDING")) == 2, "two jobs")
         running, queued = cluster.jobs()
         cluster.ask("scontrol", "hold", queued)
@@ -326,16 +301,5 @@ def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
     cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
     again = before_fits.snakemake(*ONE_BY_ONE, "--", *FITS)
     assert again.status == 0, again.output
-    assert_same_fits(before_fits, local)
-
-
-def test_the_profile_takes_batches_and_every_other_step_runs_beside_snakemake():
-    profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
-    files = {path.name: path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk")}
-    named = r"^(?:use )?rule (?:\w+ as )?(\w+)"
-    rules = set(re.findall(named, "".join(files.values()), re.MULTILINE))
-    assert profile["config"] == ["recordings_per_job=400"]
-    listed = re.search(r"localrules:\n((?: +\w+,\n)+)", files["run.smk"])[1]
-    beside = set(re.findall(r"\w+", listed))
-    assert rules - beside == {"preprocess", "fit"}
-    assert beside <= rules
+    for name in FITS:
+        assert (before_fits.folder / name).read_bytes() == (local.folder / name).read_bytes()
