@@ -9,15 +9,9 @@ import pytest
 
 from capsule.phantom.advance import Motion, Strokes, draw_holds, draw_strokes, first_arrival
 from capsule.phantom.contact import (
-    Bulge,
-    climbs,
-    compression,
     height_factor,
-    looseness,
     pressed_bulge,
     reseated_strength,
-    seat_wander,
-    shaped_noise,
     sphere_stiffness,
     stray_offset,
     wandering_strength,
@@ -25,7 +19,7 @@ from capsule.phantom.contact import (
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.origami import half_width, pitch, vertices
 from capsule.phantom.sensor import Sensors
-from capsule.phantom.wall import draw_unevenness, overlap, roughness, uneven_height, wave_train
+from capsule.phantom.wall import roughness, wave_train
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 ADVANCE, CONTACT, WALL, SEAT = PHANTOM.advance, PHANTOM.contact, PHANTOM.wall, PHANTOM.seat
@@ -51,14 +45,6 @@ def test_corners_have_the_papers_angles_and_width_and_the_pitch_follows():
     assert pitch(PHANTOM.origami) == pytest.approx(5.959 - 0.437 + 0.5 + 0.25, abs=1e-3)
 
 
-def test_wall_and_substructure_share_their_overlap_as_springs_in_series():
-    np.testing.assert_allclose(overlap(WALL, 10.0, np.array([-3.5, 0.0, 3.5])), [0.0, 0.0, 3.5])
-    small, cushion = np.array([1e-6]), 0.05 * CONTACT.patch_mm2 / 4.0
-    share = cushion / (cushion + CONTACT.unit_stiffness_n_mm)
-    np.testing.assert_allclose(compression(CONTACT, WALL, small), share * small, rtol=1e-9)
-    assert compression(CONTACT, WALL, np.array([1e6])) == pytest.approx(CONTACT.fold_limit_mm)
-
-
 def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_height():
     # 50 kPa and a volume that does not change: E / (1 - 0.25) = 0.0667 N/mm2.
     for diameter in (1.0, 2.0, 5.0):
@@ -70,16 +56,6 @@ def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_heigh
     assert kept == sorted(kept)
     assert 0 < kept[0] < 0.5 < kept[-1] < 1
     assert pressed_bulge(CONTACT, WALL, 0) == 0
-
-
-def test_each_awn_climbs_each_bulge_for_itself():
-    bulges = [
-        Bulge(at_mm, height_mm, 1.5, 0.0, np.ones(2)) for at_mm, height_mm in ((0, 2), (9, 1))
-    ]
-    # From one deviation before the first bulge to its top, and from its top to as far behind it.
-    rises = climbs(bulges, np.array([-1.5, 0.0]), 1.5)
-    step = 1 - math.exp(-0.5)
-    np.testing.assert_allclose(rises, [2 * step, -2 * step, 0, 0], atol=1e-5)
 
 
 def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
@@ -103,18 +79,6 @@ def test_as_many_runs_stray_as_is_set_and_a_small_nodule_is_then_passed_without_
     left = [height_factor(CONTACT, size, 1.9) for size in (1.0, 2.0, 3.0, 5.0)]
     assert left[:2] == [0.0, 0.0]
     assert 0 < left[2] < left[3] < 1
-
-
-def test_seats_wander_with_deviation_1_whatever_the_gain_and_by_as_much_as_is_set():
-    for gain in (np.ones(50_001), np.linspace(1, 0, 50_001) ** 4):
-        noise = shaped_noise(np.random.default_rng(5), gain, 3, 50_000)
-        assert (noise.shape, noise.std()) == ((3, 50_000), pytest.approx(1.0, rel=0.05))
-    wander = seat_wander(CONTACT, np.random.default_rng(3), 4, 100_000, 10.0)
-    assert wander.std() == pytest.approx(1.0, rel=0.05)
-    numbers = np.random.default_rng(4)
-    loose_mm = np.log([looseness(CONTACT, numbers) for _ in range(2000)])
-    assert np.exp(loose_mm.mean()) == pytest.approx(CONTACT.wander_mm, rel=0.05)
-    assert loose_mm.std() == pytest.approx(CONTACT.wander_spread, rel=0.05)
 
 
 def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_itself():
@@ -228,13 +192,6 @@ def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
     np.testing.assert_allclose(np.diff(held)[8:], np.diff(free)[8:])
 
 
-def test_awns_hold_for_as_many_waves_as_is_set():
-    advance = dataclasses.replace(ADVANCE, catch_probability=0.6, hold_waves=4.0)
-    holds = draw_holds(advance, np.random.default_rng(1), 20_000)
-    assert np.mean(holds) == pytest.approx(0.6 * 4.0, rel=0.03)
-    assert set(holds) == set(range(9))
-
-
 def roughnesses(spread):
     wall = dataclasses.replace(WALL, unevenness_spread=spread)
     return np.log([roughness(wall, np.random.default_rng(seed)) for seed in range(1000)])
@@ -277,15 +234,3 @@ def crests(spread):
 def test_some_runs_vary_more_than_others_by_as_much_as_is_set(logarithms, spread, rel):
     varying = logarithms(spread).std() ** 2 - logarithms(0.0).std() ** 2
     assert varying == pytest.approx(spread**2, rel=rel)
-
-
-def test_the_wall_is_uneven_and_the_sensors_settle_together_by_as_much_as_is_set():
-    places = np.linspace(0, 2000, 4000)
-    walls = [draw_unevenness(WALL, np.random.default_rng(seed)) for seed in range(20)]
-    heights = [uneven_height(WALL, uneven, places) for uneven in walls]
-    assert np.std(heights) == pytest.approx(WALL.unevenness_mm, rel=0.1)
-    settling = {"settling": 0.05, "settling_spread": 0.0, "settling_s": 2.0}
-    changes = np.array([quiet_sensors(run, 100, **settling) for run in range(400)])
-    assert changes[:, 0, 0].std() == pytest.approx(0.05, rel=0.1)
-    np.testing.assert_array_equal(changes, changes[:, :1].repeat(4, axis=1))
-    np.testing.assert_allclose(changes[..., 20], changes[..., 0] * math.exp(-1), rtol=1e-9)

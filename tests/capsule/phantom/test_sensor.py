@@ -9,24 +9,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.sensor import base_line_jumps, counts, crosstalk, low_pass, play, release_peak
+from capsule.phantom.sensor import base_line_jumps, counts, crosstalk, play, release_peak
 
 LOADS = arrays(np.float64, (4, 30), elements=st.floats(0, 5))
 
 
 def test_converter_floors_and_ends_at_its_rails():
-    ohms = np.array([[0.0, 12000.0, 1e18, 11999.0]])
+    ohms = np.array([[0.0, 12000.0, 1e22, 11999.0]])
     # 12 kOhm against 12 kOhm is half the reference: 512; just below it is floored to 511.
     electronics = read_phantom(DEFAULT_TABLE, []).electronics
     np.testing.assert_array_equal(counts(electronics, ohms), [[0, 512, 1023, 511]])
-
-
-def test_low_pass_is_the_response_of_a_first_order_lag():
-    step = np.r_[0.0, np.ones(100)][np.newaxis]
-    response = low_pass(step, 2.0, 10.0)[0]
-    assert response[0] == pytest.approx(0, abs=1e-12)
-    np.testing.assert_allclose(response[1:], 1 - np.exp(-np.arange(1, 101) / 20), atol=1e-12)
-    np.testing.assert_array_equal(low_pass(step, 0.0, 10.0), step)
 
 
 @given(LOADS, st.floats(0.1, 2.0))

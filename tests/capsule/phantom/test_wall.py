@@ -21,19 +21,6 @@ def train_of(wave, waves=40, seed=1):
     return wave_train(wave, np.random.default_rng(seed), PERIOD_S, waves)
 
 
-@given(st.integers(0, 2**32), st.floats(0, 2 * math.pi))
-def test_a_regular_wave_is_exactly_a_sine_of_3_2_seconds_that_travels_to_the_right(seed, phase):
-    assert pytest.approx(3.2) == PERIOD_S
-    train, time_s = train_of(SINE, seed=seed), np.linspace(0, 90, 901)
-    position_mm = np.linspace(-19, 30, 901)
-    np.testing.assert_array_equal(cam_time(train, time_s), time_s)
-    sine = WALL.amplitude_mm * np.cos(
-        2 * np.pi * (position_mm - WALL.speed_mm_s * time_s) / WALL.wavelength_mm + phase
-    )
-    height = wave_height(WALL, SINE, train, position_mm, time_s, phase)
-    np.testing.assert_array_equal(height, sine)
-
-
 @given(st.floats(-0.9, 0.9))
 def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
     shape = crest_shape(dataclasses.replace(SINE, skew=skew), ANGLES)

@@ -18,23 +18,13 @@ from capsule.recordings.recording import Recording, column_names, format_recordi
 from capsule.store.files import read_json, write_csv, write_json, write_whole
 from capsule.survey.files import SessionError, StoredPlace, parse_event
 from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
-from capsule.survey.survey_log import (
-    FOLDED,
-    FOLDING,
-    RESTING,
-    UNFOLDED,
-    UNFOLDING,
-    UNKNOWN_FOLD,
-    Event,
-    Readings,
-)
+from capsule.survey.survey_log import FOLD_STATES, Event, Readings
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 # Results of a judgement; only the row of its last sample has them.
 JUDGED = ("head_mm", "score", "threshold")
 # Entry of session.json that becomes known later: the phase of the wave at the cam shaft's index.
 INDEX = "index_mm"
-_FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
 # Events that the pilot gets from outside; no reading shows them.
 _TOLD = {"stopped", "gut_ended", "fault"}
 
@@ -263,7 +253,7 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
         return
     for line in lines[1:]:
         cells = line.decode("ascii", errors="replace").split(",")
-        if len(cells) != sensors + 3 + len(JUDGED) or cells[-1] not in _FOLDS:
+        if len(cells) != sensors + 3 + len(JUDGED) or cells[-1] not in FOLD_STATES:
             return
         try:
             numbers = [float(cell or "nan") for cell in cells[1 : sensors + 2]]

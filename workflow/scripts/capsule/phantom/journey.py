@@ -175,6 +175,11 @@ class Capsule:
         Returns the random quantities of a pass; passes count from 1.
     length_mm
         Length of the gut.
+
+    Attributes
+    ----------
+    folding : bool
+        Whether the origami is folded, or folds.
     """
 
     def __init__(
@@ -190,7 +195,7 @@ class Capsule:
         self._crest_mm = phantom.wall.wavelength_mm * chance.phase / (2 * np.pi)
         self._sample = 0
         self._stopped_s = np.inf
-        self._folding, self._folded = False, 0.0
+        self.folding, self._folded = False, 0.0
         self._bent: float | None = None
         self._passes = 1
         self._pass = draw_pass(1)
@@ -212,15 +217,15 @@ class Capsule:
 
     def fold(self) -> None:
         """Begin to fold."""
-        self._folding = True
+        self.folding = True
 
     def unfold(self) -> None:
         """Begin to unfold; the capsule settles in a new seat, which begins a new pass."""
-        if self._folding:
+        if self.folding:
             self._passes += 1
             self._pass = self._draw_pass(self._passes)
             self._motion.holds = self._pass.holds
-        self._folding = False
+        self.folding = False
 
     def stop_wave(self) -> None:
         """Begin to stop the wave; it does not start again."""
@@ -295,7 +300,7 @@ class Capsule:
             self._folded = self._bent
             return folded
         step = 1.0 / (self._phantom.folding.fold_s * rate_hz)
-        way = (1.0 if self._folding else -1.0) * step * np.arange(1, samples + 1)
+        way = (1.0 if self.folding else -1.0) * step * np.arange(1, samples + 1)
         folded = np.clip(self._folded + way, 0.0, 1.0)
         self._folded = float(folded[-1])
         return folded

@@ -47,7 +47,6 @@ class SimulatedBench:
         self._journey, self._rate_hz = journey, rate_hz
         self.header = header
         self._lease_s = 0.0
-        self._folding = False
         self.head_mm: list[np.ndarray] = []
         self.origami = ""
 
@@ -60,34 +59,28 @@ class SimulatedBench:
         """Send the boards a command."""
         match command:
             case cycles.FOLD:
-                self._folding = True
                 self._lease_s = LEASE_S
                 self._journey.fold()
-            case cycles.HOLD if self._folding:
+            case cycles.HOLD if self._journey.folding:
                 self._lease_s = LEASE_S
             case cycles.UNFOLD:
-                self._let_go()
+                self._journey.unfold()
             case cycles.STOP_WAVE:
                 self._journey.stop_wave()
 
     def read(self, samples: int) -> Readings:
         """Return the next samples."""
-        if self._folding:
-            self._lease_s -= samples / self._rate_hz
-            if self._lease_s < 0:
-                self._let_go()
+        self._lease_s -= samples / self._rate_hz
+        if self._lease_s < 0:
+            self._journey.unfold()
         stretch, counts = self._journey.advance(samples)
         self.head_mm.append(stretch.head_mm)
         fold = self._state(float(stretch.folded[0]), float(stretch.folded[-1]))
         self.origami = f"the origami is {fold}"
         return Readings(counts.astype(np.float64), stretch.wave_mm, fold)
 
-    def _let_go(self) -> None:
-        self._folding = False
-        self._journey.unfold()
-
     def _state(self, first: float, last: float) -> str:
-        if self._folding:
+        if self._journey.folding:
             return FOLDED if last >= _FULL else FOLDING
         return UNFOLDED if max(first, last) <= 0 else UNFOLDING
 

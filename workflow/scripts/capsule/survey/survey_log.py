@@ -9,6 +9,7 @@ UNFOLDED, FOLDING, FOLDED, UNFOLDING = "unfolded", "folding", "folded", "unfoldi
 UNKNOWN_FOLD = "unknown"
 # Unfolded, with a command to fold, but the motor has to rest first.
 RESTING = "resting"
+FOLD_STATES = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class Readings:
     wave_mm : (K,) array
         How far the drive has carried the wave; NaN where that is unknown.
     fold : str
-        State of the origami from the fold board: ``unfolded``, ``folding``, ``folded``,
-        ``unfolding``, ``resting``, or ``unknown`` if the board says nothing.
+        State of the origami from the fold board, one of `FOLD_STATES`; ``unknown`` if it says
+        nothing.
     """
 
     values: FloatArray
