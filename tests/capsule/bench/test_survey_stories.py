@@ -8,10 +8,18 @@ import pytest
 from support.bench import emulated
 
 pytestmark = [pytest.mark.boards, emulated.needed]
-# The first target is reached as soon as the wave is felt.
-BACK_SOON = "--goto", 11, 3
 # The lease, and the ramp from 25 mm/s at 25 mm/s^2.
 LEASE_AND_RAMP_S = 5 + 1
+
+
+@pytest.fixture
+def folded(rig):
+    """Return a bench on its way back, and the survey that leads it."""
+    bench = rig()
+    # The first target is reached as soon as the wave is felt.
+    surveyor = bench.survey("--goto", 11, 3)
+    surveyor.run(lambda: bench.fold.folded == 1.0)
+    return bench, surveyor
 
 
 def check_ended(bench):
@@ -39,10 +47,8 @@ def test_it_goes_to_a_target_and_stops_the_wave_there(rig):
     assert about["header"]["wave_speed_mm_s"] == "25"
 
 
-def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
-    surveyor.run(lambda: bench.fold.folded == 1.0)
+def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(folded):
+    bench, surveyor = folded
     surveyor.kill()
     before = (bench.folder / "tuesday" / "stream.csv.part").read_bytes()
     bench.pass_by(4)
@@ -66,9 +72,8 @@ def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
     assert np.count_nonzero(steps_s > 0.15) == 1
 
 
-def test_a_link_that_is_lost_while_folded_and_returns_costs_time_alone(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
+def test_a_link_that_is_lost_while_folded_and_returns_costs_time_alone(folded):
+    bench, surveyor = folded
     surveyor.run(lambda: " returning " in surveyor.printed)
     bench.cables.fold.unplug()
     pulled_s = bench.now_s
@@ -83,10 +88,8 @@ def test_a_link_that_is_lost_while_folded_and_returns_costs_time_alone(rig):
     assert times_s == pytest.approx([number / 10 for number in range(len(times_s))])
 
 
-def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
-    surveyor.run(lambda: bench.fold.folded == 1.0)
+def test_an_end_switch_that_never_says_unfolded_ends_the_survey(folded):
+    bench, surveyor = folded
     bench.fold.origami.stuck["unfolded"] = False
     surveyor.expect(14, "the switch unfolded did not close", "look before you pull the capsule out")
     # Unfolded it is: only nobody can say so. Of three spare turns, two were let out at most.
@@ -94,10 +97,8 @@ def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
     assert -2 * 4076 < bench.fold.origami.wound < 0
 
 
-def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
-    surveyor.run(lambda: bench.fold.folded == 1.0)
+def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(folded):
+    bench, surveyor = folded
     bench.fold.origami.stalled = True
     surveyor.send_signal()
     pressed_s = bench.now_s
@@ -111,7 +112,7 @@ def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig):
 def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig):
     bench = rig()
     bench.cables.logger.spoil = lambda frame: b"" if b"$D," in frame else frame
-    surveyor = bench.survey(*BACK_SOON)
+    surveyor = bench.survey("--goto", 11, 3)
     surveyor.run(lambda: bench.wave_board.half_steps > 500)
     surveyor.send_signal()
     pressed_s = bench.now_s
@@ -121,10 +122,8 @@ def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig):
     assert not (bench.folder / "tuesday").exists()
 
 
-def test_a_survey_that_was_stopped_starts_nothing_itself(rig):
-    bench = rig()
-    surveyor = bench.survey(*BACK_SOON)
-    surveyor.run(lambda: bench.fold.folded == 1.0)
+def test_a_survey_that_was_stopped_starts_nothing_itself(folded):
+    bench, surveyor = folded
     # Ctrl-Z. A pseudo-terminal that nobody reads is soon full, so the logger is quiet meanwhile.
     bench.cables.logger.spoil = lambda frame: b""
     bench.pass_by(LEASE_AND_RAMP_S + 6)

@@ -197,15 +197,20 @@ def roughnesses(spread):
     return np.log([roughness(wall, np.random.default_rng(seed)) for seed in range(1000)])
 
 
-def quiet_sensors(seed, samples=500, **changes):
+def quiet_sensors(seed, samples=500, drift_return_s=0.0, **changes):
     """Return the relative change in resistance of sensors that nothing presses."""
     sensor = dataclasses.replace(
         PHANTOM.sensor, **{"settling": 0.0, "drift_per_s": 0.0, "noise": 0.0, **changes},
         resistance_spread=0.0,
     )  # fmt: skip
     shape = 4, samples
-    still = Sensors(sensor, np.random.default_rng(seed), shape, 10.0).resistance(np.zeros(shape))
-    return still / sensor.resistance_ohm - 1
+    sensors = Sensors(sensor, np.random.default_rng(seed), shape, 10.0, drift_return_s)
+    return sensors.resistance(np.zeros(shape)) / sensor.resistance_ohm - 1
+
+
+def test_a_drift_that_returns_is_as_large_as_its_time_allows():
+    drift = quiet_sensors(1, 50_000, drift_return_s=5.0, drift_per_s=0.002)
+    assert drift.std() == pytest.approx(0.002 * math.sqrt(5.0 / 2), rel=0.05)
 
 
 def jumps(spread):
