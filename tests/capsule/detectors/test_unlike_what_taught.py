@@ -7,9 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 import capsule
+from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import learn_familiar
-from capsule.detectors.wave import missing_wave, wave_of
-from capsule.detectors.wave_traits import wave_traits
 from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
 from capsule.seeding import generator
@@ -31,13 +30,8 @@ def archive():
 
 def traits_of(values, settings):
     """Return the traits of a recording that the detectors would judge, else None."""
-    rules, bench = settings["recording"], settings["diagonal"]
-    wave = wave_of(values, rules["rate_hz"], bench)
-    return (
-        None
-        if missing_wave(wave, bench, rules["wave_false_rate"])
-        else wave_traits(wave, rules["rate_hz"])
-    )
+    recording = DescribedRecording(values, settings)
+    return None if recording.no_verdict else recording.traits
 
 
 @pytest.fixture(scope="module")
