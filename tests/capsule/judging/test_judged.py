@@ -2,8 +2,8 @@
 
 import json
 import os
+import re
 import shutil
-import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +29,7 @@ from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.recording import format_recording
 from capsule.store.files import fingerprint, write_csv
-from support.command import CAPSULE, run_command
+from support.command import run_command
 from support.learned import taught_by, write_learned, write_templates
 from support.synthetic import write_archive
 
@@ -62,16 +62,6 @@ def judged(results, final):
     return judge_file(results / "run.csv", final, {})
 
 
-def call(results, *words):
-    return subprocess.run(
-        [*CAPSULE, "judge", "--results", results, *words],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
-
-
 def test_labelled_recordings_that_changed_since_the_detectors_learned_are_named(
     results, tmp_path, capsys
 ):
@@ -96,12 +86,13 @@ def test_labelled_recordings_that_changed_since_the_detectors_learned_are_named(
         run_command(*words)
 
 
-def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results):
+def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results, capsys):
     (results / "cut.csv").write_text("time_s,sensor_1\n0,1\n")
     files = [results / name for name in ("run.csv", "cut.csv", "none.csv")]
-    done = call(results, *files)
-    assert (done.returncode, done.stderr) == (1, "")
-    *accepted, cut, missing = done.stdout.splitlines()
+    assert run_command("judge", "--results", results, *files) == 1
+    said = capsys.readouterr()
+    *accepted, cut, missing = said.out.splitlines()
+    assert said.err == ""
     assert accepted[0].endswith("simulated phantom, version 5, seed 1")
     assert accepted[7].startswith(
         "whether it is like the recordings that teach is not known: only "
@@ -112,23 +103,22 @@ def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results)
     assert missing == f"{files[2]}: rejected: it cannot be read: No such file or directory"
 
 
-def test_the_command_prints_nothing_but_json_where_json_is_asked_for(results, judged):
-    done = call(results, results / "run.csv", "--json")
-    assert done.returncode == 0
-    assert json.loads(done.stdout) == [as_plain_values(judged)]
+def test_the_command_prints_nothing_but_json_where_json_is_asked_for(results, judged, capsys):
+    assert run_command("judge", "--results", results, results / "run.csv", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == [as_plain_values(judged)]
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "reason"),
+    ("words", "reason"),
     [
-        (["run.csv", "--results", "."], 1, "error: a verdict needs templates.npz; make it first"),
-        (["a.csv", "b.csv", "--picture", "p.png"], 2, "--picture draws one recording"),
-        (["a.csv", "--picture", "p.pdf"], 2, "the name must end in .png or .svg"),
+        (["run.csv", "--results", "none"], "a verdict needs none/templates.npz; make it first"),
+        (["a.csv", "b.csv", "--picture", "p.png"], "--picture draws one recording"),
+        (["a.csv", "--picture", "p.pdf"], "the name must end in .png or .svg"),
     ],
 )
-def test_what_the_command_cannot_do_is_refused_at_once(results, words, status, reason):
-    done = call(results, *words)
-    assert done.returncode == status and reason in done.stderr
+def test_what_the_command_cannot_do_is_refused_at_once(words, reason):
+    with pytest.raises(CapsuleError, match=re.escape(reason)):
+        run_command("judge", *words)
 
 
 def test_a_strange_file_says_so_before_the_verdicts_and_shows_no_probability():
