@@ -180,6 +180,10 @@ def rewrite(folder, lacking, **changes):
         ),
         (lambda folder: rewrite(folder, "", scorer="of others"), "or version; make it again: "),
         (
+            lambda folder: (folder / "detectors.json").write_text("{}"),
+            "damaged, or of another version; delete it, and make it again: ",
+        ),
+        (
             lambda folder: np.savez(folder / "templates.npz", **{"2mm": np.ones((4, 1000))}),
             "were not made together, .*: ",
         ),
@@ -193,13 +197,6 @@ def rewrite(folder, lacking, **changes):
 def test_what_was_learned_elsewhere_or_not_is_refused_with_the_remedy(tmp_path, spoil, told):
     spoil(tmp_path)
     with pytest.raises(CapsuleError, match=f"{told}snakemake -c2"):
-        final_in(tmp_path)
-
-
-@pytest.mark.usefixtures("final")
-def test_what_was_learned_in_another_version_is_to_be_deleted(tmp_path):
-    (tmp_path / "detectors.json").write_text("{}")
-    with pytest.raises(CapsuleError, match="damaged, or of another version; delete it"):
         final_in(tmp_path)
 
 
