@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 import pandas as pd
 
 from capsule import words
@@ -100,23 +99,15 @@ def with_sketches(
 ) -> Cells:
     """Return a card with ``felt``, what each sensor felt, and ``strip``, its score among others.
 
-    The scores of labelled places, which taught the detector nothing, are ascending.
-
-    Also ``deepest``, how deep each sensor was pressed at most, in its usual depths;
-    ``healthy_above`` the threshold and ``healthy_higher`` than this score, of ``healthy`` that
-    are known. Without signals ``felt`` and ``deepest`` are None, without a score ``strip``.
+    The scores of labelled places, which taught the detector nothing, are ascending. Without signals
+    ``felt`` is None, without a score ``strip``.
     """
     felt = Felt.of(inflated(described[card["names"][0]]["drawn"])) if card["names"] else None
     score, threshold = card["row"]["score"], card["row"]["threshold"]
     judged = words.is_known(score) and words.is_known(threshold)
-    of_beats = felt is not None and felt.in_depths
     return card | {
         "felt": felt_sketch(felt, diagonal=card["word"] in _FOUND) if felt else None,
-        "deepest": sorted(np.nanmax(felt.rows, axis=1).tolist()) if felt and of_beats else None,
         "strip": score_strip(healthy, nodules, threshold, score) if judged else None,
-        "healthy": len(healthy),
-        "healthy_above": sum(each > threshold for each in healthy) if judged else 0,
-        "healthy_higher": sum(each >= score for each in healthy) if judged else 0,
     }
 
 

@@ -92,7 +92,10 @@ def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
 def score_strip(
     healthy: Sequence[float], nodules: Sequence[float], threshold: float, score: float
 ) -> Cells:
-    """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach."""
+    """Return the strip of scores: a row of marks of the healthy, one of the nodules that teach.
+
+    Of the healthy, so many are ``above`` the threshold, and ``higher`` than this score or equal.
+    """
     every = [*healthy, *nodules, threshold, score]
     across = _scale(min(every), max(every), LEFT + 84, RIGHT)
     return {
@@ -105,6 +108,8 @@ def score_strip(
         "threshold": across(threshold),
         "this": across(score),
         "of": (len(healthy), len(nodules)),
+        "above": sum(each > threshold for each in healthy),
+        "higher": sum(each >= score for each in healthy),
     }
 
 
