@@ -481,20 +481,45 @@ ASKED = {
         "--unit counts",
     ),
     **{
-        f"a unit of {name}": (write, "the file names kPa of", "--unit counts")
-        for name, write in {
-            "info in MATLAB": matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}),
-            "meta in MATLAB": matlab(d={"t": TIME_S, "V": COUNTS.T}, meta={"daq": {"unit": "kPa"}}),
-            "units in MATLAB": matlab(t=TIME_S, V=COUNTS.T, units={"V": "kPa"}),
-            "cells in MATLAB 7.3": cells_73,
-            "several columns of a sheet": named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
-            "another sheet": beside(["Unit", "kPa"]),
-            "another sheet, by columns": beside(
-                ["time", "s", 1], *([n, "kPa", 2] for n in SENSORS)
+        f"a unit of {name}": (write, f"the file {told}", "--unit counts")
+        for name, write, told in (
+            (
+                "info in MATLAB",
+                matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}),
+                "names kPa of",
             ),
-            "another sheet, below": beside(["channel", "unit"], ["AI0", "kPa"]),
-        }.items()
+            (
+                "meta in MATLAB",
+                matlab(d={"t": TIME_S, "V": COUNTS.T}, meta={"daq": {"unit": "kPa"}}),
+                "names kPa of",
+            ),
+            ("units in MATLAB", matlab(t=TIME_S, V=COUNTS.T, units={"V": "kPa"}), "says 'V: kPa'"),
+            ("a name in MATLAB", matlab(t=TIME_S, V=COUNTS.T, V_unit="kPa"), "says 'V_unit: kPa'"),
+            ("cells in MATLAB 7.3", cells_73, "names kPa of"),
+            (
+                "columns of a sheet",
+                named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
+                "says 'Pressure (kPa)'",
+            ),
+            (
+                "a group of HDF5",
+                hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}),
+                "says 'p (kPa)'",
+            ),
+            ("another sheet", beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
+            ("a sheet of channels", beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
+            (
+                "the form of a number",
+                workbook(TIME_S.tolist(), number_format='0.00" kPa"'),
+                "says ' kPa'",
+            ),
+        )
     },
+    "a unit of time beside the arrays": (
+        matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"),
+        "the file names the unit 'cs'",
+        "--time none --rate 10",
+    ),
     "a rate on another sheet": (
         beside(["Sampling rate", "50 Hz"]),
         "in no unit the rate that the file states, Sampling rate = 50",

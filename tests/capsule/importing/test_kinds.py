@@ -1,13 +1,15 @@
 """Each kind of file gives the right numbers, or a line with a remedy that works.
 
-The kinds are those of public reports of faults of other programs. All are made from one recording
-of the shipped archive, with a function a kind.
+The kinds are those of public reports of faults of other programs. They are made from one recording
+of the shipped archive, with a function a kind; those in tests/data/odd hold a run of eight samples.
 """
 
 import json
+import re
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -15,12 +17,15 @@ import pytest
 
 from capsule.importing.table import is_far, is_lone
 from capsule.recordings.recording import read_recording
-from support.importing import import_files
+from support.importing import ODD, import_files
 from support.project import ROOT
 
 TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
 COUNTS = np.array(COUNTS)
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
+# The last reading lacks digits.
+SHORTER = VOLTS.copy()
+SHORTER[3, -1] = 2.421
 # The second one began 2 s later.
 LATER = np.array([VOLTS[0, 20:], VOLTS[1, :505], *VOLTS[2:, 20:]])
 EACH_TIMED = [each for n, row in enumerate(VOLTS) for each in (TIME_S + 2.0 * (n == 1), row)]
@@ -128,11 +133,108 @@ def commented(text):
     return "\n".join([*rows, ""])
 
 
+EIGHT = np.array(
+    [
+        [501, 503, 507, 512, 509, 504, 502, 500],
+        [611, 612, 610, 605, 601, 598, 603, 607],
+        [422, 420, 425, 431, 436, 433, 428, 424],
+        [530, 534, 531, 529, 527, 528, 533, 537],
+    ],
+    dtype=float,
+)
+
+
+def without(*samples):
+    """Return the eight samples with missing samples."""
+    values = EIGHT.copy()
+    values[:, samples] = np.nan
+    return values
+
+
+# Files of tests/data/odd that are read without an option, and others with their options.
+PLAIN_FILES = """
+    comma semicolon semicolon_points tab spaces bars units_row quoted_decimal_commas
+    byte_order_mark utf16 utf16_unmarked latin1 percent_comments savetxt no_names crlf old_mac
+    trailing_delimiter preamble battery epoch epoch_seconds iso zone german_dates us_dates am_pm
+    midnight serial_monitor serial_monitor_own_clock plotter plotter_stamped serial_noise
+    three_decimals date_and_clock pandas_index counter_and_clock lab_comments
+"""
+ODD_READ = dict.fromkeys(PLAIN_FILES.split(), ("", EIGHT)) | {
+    "quoted": ("--time 1", EIGHT),
+    "slash_dates": ("--date-order day_first", EIGHT),
+    "sample_numbers": ("--rate 10", EIGHT),
+    "steps_of_one": ("--time-unit sample --rate 10", EIGHT),
+    "no_time": ("--rate 10", EIGHT),
+    "missing": ("--missing -999", without(3)),
+    "missing_sensor": ("", without(5)),
+    "missing_at_both_ends": ("", without(0, 7)),
+    "volts": ("", np.round(EIGHT * 5 / 1024, 6)),
+    "millivolts": ("", EIGHT * 5 / 1000),
+    "kilo_ohms": ("", np.round(12 * EIGHT / (1024 - EIGHT), 4)),
+    "ohms_unnamed": ("", np.round(12_000 * EIGHT / (1024 - EIGHT), 1)),
+    "volts_unnamed": ("--unit V", np.round(EIGHT * 5 / 1024, 4)),
+    "many_counts": ("--unit counts --adc-bits 12", EIGHT * 4),
+    "pressure": ("--unit counts", EIGHT),
+    "thousands": ("--thousands comma --unit counts", EIGHT * 4),
+    "thousands_and_points": ("--unit counts", EIGHT * 4),
+    "points_and_commas": ("--unit counts", EIGHT * 4),
+    "five_channels": ("--sensors left right up down", EIGHT),
+    "sixteen_channels": ("--sensors ch5 ch6 ch7 ch8", EIGHT),
+    "two_clocks": ("--time time", EIGHT),
+    "wrong_unit": ("--time-unit ms", EIGHT),
+    "word_in_a_cell": ("--missing overload", without(2)),
+}
+ODD_REFUSED = {
+    # file, with options: words of the refusal
+    "slash_dates": "'03/04/2026 12:00:00.0' can name the day first (--date-order day_first) or the",
+    "sample_numbers": "column 'sample' counts samples; give the sampling rate in Hz with --rate",
+    "steps_of_one": "can be ms, 1000 Hz (--time-unit ms) or numbers of samples (--time-unit sample",
+    "steps_of_0.4": "can be s, 2.5 Hz (--time-unit s) or ms, 2500 Hz (--time-unit ms)",
+    "no_time": "no column gives the time; name one with --time, or give the sampling rate",
+    "missing": "column 'S1': readings from -999 to 612 fit no unit; if one of them marks a",
+    "volts_unnamed": "can be V (--unit V) or kohm (--unit kohm); choose one",
+    "many_counts": "can be counts (--unit counts) or mV (--unit mV) or ohm (--unit ohm)",
+    "pressure": "the file names kPa of ",
+    "thousands": "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma)",
+    "commas_for_all": "line 2 has 10 cells, but line 1 names 5 columns: a comma seems to be",
+    "five_channels": "5 columns can be sensors, 'left', 'right', 'up', 'down', 'middle', and there",
+    "sixteen_channels": "16 columns can be sensors, 'ch1', 'ch2', 'ch3', 'ch4', 'ch5', 'ch6'",
+    "two_clocks": "the columns 'time', 'timestamp' can all be the time; name one with --time",
+    "wrong_unit": "with the unit s (named in the file), its usual step of 100 is a sampling rate",
+    "cut_off": "line 9, the last one, has 4 cells, but there are 5 columns; complete the",
+    "short_first_line": "line 2 has 3 cells, but there are 5 columns; complete the line, copy",
+    "short_line": "line 6 has 4 cells, but there are 5 columns; complete the line, copy",
+    "word_in_a_cell": "line 4, column 'S2': 'overload' is not a number; if it marks a",
+    "end_line": "line 10, column 'time': 'end' is not a number; if it marks a missing",
+    "backwards": "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins",
+    "coarse_clock": "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse",
+    "prose": "line 2: there is no table with 4 columns of numbers",
+    "empty": "the file is empty; export it again",
+    "three_columns": "3 columns can be sensors, ",
+    "no_such_day": "column 'date': '2026-02-30 12:00:00.0' is not a date such as",
+    "null_bytes": "the file is not readable text",
+    "ampersands": "line 5: there is no table with 4 columns of numbers",
+    "comma --delimiter tab": "line 5: there is no table with 4 columns of numbers",
+    "comma --sensors 0 1 2 3": "sensors: '0' is not a column; columns 1 to 5 are 'time_s', 'S1'",
+    "comma --sensors 1 2 3 4": "column 1 is 'time_s', which holds the time; name the sensors'",
+    "battery --sheet Run": "sheet: 'Run' is given, but the file holds one table; leave it",
+    "tab --time clock": "time: 'clock' is not a column; columns 1 to 5 are 'time (ms)', 'S1'",
+    "semicolon --sensors S1 S2 S3 S1": "column 'S1' is named twice; name another",
+    "iso --time-unit clock": "column 'date': '2026-03-04T12:00:00.0Z' is not a time of day",
+    "latin1 --encoding utf-8": "the file is not readable text: byte 7 is not utf-8",
+    "epoch --encoding utf-16": "line 1: there is no table with 4 columns of numbers",
+}
+REMEDY = re.compile(
+    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|the|\d)|"
+    r"is not a column"
+)
+
+
 @dataclass
 class Read:
-    """A text, its readings, the options that read it, and a note that is shown."""
+    """A text or a file, its readings, the options that read it, and a note that is shown."""
 
-    text: str
+    text: str | Path
     values: np.ndarray = field(default_factory=lambda: COUNTS)
     options: str = ""
     note: str = ""
@@ -140,11 +242,11 @@ class Read:
 
 @dataclass
 class Asked:
-    """A text, words of its refusal, the remedy, and the readings then; None: two runs."""
+    """A text or a file, words of its refusal, a remedy, and the readings then; None: two runs."""
 
-    text: str
+    text: str | Path
     words: str
-    remedy: str
+    remedy: str = ""
     values: np.ndarray | None = field(default_factory=lambda: COUNTS)
     options: str = ""
 
@@ -172,11 +274,12 @@ READ = {
         for line in (
             "# values x 10",
             "# scaled by 0.001",
-            "# readings are 10 * mV",
+            "# readings are 10 * counts",
             "# true = raw * 0.5 + 3",
             "# 1 LSB = 4.88 mV",
             "# gain: 10",
             "All values multiplied by 100",
+            "# supplied by 5 V, with a gain of 2",
         )
     },
     "sample interval": Read("# Sample Interval: 100 ms\n" + lines(*COUNTS, head="S1,S2,S3,S4")),
@@ -189,6 +292,8 @@ READ = {
     "row of units": Read(
         lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"), values=COUNTS / 1000
     ),
+    "time base beside a unit": Read("# time base: 10 us\n" + PLAIN),
+    "quantities are no units": Read("# 12 kohm in series\n# supply (V): 5\n" + PLAIN),
     "sides are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
     ),
@@ -288,6 +393,25 @@ READ = {
         lines(TIME_S, *VOLTS).rstrip("\n"), options="--unit V", values=VOLTS
     ),
     "whole last number without a line end": Read(PLAIN.rstrip("\n")),
+    "last number that may lack digits": Read(
+        lines(TIME_S, *VOLTS)[:-3],
+        options="--unit V",
+        values=SHORTER,
+        note="note: the last line has no end, so '2.421' may lack digits",
+    ),
+    **{
+        f"first line that lacks {lost} digits": Read(
+            NO_TIME[lost:],
+            options="--rate 10",
+            values=COUNTS[:, 1:],
+            note=f"note: line 1, with {NO_TIME[lost:3]}, 497, 532, 540, is passed over: "
+            f"{NO_TIME[lost:3]} is far from all others",
+        )
+        for lost in (1, 2)
+    },
+    **{
+        name: Read(ODD / f"{name}.txt", values, given) for name, (given, values) in ODD_READ.items()
+    },
 }
 
 
@@ -297,13 +421,22 @@ def check(imported, values):
     np.testing.assert_allclose(recording.values, values, rtol=1e-9, atol=1e-9)
 
 
+def written(folder, text):
+    if isinstance(text, str):
+        (folder / "a.txt").write_text(text, encoding="utf-8")
+    return folder / "a.txt" if isinstance(text, str) else text
+
+
 @pytest.mark.parametrize("kind", READ)
-def test_a_kind_of_file_gives_the_right_numbers(tmp_path, kind):
+def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, kind):
     row = READ[kind]
-    (tmp_path / "a.txt").write_text(row.text, encoding="utf-8")
-    imported = import_files(tmp_path, tmp_path / "a.txt", *row.options.split())
+    path = written(tmp_path, row.text)
+    imported = import_files(tmp_path, path, *row.options.split())
     check(imported, row.values)
     assert row.note in imported.shown
+    again = import_files(tmp_path / "again", path, "--map", tmp_path / "lab.yaml")
+    check(again, row.values)
+    assert again.the_recording().header["unit"] == imported.the_recording().header["unit"]
 
 
 def repeated(*columns, head):
@@ -418,14 +551,41 @@ ASKED = {
     ),
     "unit over several columns": Asked(
         lines(TIME_S, *COUNTS, head="time,Pressure (kPa),,,\ns,S1,S2,S3,S4"),
-        "names kPa of 'S1' and all others",
+        "the file says 'Pressure (kPa)', and of no column",
         "--unit counts",
     ),
     "unit in a column": Asked(
         lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units"),
-        "names kPa of 'S1' and all others",
+        "the file says 'kPa', and of no column that this is its unit",
         "--unit counts",
     ),
+    **{
+        f"unit in words, {line!r}": Asked(
+            f"{line}\n{PLAIN}", f"the file says {line.strip('# ')!r}, and of no", "--unit counts"
+        )
+        for line in (
+            "# column 2: pressure [kPa]",
+            "# S1: kPa, S2: kPa, S3: kPa, S4: kPa",
+            '# {"unit": "kPa", "fs": 10}',
+            "# fs=10 Hz, unit=kPa",
+            "# values are mV",
+            "REM all in mmHg",
+        )
+    },
+    **{
+        f"unit in the name {name!r}": Asked(
+            lines(TIME_S, *COUNTS, head="time_s," + ",".join(name.format(n) for n in range(4))),
+            words.format(0),
+            "--unit counts",
+        )
+        for name, words in {
+            "P{}kPa": "the file says 'P{}kPa', and of no",
+            "S{} (kPa) filtered": "the file says 'S{} (kPa) filtered', and of no",
+            "S{} x10 (V)": "the file names a scaling of 'S{} x10 (V)' and all",
+            "10*S{}": "the file names a scaling of '10*S{}' and all",
+            "S{} in 0.1 mV": "the file names in 0.1 mV of",
+        }.items()
+    },
     "unit in a row": Asked(
         lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
         "the file names mmHg of 'P1' and all others",
@@ -462,6 +622,10 @@ ASKED = {
             ("# time is in 1/256 s", "1/256 s", 256),
             ("# Time base: 10 us", "10 us", 1e5),
             ("# time in units of 10 us", "10 us", 1e5),
+            ("# column 1: time [cs]", "cs", 100),
+            ("# t: ticks, S1-S4: counts", "ticks", 100),
+            ('# {"time_unit": "cs"}', "cs", 100),
+            ("# times are centiseconds", "centiseconds", 100),
         )
     },
     "two units of time": Asked(
@@ -568,6 +732,22 @@ ASKED = {
     "blocks of LabChart": Asked(
         labchart((slice(300), slice(300, None))), "give --run-gap-s 5", "--run-gap-s 5", values=None
     ),
+    **{
+        f"last line of {names} that lacks {lost}": Asked(
+            lines(TIME_S, *COUNTS, head=names)[: -lost - 1],
+            "line 526 is cut off: the file ends in mid-line; copy it again",
+        )
+        for names in ("time_s,sensor_1,sensor_2,sensor_3,sensor_4", "time_s,S1,S2,S3,S4")
+        for lost in (1, 2)
+    },
+    "last reading lost behind its delimiter": Asked(
+        PLAIN.rstrip("\n").rpartition(",")[0] + ",",
+        "line 526 is cut off: the file ends in mid-line",
+    ),
+    **{
+        call: Asked(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
+        for call, words in ODD_REFUSED.items()
+    },
     "all that is missing at once": Asked(
         lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
         "can all be the time; name one with --time; and column 'a': readings from 2.065",
@@ -581,10 +761,13 @@ ASKED = {
 def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
     row = ASKED[kind]
     remedy, values = row.remedy, row.values
-    path = tmp_path / "a.txt"
-    path.write_text(row.text, encoding="utf-8")
+    path = written(tmp_path, row.text)
     imported = import_files(tmp_path, path, *row.options.split())
-    assert row.words in imported.refused and imported.refused.count("\n") == 1
+    assert row.words in imported.refused and f"{path.name}: " in imported.refused
+    assert (imported.refused.count("\n"), imported.recordings(), imported.status) == (1, {}, 1)
+    assert REMEDY.search(imported.refused)
+    if not remedy:
+        return
     assert remedy.split()[-2] in imported.refused, "the refusal names the option"
     again = import_files(tmp_path, path, *remedy.split())
     if values is not None:
@@ -595,39 +778,6 @@ def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
     ratio = runs[0].values[0, 0] / COUNTS[0, 0]
     joined = np.hstack([run.values for run in runs])
     np.testing.assert_allclose(joined, ratio * COUNTS, rtol=1e-5)
-
-
-@pytest.mark.parametrize("lost", [1, 2])
-def test_a_first_line_that_lacks_digits_is_passed_over(tmp_path, lost):
-    path = tmp_path / "a.csv"
-    path.write_text(NO_TIME[lost:])
-    imported = import_files(tmp_path, path, "--rate", "10")
-    np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 1:])
-    shown = f"line 1, with {NO_TIME[lost:3]}, 497, 532, 540, is passed over"
-    assert f"note: {shown}: {NO_TIME[lost:3]} is far from all others" in imported.shown
-
-
-@pytest.mark.parametrize("ours", [False, True])
-@pytest.mark.parametrize("lost", [1, 2])
-def test_a_last_line_that_lacks_digits_is_refused_as_the_archive_does(tmp_path, lost, ours):
-    names = "time_s,sensor_1,sensor_2,sensor_3,sensor_4" if ours else "time_s,S1,S2,S3,S4"
-    path = tmp_path / "a.csv"
-    path.write_text(lines(TIME_S, *COUNTS, head=names)[: -lost - 1])
-    words = "line 526 is cut off: the file ends in mid-line; copy it again"
-    assert words in import_files(tmp_path, path).refused
-
-
-def test_a_last_line_that_lacks_a_reading_behind_its_delimiter_is_cut_off(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text(PLAIN.rstrip("\n").rpartition(",")[0] + ",")
-    assert "line 526 is cut off: the file ends in mid-line" in import_files(tmp_path, path).refused
-
-
-def test_a_last_number_that_may_lack_digits_is_named(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text(lines(TIME_S, *VOLTS)[:-3])
-    shown = import_files(tmp_path, path, "--unit", "V").shown
-    assert "note: the last line has no end, so '2.421' may lack digits" in shown
 
 
 def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
@@ -651,6 +801,11 @@ def test_a_long_gap_is_named(tmp_path):
     path.write_text(lines(TIME_S + 300 * (TIME_S > 20), *COUNTS))
     told = "note: a gap of 5 min follows sample 201; if another run begins behind it"
     assert told in import_files(tmp_path, path).shown
+
+
+def test_every_odd_file_is_in_the_table():
+    tried = ODD_READ.keys() | {call.split()[0] for call in ODD_REFUSED}
+    assert {path.stem for path in ODD.iterdir()} == tried
 
 
 def test_nothing_is_named_in_the_recordings_of_the_archive():

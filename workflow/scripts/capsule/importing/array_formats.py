@@ -3,7 +3,6 @@
 What a file says of an array counts for it: its unit, start, sampling rate and scaling.
 """
 
-import contextlib
 import io
 import re
 import struct
@@ -19,17 +18,18 @@ from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     UNIT,
+    as_remarks,
     as_text,
     attribute,
     decoded,
+    facts,
     is_scale,
-    not_applied,
     scalings,
-    stated_rates,
     states_rate,
 )
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.times import later
+from capsule.importing.units import is_time_name
 
 # The word for a table of these formats.
 VARIABLE = "variable"
@@ -41,8 +41,8 @@ _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
 # A longer text is no unit and no date.
 _LONGEST_TEXT = 100
-# Attributes that tell the time of the first sample by the file's clock.
-_START = ("start_time", "start_s", "t0")
+# Attributes that name the unit of the time.
+_TIME_UNIT = ("time_unit", "time_units", "t_unit", "t_units", "timestamp_unit", "timestamp_units")
 # Attributes that are applied when an array is read.
 _APPLIED = ("scale_factor", "add_offset")
 # So are limits, beyond which a sample is missing, with as many numbers.
@@ -71,10 +71,11 @@ def array_tables(
 ) -> Iterator[Table]:
     """Yield tables that join arrays, given by path, with the same length and the same parent.
 
-    If none of a parent's tables has enough columns, all of its arrays are one: a sensor can have a
-    sampling rate of its own. They are named by their parent, or by their first array if a parent
-    has several tables. `told` holds the attributes of each path. A single number is an attribute of
-    its parent. An attribute holds for all below, unless a nearer one says something else.
+    If none of a parent's tables has enough columns beside the time, all of its arrays are one: a
+    sensor can have a sampling rate of its own, or end a sample earlier. They are named by their
+    parent, or by their first array if a parent has several tables. `told` holds the attributes of
+    each path. A single number is an attribute of its parent. An attribute holds for all below,
+    unless a nearer one says something else.
     """
     about: defaultdict[str, dict[str, Any]] = defaultdict(dict)
     about |= {path: dict(said) for path, said in told.items()}
@@ -89,47 +90,41 @@ def array_tables(
     groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
         scopes = _scopes(path, separator, about)
-        unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
-        started, rates_hz = date or attribute(scopes, "started"), stated_rates(scopes)
-        how: dict[str, Any] = {"unit": unit, "started": started, "rates_hz": rates_hz}
-        with contextlib.suppress(ValueError):
-            how["start_s"] = float(attribute(scopes[:1], *_START))
-        for channel in array_channels(name, arrays[path], **how):
+        for channel in array_channels(name, arrays[path], **facts(scopes)):
             groups[parent][channel.values.size].append((path, channel))
+    remarks = as_remarks(about.values())
     for parent, by_size in groups.items():
         parts = list(by_size.values())
         whole = [each for part in parts for each in part]
         are_timed = len(with_own_times([each for _, each in whole], keys)) < len(whole)
-        if are_timed or max(map(len, parts)) < keys.sensor_count:
+        counts = [sum(not is_time_name(each.name) for _, each in part) for part in parts]
+        if are_timed or max(counts) < keys.sensor_count:
             parts = [whole]
         around = _scopes(parent, separator, about)
         for part in parts:
-            label = parent if len(parts) == 1 and parent else part[0][0]
+            label = parent if len(parts) == 1 and parent else part[0][0].replace("\n", ", ")
             channels = with_own_times([each for _, each in part], keys)
             compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
-            own = [_of_readings(about[path], arrays[path]) for path, _ in part]
+            own = [about[path] for path, _ in part]
             unit = attribute(compounds + around, *UNIT)
             notes = ({"unit": unit} if unit else {}) | scalings([*around[::-1], *own])
-            yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
+            if unit := attribute(around, *_TIME_UNIT):
+                notes["time unit"] = unit
+            yield Table(channels, VARIABLE, label, notes=notes, remarks=remarks)
 
 
 def _hand_up(
     about: defaultdict[str, dict[str, Any]], series: Collection[str], separator: str
 ) -> None:
-    """Have what stands in a group of remarks, as ``run.info.units``, hold for what it lies beside.
-
-    In a group ``units``, as in ``run.units.S1``, each remark is the unit of the series of its name.
-    """
+    """Have what a group of remarks says, as ``run.info.units``, hold for what it lies beside."""
     for path in sorted(about, key=len, reverse=True):
-        parent, between, name = path.rpartition(separator)
+        parent, _, name = path.rpartition(separator)
         while _INFO.fullmatch(name) and not any(
             f"{each}{separator}".startswith(f"{path}{separator}") for each in series
         ):
             about[parent] = about[path] | about[parent]
             path = parent
-            parent, between, name = path.rpartition(separator)
-        for key, value in about[path].items() if name.lower() in UNIT else ():
-            about[parent + between + key].setdefault("unit", value)
+            parent, _, name = path.rpartition(separator)
 
 
 def _scopes(
@@ -141,12 +136,6 @@ def _scopes(
         path = path.rpartition(separator)[0]
         scopes.append(about.get(path, {}))
     return scopes
-
-
-def _of_readings(said: Mapping[str, Any], array: np.ndarray) -> dict[str, Any]:
-    """Return the attributes of an array that are not applied to it yet."""
-    is_compound = array.dtype.names is not None
-    return {name: value for name, value in said.items() if is_compound or name not in _APPLIED}
 
 
 def array_channels(name: str, array: np.ndarray, **how: Any) -> list[Channel]:
@@ -289,7 +278,7 @@ def read_hdf(content: bytes, keys: Keys) -> Iterator[Table]:
         elif node.shape == () and h5py.check_string_dtype(node.dtype):
             told[parent][name] = node[()]
         elif node.dtype.kind in "iufbV" and not (kind in ("char", "cell") or is_axis):
-            arrays[path] = _scaled(path, node[()], said)
+            arrays[path] = _scaled(path, node[()], told[path.strip("/")])
     return array_tables(arrays, "/", keys, told)
 
 
@@ -298,7 +287,7 @@ def read_netcdf(content: bytes, keys: Keys) -> Iterator[Table]:
     from scipy.io import netcdf_file
 
     with netcdf_file(io.BytesIO(content), mmap=False) as file:
-        told = {path: each._attributes for path, each in file.variables.items()}
+        told = {path: dict(each._attributes) for path, each in file.variables.items()}
         arrays = {
             path: _scaled(path, each.data, told[path])
             for path, each in file.variables.items()
@@ -307,8 +296,11 @@ def read_netcdf(content: bytes, keys: Keys) -> Iterator[Table]:
         return array_tables(arrays, "/", keys, {"": file._attributes, **told})
 
 
-def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray:
-    """Return the numbers that stored ones stand for, by the conventions of NetCDF; NaN for none."""
+def _scaled(path: str, array: np.ndarray, said: dict[str, Any]) -> np.ndarray:
+    """Return the numbers that stored ones stand for, by the conventions of NetCDF; NaN for none.
+
+    The scalings that are applied are taken out of the attributes.
+    """
     marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
     scaling = [key for key in _APPLIED if key in said]
     limits = {key: np.ravel(said[key]) for key in _LIMITS if key in said}
@@ -320,7 +312,7 @@ def _scaled(path: str, array: np.ndarray, said: Mapping[str, Any]) -> np.ndarray
         values = array.view(f"{array.dtype.byteorder}u{array.itemsize}").astype(float)
     stored = values
     for key in scaling:
-        factor = np.ravel(said[key])
+        factor = np.ravel(said.pop(key))
         # One for each channel lies along the axis of the channels.
         axes = [axis for axis, size in enumerate(values.shape) if size == factor.size]
         if factor.size != 1 and (len(axes) != 1 or values.ndim == 1):

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import is_scale, scales
+from capsule.importing.stated import is_scale, mentions_unit, scales, speaks_of_scaling
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.text import STAMP_NAME
 from capsule.importing.times import WRAPS, text_kind, unwrapped
@@ -34,7 +34,8 @@ NO_TIME = "none"
 # What follows the number of a sensor and is short, or a share, or a multiple: no name, but a unit.
 _BEHIND_NUMBER = re.compile(
     r"\D*[0-9]+[\s_/,:;-]*"
-    r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|.+[\s_*][x\u00d7] ?[0-9.]+)"
+    r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|"
+    r"(?:in )?(?:[0-9]*[.]|1/)[0-9]+ ?[^\W\d]\S*|.+[\s_*][x\u00d7] ?[0-9.]+)"
 )
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
@@ -212,6 +213,13 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
         texts[at] = texts[at] or ("counts" if is_adc else noted)
     units = [unit_of(text) or "" for text in texts]
     if not any(texts):
+        heads = [*(table.names[at] for at in sensors), table.label]
+        words = [name for name in heads if mentions_unit(name, is_name=True)]
+        for mention in [*words, *filter(mentions_unit, table.remarks)][:1]:
+            raise QuestionError(
+                f"the file says {displayed(mention)[:60]!r}, and of no column that this is its "
+                "unit; give the unit of the readings with --unit, or convert them first"
+            )
         values = np.concatenate([table.checked_numbers(table.channels[index]) for index in sensors])
         with naming(f"column {table.column_label(table.channels[sensors[0]])}"):
             return _by_values(values[~np.isnan(values)], keys.full_scale)
@@ -239,6 +247,8 @@ def _named(table: Table, index: int) -> str:
         unit, is_word = name, False
     if match := _BEHIND_NUMBER.fullmatch(name):
         unit, is_word = match[1], False
+    elif speaks_of_scaling(name):
+        return "a scaling"
     return table.channels[index].unit.strip() or ("" if is_word else unit)
 
 

@@ -8,13 +8,13 @@ import gzip
 import hashlib
 import io
 import os
+import re
 import zipfile
 import zlib
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ from capsule.importing.array_formats import (
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.stated import UNIT, attribute, not_applied, scalings, stated_rates
+from capsule.importing.stated import scalings, states_rate
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.text import read_sheets, read_text
 from capsule.store.files import read_limited
@@ -48,8 +48,6 @@ _MOST_CELLS = 2_000_000
 _LONGEST_ARRAY = 256
 # The day before the first one of Excel's calendar.
 _FIRST_DAY = datetime(1899, 12, 31)
-# Channels of one run can have different sampling rates, but not too different ones.
-_MOST_LONGER = 2.5
 _GZIP = b"\x1f\x8b"
 _BAGS = (b"#ROSBAG", b"\x89MCAP")
 _NO_TABLE = {
@@ -118,40 +116,36 @@ def _unpacked(content: bytes) -> bytes:
     return unpacked
 
 
-def _read_tdms(content: bytes, _: Keys) -> Iterator[Table]:
-    """Read LabVIEW's TDMS; the channels of a group that can be of the same run are a table."""
+def _read_tdms(content: bytes, keys: Keys) -> Iterator[Table]:
+    """Read LabVIEW's TDMS; a channel is an array in its group."""
     import nptdms
 
     file = nptdms.TdmsFile.read(io.BytesIO(content))
+    arrays, told = {}, {"": file.properties}
     for group in file.groups():
-        series = [each for each in group.channels() if len(each) > 1 and each.dtype.kind in "iufM"]
-        lengths = sorted({len(each) for each in series})
-        firsts = [n for before, n in pairwise([0, *lengths]) if n > _MOST_LONGER * before]
-        for first, end in pairwise([*firsts, np.inf]):
-            around = [group.properties, file.properties]
-            channels = [_tdms_channel(each, around) for each in series if first <= len(each) < end]
-            label = group.name if len(firsts) == 1 else f"{group.name}, {first} samples"
-            notes = scalings([*around[::-1], *(each.properties for each in series)])
-            if unit := attribute(around, *UNIT):
-                notes["unit"] = unit
-            yield Table(channels, VARIABLE, label, notes=notes, remark=not_applied(notes))
-
-
-def _tdms_channel(channel: Any, around: list[dict[str, Any]]) -> Channel:
-    """Return a channel of TDMS, with its own start and sampling rate."""
-    data, said = channel[:], channel.properties
-    unit = attribute([said], *UNIT)
-    if data.dtype.kind == "M":
-        # In seconds since 1970, with a resolution of 1 microsecond.
-        data, unit = data.astype("datetime64[us]").astype(float) / 1e6, "s"
-    start_s, started = float(said.get("wf_start_offset", 0.0)), ""
-    if start := said.get("wf_start_time"):
-        offset = np.timedelta64(round(1e6 * start_s), "us")
-        started, start_s = f"{np.datetime64(start, 'us') + offset}Z", 0.0
-    # A rate of the group counts beside the interval of a channel.
-    rates_hz = stated_rates([said]) | stated_rates(around)
-    values = np.asarray(data, dtype=float)
-    return Channel(channel.name, values, unit, started=started, start_s=start_s, rates_hz=rates_hz)
+        told[group.name] = group.properties
+        # A rate of the group counts beside the interval of a channel.
+        rates = {
+            name: value
+            for around in (file.properties, group.properties)
+            for name, value in around.items()
+            if states_rate(name)
+        }
+        for channel in group.channels():
+            if channel.dtype.kind not in "iufM":
+                continue
+            # Names hold slashes, but no line ends.
+            path, data = f"{group.name}\n{channel.name}", channel[:]
+            own = channel.properties
+            said = told[path] = {"wf_start_offset": 0.0, **own, **rates, **own}
+            if data.dtype.kind == "M":
+                # In seconds since 1970, with a resolution of 1 microsecond.
+                data, said["unit_string"] = data.astype("datetime64[us]").astype(float) / 1e6, "s"
+            if start := said.get("wf_start_time"):
+                offset = np.timedelta64(round(1e6 * said.pop("wf_start_offset")), "us")
+                said |= {"started": f"{np.datetime64(start, 'us') + offset}Z", "start_s": 0.0}
+            arrays[path] = data
+    return array_tables(arrays, "\n", keys, told)
 
 
 def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
@@ -183,7 +177,8 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
             unit = str(_first(channel.get("unit")) or "")
             channels.append(Channel(name, values.astype(float), unit, **how))
         label = str(_first(info["name"]))
-        yield Table(with_stamps(channels), VARIABLE, label, remark=remark)
+        notes = scalings({key: _first(each[key]) for key in each} for each in described)
+        yield Table(with_stamps(channels), VARIABLE, label, notes=notes, remark=remark)
 
 
 def _first(values: Any) -> Any:
@@ -230,7 +225,12 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
             if area.min_row == area.max_row:
                 row, first = texts[area.min_row - 1], area.min_col - 1
                 row[first : area.max_col] = [row[first]] * (area.max_col - first)
-    tables = list(read_sheets(sheets, keys))
+    tables = []
+    for table in read_sheets(sheets, keys):
+        # The form of a number can show a unit, as in 0.00" kPa".
+        forms = {cell.number_format for cell in book[table.label][book[table.label].max_row]}
+        bare = (re.sub(r'[0#.,\\"]+', "", form).replace("%", "(%)") for form in forms)
+        tables.append(replace(table, remarks=[*table.remarks, *bare]))
     if not has_formulas:
         return tables
     formulas = load_workbook(io.BytesIO(content))

@@ -38,7 +38,10 @@ def with_own_times(channels: list[Channel], keys: Keys) -> list[Channel]:
     pairs = list(zip(named[::2], named[1::2], strict=False))
     are_paired = len(pairs) > 1 and 2 * len(pairs) == len(channels)
     are_numbered = any(str(wanted).isdecimal() for wanted in keys.sensors or ())
-    if not are_paired or are_numbered or keys.time not in (None, "none"):
+    # A name that several columns have chooses none of them.
+    alike = sum(each.name == keys.time for each in channels)
+    is_chosen = keys.time not in (None, "none") and alike < 2
+    if not are_paired or are_numbered or is_chosen:
         return channels
     for stamps, channel in pairs:
         bare = stamps.name.replace(channel.name, "") if channel.name else stamps.name

@@ -12,6 +12,7 @@ from capsule.importing.columns import NO_TIME, choose_columns, reading_unit
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
+from capsule.importing.stated import not_applied
 from capsule.importing.table import (
     Channel,
     QuestionError,
@@ -218,7 +219,9 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
     The run begins at the reading's sample of index `first`.
     """
     header, values = run.header, run.values
-    yield from filter(None, (reading.table.remark, reading.clock.remark))
+    table = reading.table
+    said = not_applied(table.notes, table.remarks)
+    yield from filter(None, (table.remark, said, reading.clock.remark))
     if reading.clock.started and "started" not in header:
         yield (
             f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "

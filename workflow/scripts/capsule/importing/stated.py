@@ -4,16 +4,19 @@ A statement is a name with a value: an attribute, a property, a field of a struc
 text. Scopes hold the statements on a thing, and those on what is around it, nearest first.
 """
 
+import contextlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from capsule.importing.units import SECONDS, unit_of
+from capsule.importing.units import SECONDS, is_unit, unit_of
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
+# Names of the time of the first sample by the file's clock.
+_START = ("start_time", "start_s", "t0", "x0", "wf_start_offset")
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile("freq(uency)?", re.IGNORECASE)
 # Names of a sampling rate, and of the time between two samples; with its unit or without.
@@ -21,7 +24,7 @@ _TIMING = re.compile(
     r"(?:(?P<rate>fs|s?rates?|odr|"
     r"(?:samp(?:le|ling)?|acquisition|scan|data|update)[_ ]?(?:rates?|freq(?:uency)?)|"
     rf"{UNSURE_RATE.pattern})|"
-    r"(?P<step>(?:samp(?:le|ling)?|scan)[_ ]?(?:interval|period)|dt|delta[_ ]?t|wf_increment))"
+    r"(?P<step>(?:samp(?:le|ling)?|scan)[_ ]?(?:interval|period)|dt|delta[_ ]?[tx]|wf_increment))"
     r"(?:[_ ]*(?P<hz>k?hz)|(?:[_ ]|[_ ]*[\[(] *)(?P<unit>k?hz|k?sps|[mnuµμ]?s(?:ec)?|min)[\])]?)?",
     re.IGNORECASE,
 )
@@ -39,14 +42,32 @@ _SCALE = re.compile(
 )
 # Other words for a scaling, which may be that of the recorder.
 _SCALING = re.compile(
-    r"(scal|gain|offset|multipl|factor|lsb|calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|"
-    r"sensitiv).*",
+    r"(?!(wf_start|time|clock|utc|zone|trigger)[_ ])(\w+[_ ])?(scal|gain|offset|multipl|factor|lsb|"
+    r"calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|sensitiv).*",
+    re.IGNORECASE,
+)
+# Units of readings that are no other words, wherever they stand, but not beside a number: a
+# supply of 5 V, or "supply (V): 5", is no unit of the readings. In names, it is that of a sensor.
+_MENTIONED = (
+    r"(?:[kMhmGu\u00b5n]?Pa|[mkh]?bar(?=\W*$)|mbar|mm[Hh]g|cm[Hh]2[Oo]|in[Hh]g|psi|PSI|[Tt]orr|"
+    r"[mkcdnu\u00b5]N|N/(?:m|mm|cm)[\u00b22]?|k?gf|lbf|ozf|[Nn]ewtons?|(?:[Kk]ilo)?[Pp]ascals?|"
+    r"[Gg]rams?(?:[ -]force)?|[mu\u00b5nk]V|(?:[Mm]illi|[Mm]icro|[Kk]ilo)?-?[Vv]olts?|"
+    r"(?:[Kk]ilo|[Mm]ega)?-?[kKM]?(?:[Oo]hms?|\u2126|\u03a9)|[mnu\u00b5p]A|[pnu\u00b5]F|microstrain|"
+    r"\u00b5\u03b5|[mu\u00b5n]T|[Tt]esla|[Gg]auss|\u00b0C|dB|[Pp]ercent|"
+    r"(?<=[\[(])(?:V|N|g|A|%)(?=[\])])|(?<=[:=] )V(?=[;,)]|$))"
+)
+_MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\] ]*[:=] ?[0-9])")
+_MENTION_IN_NAME = re.compile(rf"(?<![A-Za-z]){_MENTIONED}(?![A-Za-z])")
+# A unit of time, as in "column 1: time [cs]"; one behind a number can be a duration.
+_TIME_MENTION = re.compile(
+    r"(?:^|[,;:{\"\d])\W*(?:times?|t|zeit|time ?stamps?)(?:[ _]units?)?\W{1,6}"
+    r"(?:(?:is|are|in|as) )*\W*((?:1/[0-9]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
     re.IGNORECASE,
 )
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
 _PROSE = re.compile(
     r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|offset|multipl\w+|factor|lsb|amplif\w+|attenuat\w+|"
-    r"divi(de|sor)\w*|subtract\w*|normali[sz]ed|resolution|sensitivity)\b.*|"
+    r"divi(de|sor)\w*|subtract\w*|normali[sz]ed|resolution|sensitivity|ticks?)\b.*|"
     r".*\b(tenth|hundredth|thousandth)s\b.*|"
     r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"
     r"[0-9.]+ ?[*] ?\w+)([\s)].*)?",
@@ -124,6 +145,20 @@ def _rates_in(value: Any, unit: str, *, is_step: bool) -> Iterator[float]:
             yield round(1.0 / (number * seconds), 9)
 
 
+def facts(scopes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what is stated of a series, as attributes of `capsule.importing.table.Channel`.
+
+    Its unit and the start by its clock are its own; its date and its rate may be those around it.
+    """
+    unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
+    told: dict[str, Any] = {"unit": unit, "started": date or attribute(scopes, "started")}
+    told["rates_hz"] = stated_rates(scopes)
+    with contextlib.suppress(ValueError):
+        start_s = float(attribute(scopes[:1], *_START))
+        told |= {"start_s": start_s} if np.isfinite(start_s) else {}
+    return {key: value for key, value in told.items() if value or key == "start_s"}
+
+
 def is_scale(name: str) -> bool:
     """Return whether a number of this name turns stored numbers into readings."""
     return bool(_SCALE.fullmatch(name))
@@ -142,6 +177,22 @@ def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     return {name: value for name, value in told.items() if value and scales(name, value)}
 
 
+def mentions_unit(text: str, *, is_name: bool = False) -> bool:
+    """Return whether words, or the name of a column, hold the word for a unit of readings."""
+    return bool((_MENTION_IN_NAME if is_name else _MENTION).search(text))
+
+
+def mentioned_time_unit(text: str) -> str:
+    """Return the word for a unit that words tell of a time; empty if there is none."""
+    match = _TIME_MENTION.search(text)
+    return match[1] if match and is_unit(match[1]) else ""
+
+
+def as_remarks(scopes: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return statements as words."""
+    return [f"{name}: {as_text(value)}" for said in scopes for name, value in said.items()]
+
+
 def speaks_of_scaling(text: str) -> bool:
     """Return whether a remark in words tells a scaling."""
     return bool(_PROSE.fullmatch(text))
@@ -154,5 +205,5 @@ def not_applied(notes: Mapping[str, str], remarks: Iterable[str] = ()) -> str:
     # A scaling by 1 is no scaling, and what is quoted already is quoted once.
     keys = [match[1] if (match := NOTE.fullmatch(text)) else "" for text in prose]
     told += [text for key, text in zip(keys, prose, strict=True) if not _SCALING.fullmatch(key)]
-    shown = "; ".join(text[:60] for text in told[:_MOST_QUOTED])
+    shown = "; ".join(text[:60] for text in [*dict.fromkeys(told)][:_MOST_QUOTED])
     return f"the file says {shown}; that is not applied to the readings" if told else ""

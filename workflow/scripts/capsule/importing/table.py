@@ -141,6 +141,8 @@ class Table:
         Indices of the rows above which the names of the columns are repeated.
     remark : str
         Note for the user; empty if there is none.
+    remarks : sequence of str
+        What the file says beside the samples, in words; also its notes, as they stand in it.
     """
 
     channels: Sequence[Channel]
@@ -152,6 +154,7 @@ class Table:
     passed_over: Sequence[int] = ()
     restarts: Sequence[int] = ()
     remark: str = ""
+    remarks: Sequence[str] = ()
 
     @property
     def names(self) -> list[str]:

@@ -7,7 +7,7 @@ import io
 import re
 from array import array
 from collections import Counter, deque
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeAlias
@@ -29,14 +29,14 @@ from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     NOTE,
-    not_applied,
+    facts,
     scales,
     speaks_of_scaling,
     stated_rates,
     states_rate,
 )
 from capsule.importing.table import Channel, Table, not_a_number
-from capsule.importing.units import SECONDS, is_time_name, is_unit, split_unit, unit_of
+from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
@@ -68,7 +68,8 @@ _IN_UNIT = re.compile(
 _UNIT_LINE = re.compile(
     r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
 )
-_UNIT_WORD = re.compile(r"(.*[\s_])?(units?|einheit(en)?)\W*", re.IGNORECASE)
+# The step of a counter, which is the unit of a time that names none.
+_TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
 _TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
 # Keys of comments that tell a mark of missing samples.
 _MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
@@ -117,8 +118,10 @@ def read_text(content: bytes, keys: Keys) -> Table:
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
     notes = _notes(comments)
-    # A recording of this project tells all that was done to it.
-    remarks = [] if "format_version" in notes else [*comments.values()]
+    remarks = [*comments.values()]
+    for (number, line), row in zip(known, heads, strict=False):
+        if not (number in comments or dialect.names_columns(row)):
+            remarks.append(line)
     table = _table(
         above,
         rows,
@@ -129,7 +132,8 @@ def read_text(content: bytes, keys: Keys) -> Table:
         heads=heads,
         said=said,
         notes=notes,
-        remark=not_applied(notes, remarks),
+        # A recording of this project tells all that was done to it.
+        remarks=[] if "format_version" in notes else remarks,
         reading=reading,
     )
     # Behind a quote, the last number is whole, too.
@@ -162,19 +166,17 @@ def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any
     columns: list[dict[str, Any]] = [{} for _ in range(dialect.cells)]
     if "channeltitle" in said:
         columns[0] = {"name": "time", "unit": ""}
-    for at, told in enumerate(columns[1:], start=1):
+    for at, column in enumerate(columns[1:], start=1):
         cells = {key: row[at] for key, row in said.items() if at < len(row) and row[at]}
         if "channeltitle" in said:
-            told["name"] = cells.get("channeltitle", "")
-        for key in ("y_unit_label", "unitname", "range"):
-            if key in cells:
-                told.setdefault("unit", cells[key].rpartition(" ")[2])
+            column["name"] = cells.get("channeltitle", "")
+        units = (cells.get(key, "") for key in ("y_unit_label", "unitname", "range"))
+        told: dict[str, Any] = {"unit": next(filter(None, units), "").rpartition(" ")[2]}
         if (step := dialect.number(cells.get("delta_x", ""))) > 0:
-            told["rates_hz"] = {"Delta_X": round(1.0 / step, 9)}
-            if np.isfinite(start_s := dialect.number(cells.get("x0", ""))):
-                told["start_s"] = start_s
+            told |= {"delta_x": step, "x0": dialect.number(cells.get("x0", ""))}
             if "date" in cells and "time" in cells:
                 told["started"] = f"{cells['date'].replace('/', '-')}T{cells['time'][:8]}"
+        column |= facts([told])
     return columns
 
 
@@ -221,40 +223,30 @@ def _sheet(
     said = {
         n: ": ".join(dict.fromkeys(filter(None, cells))) for n, cells in above if len({*cells}) <= 3
     }
-    elsewhere = [": ".join(filter(None, cells)) for cells in beside]
-    told = [_notes({0: text}) for text in elsewhere if _states_much(text)]
-    names = [cell for cells in named for cell in cells if cell and not is_time_name(cell)]
-    told += [{"unit": unit} for unit in _units_in(beside, names)]
+    unnamed = [cells for _, cells in above if cells[:width] not in named]
+    remarks = [": ".join(filter(None, cells)) for cells in [*beside, *unnamed]]
+    told = [_notes({0: text}) for text in remarks[: len(beside)] if _states_much(text)]
     merged: dict[str, str] = {}
     for key, value in (pair for notes in told for pair in notes.items()):
         merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
     notes = merged | _notes(said)
-    remark = not_applied(notes, [*elsewhere, *said.values()])
     way = way._replace(cells=width)
-    return _table(named, samples, way, keys, kind="sheet", label=title, notes=notes, remark=remark)
+    return _table(
+        named,
+        samples,
+        way,
+        keys,
+        remarks=remarks,
+        kind="sheet",
+        label=title,
+        notes=notes,
+    )
 
 
 def _states_much(text: str) -> bool:
     """Return whether a line of the form ``key: value`` states a rate or a scaling."""
     note = NOTE.fullmatch(text)
     return note is not None and (states_rate(_key(note)) or scales(note[1], note[3]))
-
-
-def _units_in(rows: Sequence[list[str]], names: Collection[str]) -> list[str]:
-    """Return the different units in rows that name columns, and beside or below a cell "unit"."""
-    found, below = dict[str, None](), set[int]()
-    for cells in rows:
-        heads = {at for at, cell in enumerate(cells) if _UNIT_WORD.fullmatch(cell)}
-        is_about_all = heads or {*cells} & {*names}
-        for at, cell in enumerate(cells):
-            if (is_about_all or at in below) and is_unit(cell) and not _is_of_time(cell):
-                found[cell] = None
-        below |= heads
-    return list(found)
-
-
-def _is_of_time(unit: str) -> bool:
-    return unit_of(unit) in (*SECONDS, "sample")
 
 
 def _key(note: re.Match[str]) -> str:
@@ -320,16 +312,16 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
     """Return the comments of the form ``key: value``, by key."""
     notes: dict[str, tuple[str, int]] = {}
     for number, text in comments.items():
-        if (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
+        if (match := _TIME_BASE.fullmatch(text)) and is_unit(match[1]):
+            notes["time base"] = match[1], number
+        elif (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
             key = "time unit" if match[1].lower().startswith("time") else "unit"
             notes.setdefault(key, (match[2], number))
         elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
             notes.setdefault("unit", (match[2], number))
         elif match := NOTE.fullmatch(text):
             key, value = _key(match), match[3]
-            if re.fullmatch("time ?base|tick", key, re.IGNORECASE) and is_unit(value):
-                key = "time base"
-            elif re.search("unit|einheit", key, re.IGNORECASE):
+            if re.search("unit|einheit", key, re.IGNORECASE):
                 key = "time unit" if _TIME_AXIS.match(key) else "unit"
             other, line = notes.get(key, (value, number))
             if (key in _DECISIVE or states_rate(key)) and other != value:
@@ -392,6 +384,7 @@ def _table(
     is_log: bool = False,
     heads: Sequence[list[str]] = (),
     said: Sequence[Mapping[str, Any]] = (),
+    remarks: Sequence[str] = (),
     **told: Any,
 ) -> Table:
     """Return a table of cells of text; in a log, without lines that hold no whole sample.
@@ -404,7 +397,6 @@ def _table(
     names, units = heads_only[-1], heads_only[0]
     if len(heads_only) > 2 and _are_units(*heads_only[-2:]):
         names, units = heads_only[-2:]
-    units = _with_units_above(heads_only, names, units)
     begun = {row[0] for row in heads if row and dialect.number(row[0]) == np.inf}
     lines, restarts, passed_over = array("q"), list[int](), list[int]()
     columns, words = [array("d") for _ in names], [list[str]() for _ in names]
@@ -435,9 +427,6 @@ def _table(
     ]
     if said:
         channels = [replace(each, **how) for each, how in zip(channels, said, strict=True)]
-    for channel in channels:
-        if _UNIT_WORD.fullmatch(channel.name) and all(map(is_unit, channel.words or [""])):
-            told["notes"].setdefault("unit", ", ".join(dict.fromkeys(channel.words)))
     if rates_hz := stated_rates([told["notes"]]):
         channels = [replace(each, rates_hz=each.rates_hz or rates_hz) for each in channels]
     channels = with_own_times(channels, keys)
@@ -448,27 +437,17 @@ def _table(
             channels.insert(0, Channel(STAMP_NAME, np.full(len(lines), np.nan), "clock", stamped))
         else:
             channels.insert(0, Channel(STAMP_NAME, seconds, "s"))
+    # Of a column, and of what stands above the names, a word can be the unit.
+    remarks = [*remarks, *(cell for row in heads_only[:-1] for cell in row)]
+    remarks += [each.texts(1)[0] for each in channels if any(each.words[:1])]
     return Table(
-        channels, lines=np.asarray(lines), passed_over=passed_over, restarts=restarts, **told
+        channels,
+        lines=np.asarray(lines),
+        passed_over=passed_over,
+        restarts=restarts,
+        remarks=remarks,
+        **told,
     )
-
-
-def _with_units_above(
-    heads: Sequence[list[str]], names: Sequence[str], units: Sequence[str]
-) -> list[str]:
-    """Return the units of columns, also from the heads of several columns above their names."""
-    units = list(units)
-    for row in heads[: heads.index(names)]:
-        unit = ""
-        for at, cell in enumerate(row):
-            unit = split_unit(cell)[1] if cell else unit
-            name = names[at]
-            is_named = (
-                units[at] or is_unit(split_unit(name)[1]) or is_time_name(name) or is_unit(name)
-            )
-            if is_unit(unit) and not (is_named or _is_of_time(unit)):
-                units[at] = unit
-    return units
 
 
 def _are_units(above: Sequence[str], cells: Sequence[str]) -> bool:

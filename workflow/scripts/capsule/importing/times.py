@@ -9,6 +9,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
+from capsule.importing.stated import mentioned_time_unit
 from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
 
@@ -38,6 +39,10 @@ WRAPS = [2.0**bits / scale for bits in (32, 31, 16, 15) for scale in (1, 1e3, 1e
 _HOUR = 3600.0
 # In usual steps: the longest step over a wrap, and the least wrap that jitter cannot be.
 _LONGEST_STEP, _LEAST_WRAP = 3.0, 100.0
+_OTHER_UNIT = (
+    f"the file names the unit {{!r}}, which is none of {', '.join(SECONDS)}; if it is one of "
+    "these, give --time-unit, or else --time none and the sampling rate with --rate"
+)
 _NO_UNITS = re.compile(r"utc|gmt|local|unix|epoch|posix|elapsed|rel(ative)?|abs(olute)?|start")
 _DAY, _MONTH, _YEAR = "(?P<day>[0-9]{1,2})", "(?P<month>[0-9]{1,2})", "(?P<year>[0-9]{4})"
 # A half of the day (12:00:00 PM is noon), and a zone or none, may follow a time of day.
@@ -245,11 +250,7 @@ def _unit(
     named = next(iter(units), None)
     if (unknown or len(units) > 1) and not keys.time_unit:
         stated = unknown[0][:60] if unknown else " and ".join(units.values())
-        raise QuestionError(
-            f"the file names the unit {stated!r}, which is none of {', '.join(SECONDS)}; if "
-            "it is one of these, give --time-unit, or else --time none and the sampling rate with "
-            "--rate"
-        )
+        raise QuestionError(_OTHER_UNIT.format(stated))
     rates = {unit: 1.0 / (step * seconds) for unit, seconds in SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
@@ -291,6 +292,9 @@ def _unit(
         can_be = " or ".join(options.values())
         raise QuestionError(f"its usual step of {step:.6g} can be {can_be}; choose one")
     (unit,) = options
+    words = filter(None, map(mentioned_time_unit, table.remarks))
+    for word in [word for word in words if unit_of(word) != unit][:1]:
+        raise QuestionError(_OTHER_UNIT.format(word))
     if unit == "sample":
         return unit, "counts"
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"

@@ -29,8 +29,8 @@ _ONE = (
     r"micro-?strain|(micro|nano|kilo)-?volts?|megaohms?|pct|per ?cent"
 )
 _OTHER = re.compile(
-    rf"({_ONE})([/·*]({_ONE}))?|cs|ds|ps|(clock[ _]?)?ti(ck|c)s?|jiffies|tenths?|hundredths?|"
-    rf"thousandths?|[0-9./]+ ?({_ONE}|sec)"
+    rf"({_ONE})([/·*]({_ONE}))?|cs|ds|ps|(centi|deci)-?seconds?|(clock[ _]?)?ti(ck|c)s?|"
+    rf"jiffies|tenths?|hundredths?|thousandths?|[0-9./]+ ?({_ONE}|sec)"
 )
 _NAMES_TIME = re.compile(
     r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
