@@ -164,6 +164,7 @@ def test_the_numbers_are_those_of_the_archive_and_the_configuration():
             [],
         ),
         ({"sources": ["simulated", *["bench 2"] * 3]}, ["1 of these were simulated."], []),
+        ({"changes": {"report": {"lead": "template"}}}, ["sensitivity of template"], ["highest"]),
         (
             {"verdicts": []},
             ["N = 0 recordings of known nodule size, of 4"],

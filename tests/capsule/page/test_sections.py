@@ -51,7 +51,8 @@ def test_every_accepted_recording_is_listed_and_carried(small):
     assert [each["scores"] for each in data["detectors"][0]["scores"]] == [[0.0], [3.0]]
     assert (data["schemes"], data["recordings"]) == (["leave_one_out"], ["0mm/a", "2mm/a"])
     assert [row["predicted_mm"] for row in small["recordings"]] == [0.0, 3.0, None]
-    # Kills: nodules of 2 mm that are counted as small ones, too.
+    # Kills: scores of nodules for those of healthy ones; nodules of 2 mm counted as small ones.
+    assert [card["strip"]["above"] for card in small["cards"]] == [0, 0]
     assert [each["what"] for each in small["first"]["counts"]] == ["large", "alarms"]
 
 
