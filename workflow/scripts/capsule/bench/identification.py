@@ -247,7 +247,7 @@ def _found(
 
 
 def _description(port: ListPortInfo) -> str:
-    name = getattr(port, "product", None) or getattr(port, "description", None) or "USB serial"
+    name = port.product or port.description
     return f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})"
 
 

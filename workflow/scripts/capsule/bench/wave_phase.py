@@ -7,7 +7,6 @@ Without an index switch only the count tells the phase, and a reset loses it.
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,15 +23,6 @@ LONGEST_TURN = 1.3
 _KEPT = 60
 
 
-@dataclass(frozen=True)
-class _Knot:
-    """A frame: its time, the position of the wave (NaN: unknown) and its speed."""
-
-    moment_s: float
-    wave_mm: float
-    speed_mm_s: float
-
-
 class WavePhase:
     """The position of the wave over time, from the frames of the peristalsis board."""
 
@@ -44,7 +34,8 @@ class WavePhase:
         self._wave_mm = 0.0
         self._mm_per_half_step = (0, 0.0)
         self._clock = BoardClock()
-        self._knots: deque[_Knot] = deque(maxlen=_KEPT)
+        # Of each frame its time, the wave's position (NaN: unknown) and its speed.
+        self._knots: deque[tuple[float, float, float]] = deque(maxlen=_KEPT)
         # Phase at the index, also of an earlier session; None until the cam shaft has passed it.
         self.index_mm: float | None = None
         self.known = False
@@ -66,23 +57,22 @@ class WavePhase:
         self.known = not math.isnan(wave_mm)
         if self.known:
             self._wave_mm = wave_mm
-        if not self._knots or moment_s > self._knots[-1].moment_s:
-            self._knots.append(_Knot(moment_s, wave_mm, self._sign * position.speed_mm_s))
+        if not self._knots or moment_s > self._knots[-1][0]:
+            self._knots.append((moment_s, wave_mm, self._sign * position.speed_mm_s))
         return continues
 
     def at(self, moments_s: np.ndarray) -> np.ndarray:
         """Return the wave's position at moments of the computer's clock; NaN: unknown."""
         if not self._knots:
             return np.full(moments_s.shape, np.nan)
-        knots_s = np.array([knot.moment_s for knot in self._knots])
-        way_mm = np.array([knot.wave_mm for knot in self._knots])
+        knots_s, way_mm, speeds_mm_s = np.array(self._knots).T
         wave_mm: np.ndarray = np.interp(moments_s, knots_s, way_mm)
         after = np.searchsorted(knots_s, moments_s, side="right")
         apart_s = np.diff(knots_s, prepend=-np.inf, append=np.inf)[after]
         wave_mm[apart_s > FARTHEST_APART_S] = np.nan
         beyond_s = moments_s - knots_s[-1]
         ahead = (after == knots_s.size) & (beyond_s <= AHEAD_S)
-        wave_mm[ahead] = way_mm[-1] + self._knots[-1].speed_mm_s * beyond_s[ahead]
+        wave_mm[ahead] = way_mm[-1] + speeds_mm_s[-1] * beyond_s[ahead]
         return wave_mm
 
     def _wave(self, position: Position) -> float:
