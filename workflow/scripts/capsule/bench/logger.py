@@ -86,7 +86,7 @@ class Logger:
         self.taken_s = 0.0
         self._timeline = Timeline(rate_hz)
         self._sieve = Sieve(self._timeline, self._accept, self._refuse)
-        self._connections, self._connected = board.connections, True
+        self._connections = board.connections
         self._foreign = ""
         self._running = self._granted = False
         self._asked_s = 0.0
@@ -134,9 +134,9 @@ class Logger:
     def receive(self, timeout_s: float) -> list[Event]:
         """Process the board's frames, wait for them up to the timeout, and return them."""
         arrivals = self._board.receive(timeout_s)
-        if self._connected and not self._board.connected:
-            self._went_away()
-        self._connected = self._board.connected
+        if not self._board.connected:
+            self._sieve.settle()
+            self._running = False
         if self._board.connections > self._connections:
             self._came_back()
         if arrivals:
@@ -190,10 +190,6 @@ class Logger:
             self._started_s = now_s
             return "start"
         return ""
-
-    def _went_away(self) -> None:
-        self._sieve.settle()
-        self._running = False
 
     def _came_back(self) -> None:
         """Restart the wait for a sample, because the board is connected again."""
