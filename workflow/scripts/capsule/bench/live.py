@@ -8,11 +8,9 @@ recording.
 import contextlib
 import json
 import secrets
-import socket
 import threading
 import webbrowser
 from collections.abc import Iterator
-from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from capsule.bench.state import State
@@ -42,7 +40,8 @@ class LivePage:
         self._count, self._version, self._values = 0, 0, "null"
         self._listeners: list[object] = []
         self._closed = False
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Browser, self))
+        browser = type("Browser", (_Browser,), {"page": self})
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), browser)
         self.host = f"127.0.0.1:{self._server.server_port}"
         self.path = f"/{secrets.token_urlsafe(16)}/"
         self.address = f"http://{self.host}{self.path}"
@@ -138,16 +137,7 @@ def opened_page(*, browser: bool = True) -> Iterator[LivePage]:
 
 class _Browser(BaseHTTPRequestHandler):
     timeout = TAKES_WITHIN_S
-
-    def __init__(
-        self,
-        page: LivePage,
-        request: socket.socket,
-        address: tuple[str, int],
-        server: ThreadingHTTPServer,
-    ) -> None:
-        self._page = page
-        super().__init__(request, address, server)  # which answers
+    page: LivePage
 
     def handle(self) -> None:
         """Answer, and say nothing of a browser that has left."""
@@ -155,7 +145,7 @@ class _Browser(BaseHTTPRequestHandler):
             super().handle()
 
     def do_GET(self) -> None:
-        page = self._page
+        page = self.page
         if self.headers.get("Host") != page.host:  # of a page elsewhere that found the port
             self.send_error(403)
         elif self.path == page.path:
