@@ -155,14 +155,7 @@ def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: st
         "groups": groups[:1],
         "folded_groups": groups[1:],
         "calibration": [
-            {
-                "detector": row["detector"],
-                "stated": words.interval(row["stated_low"], row["stated_high"]),
-                "recordings": int(row["recordings"]),
-                "mean": words.percent(row["stated"]) if row["recordings"] else words.UNKNOWN,
-                "observed": cell_of(row, "observed"),
-            }
-            for row in bins.to_dict("records")
+            row | {"observed": cell_of(row, "observed")} for row in bins.to_dict("records")
         ],
     }
 

@@ -120,7 +120,7 @@ def recording_rows(
         verdict = said.get(detector, {})
         predicted_mm = known_or_none(verdict.get("predicted_mm"))
         measured = quality.get(row["recording"], NOT_MEASURED)
-        size_mm, duration = known_or_none(row["size_mm"]), known_or_none(row["duration_s"])
+        size_mm = known_or_none(row["size_mm"])
         rows.append(
             {
                 "recording": row["recording"],
@@ -131,10 +131,8 @@ def recording_rows(
                     pd.to_numeric(row.get("nodule_at_mm"), errors="coerce")
                 ),
                 "predicted_mm": predicted_mm,
-                "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
-                "duration_s": duration,
-                "duration": words.number(duration, 1) if duration is not None else "",
+                "duration_s": known_or_none(row["duration_s"]),
                 "quality": measured["cells"],
                 "remark": "; ".join([*_why_not(row, verdict), *measured["remarks"]]),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
