@@ -16,7 +16,7 @@ class Described(dict):
         centre_s = [5.0, 15.0, 25.0, 35.0]
         depth = 1 + np.exp(-(((np.arange(40) - np.array(centre_s)[:, np.newaxis]) / 3) ** 2))
         beats = {"first_s": 0.0, "step_s": 1.0, "passed_s": centre_s, **pack(depth)}
-        drawn = deflated(to_json({"recording": name, "beats": beats}))
+        drawn = deflated(to_json({"facts": {"File": f"raw/{name}.csv"}, "beats": beats}))
         return {"drawn": drawn, "quality": f"{name}: no gap, no loose sensor"}
 
 

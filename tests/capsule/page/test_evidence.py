@@ -95,7 +95,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     )
     made = dict(archive_evidence(rows, verdicts, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
-    assert inflated(json.loads(made["3mm/r01"])["drawn"])["recording"] == "3mm/r01"
+    assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
     healthy, nodule = (inflated(json.loads(each)["judged"]) for each in made.values())
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
     assert (healthy["nodule_at_mm"], nodule["nodule_at_mm"]) == (None, 4.5)
@@ -185,7 +185,7 @@ def test_the_readings_stay_exact_the_smooth_signals_are_thinned_and_the_file_is_
     assert np.array_equal(unpack(drawn["readings"]), values)
     assert drawn["envelope"]["every"] == 3
     assert unpack(drawn["envelope"]).shape == (4, 200)
-    assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
+    assert (drawn["interval_s"], drawn["threshold"]) == (0.1, 1.0)
     assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0" * 64, "# site": "a"}
 
 

@@ -41,7 +41,6 @@ def plot_data(
     beats, gut = along_gut(wave, rate_hz, diagonal) or (None, None)
     facts = {"File": f"raw/{name}.csv", "SHA-256": check["sha256"]}
     drawn = {
-        "recording": name,
         "interval_s": float(run.time_s[1] - run.time_s[0]),
         "threshold": threshold,
         "readings": pack(run.values),
