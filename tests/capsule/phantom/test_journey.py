@@ -95,7 +95,11 @@ def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():
     def heights(redrawn):
         nodules = [Nodule(50, 2), Nodule(90, 2)]
         journey = journey_over(nodules, samples=100, folding__height_redrawn=redrawn)
-        passes = [journey._draw_pass(number) for number in (1, 2, 3)]
+        passes = []
+        for _ in range(3):
+            passes.append(journey._pass)
+            journey.fold()
+            journey.unfold()
         assert len({each.looseness_mm for each in passes}) == 3
         return np.array([[bulge.height_mm for bulge in each.bulges] for each in passes])
 

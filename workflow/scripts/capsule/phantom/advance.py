@@ -13,10 +13,7 @@ from capsule.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Advance:
-    """Parameters of the capsule's advance by the waves.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Parameters of the capsule's advance by the waves."""
 
     speed_mm_s: float
     speed_spread: float
@@ -36,10 +33,7 @@ class Advance:
 
 @dataclass(frozen=True)
 class Folding:
-    """Parameters of the folded capsule, and of the differences between passes over a place.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Parameters of the folded capsule, and of the differences between passes over a place."""
 
     half_width_mm: float
     speed_mm_s: float

@@ -12,10 +12,7 @@ from capsule.phantom.wall import Wall, cushion_stiffness
 
 @dataclass(frozen=True)
 class Contact:
-    """Stiffness and reach of a substructure, and the variation of its seat against the wall.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Stiffness and reach of a substructure, and the variation of its seat against the wall."""
 
     unit_stiffness_n_mm: float
     patch_mm2: float
@@ -129,10 +126,7 @@ def looseness(contact: Contact, generator: np.random.Generator) -> float:
 
 @dataclass(frozen=True)
 class Seat:
-    """Variation of the contact's strength; 1 is its typical strength.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Variation of the contact's strength; 1 is its typical strength."""
 
     strength_spread: float
     strength_run_spread: float

@@ -13,10 +13,7 @@ from capsule.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Origami:
-    """Dimensions of the four substructures; lengths in mm, angles in degrees.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Dimensions of the four substructures; lengths in mm, angles in degrees."""
 
     axis_to_fold_mm: float
     fold_to_shoulder_mm: float

@@ -46,7 +46,7 @@ EXPLAINS = "explains"
 
 @dataclass(frozen=True)
 class Phantom:
-    """All parameters of the simulated bench, by part."""
+    """All parameters of the simulated bench, by part; ``config/phantom.yaml`` explains each."""
 
     origami: Origami
     wall: Wall

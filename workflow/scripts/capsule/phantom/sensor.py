@@ -14,10 +14,7 @@ from capsule.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Sensor:
-    """Parameters of a substructure as a resistor.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Parameters of a substructure as a resistor."""
 
     resistance_ohm: float
     resistance_spread: float
@@ -44,10 +41,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Electronics:
-    """Parameters of the voltage divider and the converter (ADC).
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """Parameters of the voltage divider and the converter (ADC)."""
 
     series_ohm: float
     vref_v: float

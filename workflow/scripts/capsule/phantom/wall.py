@@ -9,10 +9,7 @@ from capsule.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Wall:
-    """The silicone walls and the wave that the cams drive through them.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """The silicone walls and the wave that the cams drive through them."""
 
     lumen_mm: float
     amplitude_mm: float
@@ -90,10 +87,7 @@ def cushion_stiffness(wall: Wall, contact_area_mm2: float) -> float:
 
 @dataclass(frozen=True)
 class Wave:
-    """The shape of the wave and its irregularities, compared with a regular sine.
-
-    ``config/phantom.yaml`` explains each parameter.
-    """
+    """The shape of the wave and its irregularities, compared with a regular sine."""
 
     skew: float
     sharpness: float
