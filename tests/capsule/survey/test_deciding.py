@@ -57,6 +57,11 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
     assert adaptive.threshold == pytest.approx(before)
     adaptive.passed(1000.0)
     assert adaptive.threshold < before
+    # Once enough blocks are known, what a wrong prior did to the level is undone.
+    for largest in np.linspace(0.2, 0.4, 20):
+        adaptive.learn(largest)
+    (median, scale), (usual, spread) = adaptive.usual, AdaptiveThreshold().usual
+    assert (adaptive.threshold - median) / scale == pytest.approx((before - usual) / spread)
     assert adaptive.height(2 * adaptive.usual[0]) == 2
 
 
@@ -65,8 +70,11 @@ def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
     back = WayBack(80.0, 3.2).learned(-12.0, 51.2)
     seconds = back.leg_s(200.0)
     assert abs(-0.56 * seconds - back.expected_mm(seconds)) < 40
-    # The better the speed is known, the longer a leg may be.
+    # The better the speed is known, the longer a leg may be: until chance alone, some waves that do
+    # not push, leads it half a wave astray.
     assert back.longest_s() < back.learned(-60.0, 256.0).longest_s()
+    astray_mm = 2.5 * 0.65 * 0.4 * np.sqrt(3.2 * WayBack(80.0, 3.2, 1e9, -4e8).longest_s())
+    assert astray_mm == pytest.approx(38, rel=0.01)
 
 
 @pytest.mark.parametrize("speed_mm_s", [-0.9, -0.4, -0.2, 0.3])

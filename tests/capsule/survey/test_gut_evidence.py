@@ -40,7 +40,7 @@ def test_without_a_wave_on_every_sensor_there_is_none():
 def test_the_best_place_is_the_middle_of_the_top():
     places = np.arange(100.0, 120.0)
     evidence = np.zeros(20)
-    evidence[[4, 5, 6, 7]] = [0.6, 1.0, 0.9, 0.6]
+    evidence[[4, 5, 6, 7, 8]] = [0.6, 1.0, 0.9, 0.6, 0.4]
     evidence[15] = 0.8
     place_mm, score = GutEvidence(places, evidence).best()
     assert score == 1.0
