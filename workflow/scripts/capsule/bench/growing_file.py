@@ -228,21 +228,20 @@ class FrameLog:
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = f"{now} {text}\n".encode("utf-8", "backslashreplace")
         self._room -= len(line)
-        fault = ""
         try:
             if self._stream is None:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 # Not buffered: a failed write would otherwise fail again when the file is closed.
                 self._stream = self.path.open("ab", buffering=0)
             if self._stream.write(line) != len(line):
-                fault = os.strerror(errno.ENOSPC)
-        except OSError as reason:
-            fault = str(reason.strerror)
-        if not fault and self._room <= 0:
-            fault = f"it has reached its limit of {_LARGEST_LOG_BYTES / 1e6:g} MB"
-        if fault:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if self._room <= 0:
+                limit = f"it has reached its limit of {_LARGEST_LOG_BYTES / 1e6:g} MB"
+                raise OSError(errno.EFBIG, limit)
+        except OSError as fault:
             self._room = 0
-            self._show(f"warning: recording continues without its log {self.path}: {fault}")
+            why = fault.strerror
+            self._show(f"warning: recording continues without its log {self.path}: {why}")
 
     def damaged(self, piece: Damaged) -> None:
         """Write bytes that are not a whole frame, exactly and with the reason."""
