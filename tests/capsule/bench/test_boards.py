@@ -24,7 +24,7 @@ from capsule.bench.bench_errors import (
 from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import Line, UsbPort
-from capsule.bench.protocol import Identity
+from capsule.bench.protocol import Damaged, Identity
 from capsule.bench.wave import Wave
 from support.bench.scripted import FakeLine, identity_of
 from support.marks import needs_terminals
@@ -232,6 +232,17 @@ def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(mon
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
         recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"), FrameLog(Path(os.devnull)))
     assert lost.closed
+
+
+# Kills: the begin of a frame that neither log nor count has, since a command met the lost line.
+def test_what_a_lost_line_had_begun_to_send_is_kept(clock):
+    line = FakeLine("A", lost=True)
+    line.rest = b"$D,12,1200,5"
+    away = Board(line, Identity("logger", {}), lambda text: None)
+    away._open_s = clock.s + 1
+    away.send("identify")
+    assert [arrival.event for arrival in away.receive()] == [Damaged(line.rest, "cut off")]
+    assert away.receive() == []
 
 
 def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(monkeypatch, clock):

@@ -17,6 +17,7 @@ from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
 from capsule.bench.lsl import ChosenStream, StampGrid, StreamLine, choose, find_stream
 from capsule.bench.protocol import Acknowledgement, Damaged
+from capsule.errors import CapsuleError
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, wait_until
@@ -273,9 +274,7 @@ def test_a_stamp_that_is_far_off_moves_none_after_it():
 
 def test_without_pylsl_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pylsl", None)
-    with pytest.raises(
-        AcquisitionError, match=r'--stream-in needs pylsl.*pip install -e "\.\[lsl\]"'
-    ):
+    with pytest.raises(CapsuleError, match=r'--stream-in needs pylsl.*install -e "\.\[lsl\]"'):
         lsl.import_pylsl("--stream-in")
 
 

@@ -10,7 +10,7 @@ from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import Arrival
 from capsule.bench.logger import Logger
-from capsule.bench.protocol import FrameParser, Identity, encode
+from capsule.bench.protocol import Damaged, FrameParser, Identity, encode
 from capsule.bench.recorder import Recorder
 
 ENTRIES = {
@@ -47,7 +47,7 @@ def identity_frame(**changes: object) -> bytes:
 class FakeLine:
     """A line that keeps what is sent, and receives the frames that a test puts there.
 
-    If it is `lost`, its port has disappeared.
+    If it is `lost`, its port has disappeared, in the midst of the frame `rest` if there is one.
     """
 
     def __init__(self, port: str = "/dev/board", baud: int = 0, *, lost: bool = False) -> None:
@@ -56,6 +56,7 @@ class FakeLine:
         self.sent: list[str] = []
         self.sent_s = -100.0
         self.bytes_read, self.first_bytes, self.closed = 0, b"", False
+        self.rest = b""
 
     def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
         """Return the events in the frames."""
@@ -78,7 +79,7 @@ class FakeLine:
     def close(self) -> list:
         """Note that it was closed."""
         self.closed = True
-        return []
+        return [Damaged(self.rest, "cut off")] if self.rest else []
 
 
 class ScriptedBench:

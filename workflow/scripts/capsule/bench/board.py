@@ -41,6 +41,8 @@ class Board:
         # The steps of a port that was opened again, until its board has said what it is.
         self._opening: Generator[tuple[Line, Identity] | None] | None = None
         self._open_s = 0.0
+        # What a line that was lost had begun to send.
+        self._rest: list[Arrival] = []
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
         self._pending: deque[str] = deque()
@@ -79,17 +81,19 @@ class Board:
 
         If the board is not connected, try to connect it. Another board is not accepted.
         """
+        arrivals: list[Arrival] = []
         try:
             if self._line is not None:
-                return self._line.receive(timeout_s)
-            if found := self.come_back(timeout_s):
+                arrivals = self._line.receive(timeout_s)
+            elif found := self.come_back(timeout_s):
                 self._welcome(*found)
         except LineLostError:
-            return self._lose()
+            self._lose()
         except AcquisitionError as reason:
             if not isinstance(reason, BoardNotFoundError):
                 self._tell_once(f"still waiting: {reason}")
-        return []
+        rest, self._rest = self._rest, []
+        return rest + arrivals
 
     def events(self, timeout_s: float = 0.0) -> Iterator[Arrival]:
         """Yield what `receive` returns, note answers to commands, and send what is due then."""
@@ -202,13 +206,13 @@ class Board:
                 self._due_s = 0.0
                 self._send_pending()
 
-    def _lose(self) -> list[Arrival]:
+    def _lose(self) -> None:
         self._tell(
             f"the {self.identity.device} board at {self.port} was unplugged; plug it back in "
             "before --patience ends, or end with Ctrl-C"
         )
         self._told = ""
-        return [Arrival(piece, elapsed_s()) for piece in self.close()]
+        self._rest = [Arrival(piece, elapsed_s()) for piece in self.close()]
 
     def _welcome(self, line: Line, identity: Identity) -> None:
         if differing := differences(self._first, identity):

@@ -13,7 +13,7 @@ from capsule.bench.logger import Source
 from capsule.bench.protocol import Damaged, Event, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
-from capsule.engine.project import how_to_install
+from capsule.engine.project import how_to_install, not_installed
 from capsule.kinds import Settings
 
 if TYPE_CHECKING:
@@ -42,13 +42,11 @@ _GAIN = 0.1
 
 
 def import_pylsl(option: str) -> ModuleType:
-    """Import pylsl for an option; raise `AcquisitionError` if that fails."""
+    """Import pylsl for an option; raise `CapsuleError` if that fails."""
     try:
         import pylsl
     except ModuleNotFoundError:
-        raise AcquisitionError(
-            f"{option} needs pylsl, which is not installed; run {EXTRA}"
-        ) from None
+        raise not_installed(f"{option} needs pylsl", "lsl") from None
     except (RuntimeError, OSError) as fault:
         # pylsl is there, but the library liblsl that it loads is not.
         reason = str(fault).partition("\n")[0]
@@ -364,7 +362,7 @@ class SampleOutlet:
 
     Raises
     ------
-    AcquisitionError
+    CapsuleError
         pylsl is not installed.
     """
 
