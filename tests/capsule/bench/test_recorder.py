@@ -171,11 +171,12 @@ def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
     assert "rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300" in told
 
 
+# Kills: a sample in doubt that is lost with its board.
 def test_a_board_that_does_not_come_back_ends_by_patience(bench, monkeypatch):
     plug_in_later(bench, monkeypatch, *(40 * [OTHER]))
     with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
-        bench.run([*samples(0, 30), (3.0, LineLostError())])
-    assert bench.numbers() == list(range(30))
+        bench.run([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
+    assert bench.numbers() == [*range(30), 33]
 
 
 def test_another_board_behind_the_same_line_is_refused(bench):
