@@ -153,8 +153,10 @@ def test_sizes_between_those_taught_are_estimated():
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
     assert sizes_of(features[:0], features[:0, 0], apart(0)) is None
-    # No other nodule tells how far the only one is from its size.
-    assert sizes_of(features[:1], features[:1, 0], apart(1)).half_width_mm == np.inf
+    # Of four nodules, the others tell nothing of the last, and the rank of three quarters is four.
+    features, options = np.array([[0.0], [0.0], [0.0], [7.0]]), {"ridge": 0.0, "confidence": 0.75}
+    model = sizes_of(features, np.array([1.0, 2.0, 3.0, 5.0]), apart(4), **options)
+    assert model.half_width_mm == np.inf
 
 
 @given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))
