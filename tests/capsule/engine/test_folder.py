@@ -119,6 +119,21 @@ def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results,
         folder.refuse_unknown_results(tmp_path / "results", tmp_path / "notes")
 
 
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (CapsuleError("say why"), "say why"),
+        # Results that another user may not read.
+        (PermissionError(13, "Permission denied", "results"), "error: results: Permission denied"),
+    ],
+)
+def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own(error, told):
+    with pytest.raises(KeyError) as caught, folder.told_as(KeyError):
+        raise error
+    assert caught.value.args == (told,)
+    assert caught.value.__suppress_context__
+
+
 def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
     (tmp_path / "{run}").mkdir()
     folder.refuse_folders(tmp_path, tmp_path)
