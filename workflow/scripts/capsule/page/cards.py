@@ -30,9 +30,10 @@ def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cell
     `first` and `verdicts` are from `capsule.page.recordings.first_verdicts` and `verdicts_of`.
     """
     lead, described = tables.lead.detector, tables.described
+    known = first[first["detector"] == lead].dropna(subset="score")
+    known = known.sort_values("score", kind="stable")
     made = patient_cards(tables.index, verdicts, tables.sites, lead, described)
-    made = made or example_cards(first, verdicts, lead, tables.schemes[0])
-    known = first[first["detector"] == lead].dropna(subset="score").sort_values("score")
+    made = made or example_cards(known[known["scheme"] == tables.schemes[0]], verdicts, lead)
     is_healthy = known["size_mm"] == 0
     scores = [known.loc[some, "score"].tolist() for some in (is_healthy, ~is_healthy)]
     counted = Counter(card["word"] for card in made)
@@ -75,13 +76,12 @@ def patient_cards(
     return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
 
 
-def example_cards(first: pd.DataFrame, verdicts: Verdicts, lead: str, scheme: str) -> list[Cells]:
-    """Return cards of the nodule and of the healthy recording of the median score, by one scheme.
+def example_cards(known: pd.DataFrame, verdicts: Verdicts, lead: str) -> list[Cells]:
+    """Return cards of the nodule and of the healthy recording of the median score.
 
     They stand in for patients in an archive without any; ``example_of`` is the true size in words.
+    The leading detector's known scores are ascending.
     """
-    rows = first[(first["detector"] == lead) & (first["scheme"] == scheme)]
-    known = rows.dropna(subset="score").sort_values("score", kind="stable")
     cards = []
     for some in (known[known["size_mm"] > 0], known[known["size_mm"] == 0]):
         if len(some):
