@@ -179,14 +179,13 @@ def test_no_section_names_a_scheme_by_itself():
 def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     counts = [(0.0, 0.0, 8), (0.0, 2.0, 1), (0.0, UNKNOWN, 1), (2.0, 0.0, 0), (2.0, 2.0, 5)]
     table = pd.DataFrame(counts, columns=["size_mm", "predicted_mm", "count"])
-    table["scheme"] = "leave_one_out"
-    healthy, nodule = detector_sections.confusion_rows(table, "leave_one_out", [0.0, 2.0])
+    healthy, nodule = detector_sections.confusion_rows(table, [0.0, 2.0])
     assert [cell["count"] for cell in healthy["cells"]] == [8, 1, 1]
     assert [cell["right"] for cell in healthy["cells"]] == [True, False, False]
     assert (healthy["total"], nodule["total"]) == (10, 5)
     assert [cell["count"] for cell in nodule["cells"]] == [0, 5, 0]
     judged = table[table["predicted_mm"].notna()]
-    first, _ = detector_sections.confusion_rows(judged, "leave_one_out", [0.0, 2.0])
+    first, _ = detector_sections.confusion_rows(judged, [0.0, 2.0])
     assert len(first["cells"]) == 2
 
 

@@ -63,7 +63,7 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
         for rows in [rates.evaluation.of(name, detector, with_paper=True)]
     }
     return {
-        "confusion": confusion_rows(tables["confusion"], scheme, sizes_mm),
+        "confusion": confusion_rows(rates.of(detector, scheme)["confusion"], sizes_mm),
         "rates": _rates_by_size(tables, scheme, sizes_mm, tolerance_mm),
         "negatives": rate_table(
             paper.negative_points(tables["confusion"]),
@@ -73,16 +73,15 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
     }
 
 
-def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[Cells]:
-    """Return the counts of one scheme: one row per true size, one cell per predicted size.
+def confusion_rows(confusion: pd.DataFrame, sizes_mm: Sequence[float]) -> list[Cells]:
+    """Return the counts of verdicts: one row per true size, one cell per predicted size.
 
     A further cell counts the recordings without a verdict, if there are any. A cell has its
     ``count``, its ``share`` of the row in tenths (for its shade), and whether it is ``right``.
     """
-    chosen = confusion[confusion["scheme"] == scheme]
     counts = {
         (row.size_mm, known_or_none(row.predicted_mm)): int(row.count)
-        for row in chosen.itertuples(index=False)
+        for row in confusion.itertuples(index=False)
     }
     silent = any(count for (_, predicted), count in counts.items() if predicted is None)
     verdicts = [*sizes_mm, None] if silent else sizes_mm
