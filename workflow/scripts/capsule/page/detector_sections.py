@@ -10,21 +10,13 @@ from capsule.evaluation import paper
 from capsule.evaluation.answers import Answers, answers_of, set_specificity
 from capsule.evaluation.archive_rates import Rates, table_note
 from capsule.evaluation.columns import RATES
-from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
+from capsule.evaluation.cross_validation import HELD_OUT
 from capsule.evaluation.lead import headline_confidence
 from capsule.kinds import Cells
 from capsule.page.cells import plain_cell, rate_table
 from capsule.page.recordings import known_or_none
 from capsule.page.tables import Tables
 from capsule.recordings.origin import origin_of
-
-_SCHEMES = {
-    HELD_OUT: "on held-out sessions, which taught no detector and chose nothing",
-    LEAVE_ONE_OUT: (
-        "by leave-one-out: the recordings that taught a detector excluded the place under test"
-    ),
-    RESUBSTITUTION: "by resubstitution: the recording under test also taught the detector",
-}
 
 
 def page_values(tables: Tables) -> Cells:
@@ -138,7 +130,6 @@ def _methods(rates: Rates, ours: Answers) -> Cells:
             for name in names
         ],
         "learned": not all(fixed.values()),
-        "judged": _SCHEMES.get(scheme, f"by {words.scheme(scheme)}"),
         "found": [
             f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
             for size_mm, each in ours.found.items()
