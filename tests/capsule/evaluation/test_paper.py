@@ -100,8 +100,6 @@ def test_an_evaluation_knows_its_detectors_its_sizes_and_the_papers_rows():
     assert ours.detectors() == ["diagonal"]
     assert ours.sizes_mm() == [0.0, 2.0, 6.0]
     assert set(ours.of("sizing", "diagonal")["detector"]) == {"diagonal"}
-    both = ours.of("sizing", "diagonal", with_paper=True)
-    assert both["detector"].tolist() == ["diagonal"] * 3 + ["paper"] * 3
     # If nothing was judged, the paper's own detector stands for all.
     assert evaluated([]).detectors() == ["template"]
     # Without a healthy recording, no verdict on one is shown.

@@ -39,11 +39,10 @@ class Evaluation:
         """Return the sizes that have a template, including 0, ascending; each has a column."""
         return sorted(distance_columns(self.predictions.columns).values())
 
-    def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
-        """Return one detector's rows of a table, followed by the paper's rows if wanted."""
+    def of(self, name: str, detector: str) -> pd.DataFrame:
+        """Return one detector's rows of a table."""
         table = self.tables[name]
-        rows = table[table["detector"] == detector]
-        return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
+        return table[table["detector"] == detector]
 
 
 def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFrame]:

@@ -49,13 +49,10 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
     """Return a detector's confusions and rates by one scheme, the rates beside the paper's."""
     sizes_mm = rates.evaluation.sizes_mm()
     tolerance_mm = rates.settings["evaluation"]["tolerance_mm"]
-    tables = {
-        name: rows[rows["scheme"].isin([scheme, paper.NAME])]
-        for name in RATES
-        for rows in [rates.evaluation.of(name, detector, with_paper=True)]
-    }
+    ours, printed = rates.of(detector, scheme), rates.evaluation.paper
+    tables = {name: pd.concat([ours[name], printed[name]], ignore_index=True) for name in RATES}
     return {
-        "confusion": confusion_rows(rates.of(detector, scheme)["confusion"], sizes_mm),
+        "confusion": confusion_rows(ours["confusion"], sizes_mm),
         "rates": _rates_by_size(tables, scheme, sizes_mm, tolerance_mm),
         "negatives": rate_table(
             paper.negative_points(tables["confusion"]),
