@@ -10,9 +10,6 @@ needs_forks = pytest.mark.skipif(sys.platform != "linux", reason="only Linux for
 needs_process_groups = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no process groups to kill"
 )
-needs_signals = pytest.mark.skipif(
-    os.name != "posix", reason="only POSIX has signals that kill or interrupt one process"
-)
 needs_terminals = pytest.mark.skipif(
     not hasattr(os, "openpty"), reason="this system has no pseudo-terminals"
 )

@@ -4,18 +4,14 @@ import argparse
 import csv
 import io
 import json
-import signal
 import subprocess
 
 import pytest
 
 from capsule.bench import survey_command
-from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.survey_folder import check_new, read_about
 from capsule.errors import WrongOptionError
 from capsule.recordings.recording import read_recording
 from support.command import CAPSULE
-from support.marks import needs_signals
 
 pytestmark = pytest.mark.boards
 
@@ -85,39 +81,12 @@ def test_a_confirmed_place_has_its_passes_as_recordings_of_samples_of_their_own(
     assert len(seen) >= 500
 
 
-def test_what_cannot_be_taken_up_is_left_as_it_is(whole, tmp_path):
-    with pytest.raises(AcquisitionError, match="is finished; there is nothing to resume"):
-        read_about(whole[0])
-    with pytest.raises(NameExistsError, match="--resume"):
-        check_new(whole[0])
-    with pytest.raises(AcquisitionError, match="holds no session"):
-        read_about(tmp_path)
-    (tmp_path / "session.json").write_bytes((whole[0] / "session.json").read_bytes())
-    with pytest.raises(AcquisitionError, match="simulated, and only a session on boards can be"):
-        read_about(tmp_path)
-
-
-@needs_signals
-def test_ctrl_c_ends_a_session_with_an_unfolded_origami(tmp_path):
-    folder = tmp_path / "stopped"
-    process = subprocess.Popen(
-        [*SURVEY, *GUT, "--out", str(folder)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    for line in process.stdout:
-        if " returning " in line:
-            process.send_signal(signal.SIGINT)
-            break
-    said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130, said
-    assert (folder / "stream.csv").read_text().splitlines()[-1].endswith("unfolded")
-
-
 def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
     out = ["--simulate", "--metres", "0.3", "--out", tmp_path / "back"]
     done = run(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2", cwd=tmp_path)
     assert done.returncode == 13
     assert "cannot go back" in done.stderr
+    assert (tmp_path / "back/stream.csv").read_text().endswith("unfolded\n")
 
 
 @pytest.mark.parametrize(

@@ -176,10 +176,3 @@ def test_it_goes_back_to_a_target_and_stays(changes, targets_mm, head_mm, before
     wave_mm, stands_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
     assert bench.bench.read(80).wave_mm[-1] == wave_mm
     assert bench.bench.head_mm[-1][-1] == stands_mm
-
-
-def test_a_target_behind_a_capsule_that_cannot_go_back_is_given_up():
-    bench = Bench(folding__speed_mm_s=0.2, nodules=())
-    pilot = bench.lead(targets_mm=[60.0, 20.0])
-    assert "cannot_arrive" in happened(pilot)
-    assert bench.folds[-1] == "unfolded"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from capsule.bench import survey_folder
-from capsule.bench.bench_errors import AcquisitionError, DiskFullError
-from capsule.bench.survey_folder import SessionFolder, read_about
+from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
+from capsule.bench.survey_folder import SessionFolder, check_new, read_about
 from capsule.survey.files import parse_session
 from support.surveys import session_contents
 
@@ -71,11 +71,23 @@ def test_the_places_are_written_as_they_are_read(tmp_path):
     disk.close()
 
 
-@pytest.mark.parametrize("content", [b"", b'{"boards": ', b"\xff"])
-def test_a_session_whose_settings_are_damaged_is_not_resumed_and_stays(tmp_path, content):
-    path = tmp_path / "session.json"
-    path.write_bytes(content)
-    with pytest.raises(AcquisitionError, match="cannot be resumed; its samples stay") as refused:
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        ({}, "holds no session"),
+        ({"session.json": b""}, "cannot be resumed; its samples stay"),
+        ({"session.json": b'{"boards": '}, "cannot be resumed; its samples stay"),
+        ({"session.json": b"\xff"}, "cannot be resumed; its samples stay"),
+        ({"session.json": b'{"seed": 1}'}, "simulated, and only a session on boards can be"),
+        ({"session.json": b'{"boards": {}}', "stream.csv": b""}, "finished; there is nothing"),
+    ],
+)
+def test_what_cannot_be_resumed_is_left_as_it_is(tmp_path, files, said):
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(AcquisitionError, match=said) as refused:
         read_about(tmp_path)
-    assert str(path) in str(refused.value)
-    assert path.read_bytes() == content
+    assert str(tmp_path) in str(refused.value)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == files
+    with pytest.raises(NameExistsError, match="--resume"):
+        check_new(tmp_path)
