@@ -95,7 +95,7 @@ def test_a_point_holds_the_rate_and_the_counts_behind_it():
     assert not detected["one_sided"].any() and not none["one_sided"].any()
 
 
-def test_an_evaluation_knows_its_detectors_its_sizes_and_the_papers_rows():
+def test_an_evaluation_knows_its_detectors_and_its_sizes():
     ours = evaluated()
     assert ours.detectors() == ["diagonal"]
     assert ours.sizes_mm() == [0.0, 2.0, 6.0]

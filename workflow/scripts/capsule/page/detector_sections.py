@@ -111,33 +111,32 @@ def _rates_by_size(
 
 def _methods(rates: Rates, ours: Answers) -> Cells:
     """Return what workflow/report/sections/methods.html.j2 says in lists of words."""
-    scheme, names = rates.schemes[0], rates.settings["detectors"]
-    rows = rates.evaluation.predictions
-    of_scheme = rows[rows["scheme"] == scheme]
-    fixed = {name: detector_row(name).fixed_threshold is not None for name in names}
     labelled = rates.index[(rates.index["status"] == "accepted") & rates.index["size_mm"].notna()]
+    judging = list(map(detector_row, rates.settings["detectors"]))
+    thresholds = {
+        row.name: _threshold(rates.verdicts(row.name, ours.scheme)["threshold"].dropna())
+        for row in judging
+        if row.fixed_threshold is None
+    }
     return {
         "of_each": [
             f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(size_mm)}"
             for size_mm, count in labelled.groupby("size_mm").size().items()
         ],
         "detectors": [
-            f"{name} ({detector_row(name).sentence}"
-            f"{'' if fixed[name] else _threshold(of_scheme[of_scheme['detector'] == name])})"
-            for name in names
+            f"{row.name} ({row.sentence}{thresholds.get(row.name, '')})" for row in judging
         ],
-        "learned": not all(fixed.values()),
+        "learned": bool(thresholds),
         "found": [
             f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
             for size_mm, each in ours.found.items()
         ],
-        "bounded": rows["estimate_low_mm"].notna().any(),
+        "bounded": rates.evaluation.predictions["estimate_low_mm"].notna().any(),
     }
 
 
-def _threshold(rows: pd.DataFrame) -> str:
+def _threshold(known: pd.Series) -> str:
     """Return a learned threshold with its range over the folds; empty if it is not known."""
-    known = rows["threshold"].dropna()
     if known.empty:
         return ""
     low, high = (words.significant(float(end)) for end in (known.min(), known.max()))
