@@ -19,6 +19,8 @@ function setUpTable(table) {
     const rows = list.fitting();
     const listed = new Set(rows.slice(0, limit));
     for (const row of all) row.hidden = !listed.has(row);
+    // To move a row takes long, so only those that are listed stand in their order.
+    if (ordered !== all) body.prepend(...listed);
     more.hidden = listed.size === rows.length;
     byId("shown").textContent = `${rows.length} of ${all.length} ${more.hidden ? "shown" : `fit, the first ${limit} are listed`}`;
     byId("none-shown").hidden = rows.length > 0;
@@ -47,10 +49,6 @@ function setUpTable(table) {
     const compare = isNumber ? (a, b) => a - b : order.compare;
     keyed.sort((a, b) => isUnknown(a) - isUnknown(b) || sign * compare(a.value, b.value));
     ordered = keyed.map(({ row }) => row);
-    // Rows move much faster in a body that is not on the page.
-    body.remove();
-    body.append(...ordered);
-    table.append(body);
     show(step);
   };
 
@@ -61,6 +59,7 @@ function setUpTable(table) {
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("reset", () => setTimeout(filter));
   [...table.tHead.rows[0].cells].forEach((head, column) => head.querySelector("button").addEventListener("click", () => sortBy(head, column)));
+  table.inOrder = () => ordered;
   show(step);
   /** Scroll the box of the table to a row, which is listed if it fits. */
   list.bringIntoView = (row) => {

@@ -44,10 +44,11 @@ function toCsv(rows) {
   return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
 }
 
-/** Return the rows of a table that fit its filters. A rate becomes three columns; a cell that covers several is written once. */
+/** Return the rows of a table that fit its filters, in order. A rate becomes three columns; a cell that covers several is written once. */
 function tableRows(table) {
   const titles = columnTitles(table);
-  const body = [...table.tBodies].flatMap((part) => lay([...part.rows]).filter((_, at) => !part.rows[at].matches(".misfit")));
+  const parts = table.inOrder ? [table.inOrder()] : [...table.tBodies].map((part) => [...part.rows]);
+  const body = parts.flatMap((rows) => lay(rows).filter((_, at) => !rows[at].matches(".misfit")));
   const isRate = titles.map((_, column) => body.some((row) => row[column]?.querySelector(".value")));
   const rate = (cell) => [cell?.dataset.value, textOf(cell?.querySelector(".bounds")), textOf(cell?.querySelector(".count"))];
   const written = body.map((row) =>
