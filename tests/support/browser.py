@@ -91,6 +91,15 @@ class Browser:
         self._resize(PAPER)
         self.prefer(dark=dark, on_paper=True)
 
+    def save_into(self, folder: Path) -> None:
+        """Save what the page offers in a folder, without a question."""
+        self._command("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+
+    def wait_until_there(self, path: Path) -> None:
+        """Wait until a file is saved; the browser gives it its name when it is whole."""
+        wait = pytest.importorskip("selenium.webdriver.support.wait")
+        wait.WebDriverWait(self.driver, 20, 0.05).until(lambda _: path.exists())
+
     def run(self, script: str, *arguments: object) -> object:
         """Run JavaScript in the page, and return its result."""
         return self.driver.execute_script(script, *arguments)
