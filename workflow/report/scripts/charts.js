@@ -71,16 +71,27 @@ function line(colour, width, dash = []) {
   return { stroke: colour, width, dash, points: { show: false } };
 }
 
+/** Draw over a chart in a colour of the theme. `draw` gets the context and the places of values, in pixels of the page. */
+function drawOver(chart, colour, draw) {
+  const { ctx } = chart;
+  const [x, y] = ["x", "y"].map((axis) => (value) => chart.valToPos(value, axis, true) / devicePixelRatio);
+  ctx.save();
+  ctx.scale(devicePixelRatio, devicePixelRatio);
+  ctx.strokeStyle = ctx.fillStyle = themeColour(colour);
+  ctx.font = FONT;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "top";
+  draw(ctx, x, y);
+  ctx.restore();
+}
+
 /** Draw a line on a chart between two points, given in the chart's values. */
 function strokeLine(chart, from, to, { colour, width = 1, dash = [] }) {
-  const { ctx } = chart;
-  const [start, end] = [from, to].map(([x, y]) => `${chart.valToPos(x, "x", true)} ${chart.valToPos(y, "y", true)}`);
-  ctx.save();
-  ctx.strokeStyle = themeColour(colour);
-  ctx.lineWidth = width * devicePixelRatio;
-  ctx.setLineDash(dash.map((part) => part * devicePixelRatio));
-  ctx.stroke(new Path2D(`M${start}L${end}`));
-  ctx.restore();
+  drawOver(chart, colour, (ctx, x, y) => {
+    ctx.lineWidth = width;
+    ctx.setLineDash(dash);
+    ctx.stroke(new Path2D(`M${x(from[0])} ${y(from[1])}L${x(to[0])} ${y(to[1])}`));
+  });
 }
 
 /** Draw a dotted line at a value across a chart. */
@@ -89,43 +100,31 @@ function strokeLevel(chart, value, colour) {
   strokeLine(chart, [min, value], [max, value], { colour, dash: [2, 3] });
 }
 
-/** Write a text beside a vertical line at `x`, on the side that has room. */
-function writeBeside(chart, text, x, line, colour) {
-  const { ctx, bbox } = chart;
-  const left = chart.valToPos(x, "x", true);
-  if (left < bbox.left || left > bbox.left + bbox.width) return;
-  ctx.save();
-  ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-  ctx.fillStyle = themeColour(colour);
-  ctx.textBaseline = "top";
-  const gap = 5 * devicePixelRatio;
-  const fits = left + gap + ctx.measureText(text).width <= bbox.left + bbox.width;
-  ctx.textAlign = fits ? "left" : "right";
-  const at = [fits ? left + gap : left - gap, bbox.top + (2 + 15 * line) * devicePixelRatio];
-  // A halo keeps the text legible over lines.
-  ctx.strokeStyle = themeColour("paper");
-  ctx.lineWidth = 4 * devicePixelRatio;
-  ctx.strokeText(text, ...at);
-  ctx.fillText(text, ...at);
-  ctx.restore();
+/** Write a text beside a vertical line at a value, on the side that has room. */
+function writeBeside(chart, text, value, line, colour) {
+  const { min, max } = chart.scales.x;
+  if (value < min || value > max) return;
+  drawOver(chart, colour, (ctx, x) => {
+    const wide = ctx.measureText(text).width + 5;
+    const at = [x(value) + wide <= x(max) ? x(value) + 5 : x(value) - wide, chart.bbox.top / devicePixelRatio + 2 + 15 * line];
+    // A halo keeps the text legible over lines.
+    ctx.strokeStyle = themeColour("paper");
+    ctx.lineWidth = 4;
+    ctx.strokeText(text, ...at);
+    ctx.fillText(text, ...at);
+  });
 }
 
 /** Draw a scale bar of a length at the right of a chart, upwards from a value. */
 function drawScaleBar(chart, length, unit, above) {
-  const { ctx, bbox } = chart;
-  const x = bbox.left + bbox.width + 7 * devicePixelRatio;
-  const [bottom, top] = [above, above + length].map((value) => chart.valToPos(value, "y", true));
-  ctx.save();
-  ctx.strokeStyle = ctx.fillStyle = themeColour("ink");
-  ctx.lineWidth = 2 * devicePixelRatio;
-  ctx.stroke(new Path2D(`M${x} ${bottom}V${top}`));
-  ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-  ctx.textAlign = "left";
-  ctx.textBaseline = "top";
-  ctx.translate(x + 5 * devicePixelRatio, bottom);
-  ctx.rotate(-Math.PI / 2);
-  ctx.fillText(`${number(length)} ${unit}`, 0, 0);
-  ctx.restore();
+  drawOver(chart, "ink", (ctx, x, y) => {
+    const right = x(chart.scales.x.max) + 7;
+    ctx.lineWidth = 2;
+    ctx.stroke(new Path2D(`M${right} ${y(above)}V${y(above + length)}`));
+    ctx.translate(right + 5, y(above));
+    ctx.rotate(-Math.PI / 2);
+    ctx.fillText(`${number(length)} ${unit}`, 0, 0);
+  });
 }
 
 /**
@@ -152,16 +151,22 @@ function drawStacked(container, { time, rows, middles, unit, height, across = ()
   return makeChart(container, height, "sensor", stacked, [time, ...shifted]);
 }
 
-/** Draw the matrix as shades into a box of left, top, width and height; the browser interpolates between the sensors. */
-function shade(context, rows, box) {
+/** Draw the matrix as shades into a box of left, top, width and height; heights between sensors are interpolated. */
+function shade(context, matrix, box) {
+  // A single sensor becomes a band.
+  const rows = matrix.length > 1 ? matrix : [matrix[0], matrix[0]];
+  const between = 24;
+  const lines = Array.from({ length: (rows.length - 1) * between + 1 }, (_, at) => {
+    const row = Math.min(Math.floor(at / between), rows.length - 2);
+    const part = at / between - row;
+    return rows[row].map((value, column) => (1 - part) * value + part * rows[row + 1][column]);
+  });
   const [red, green, blue] = themeColour("shade").match(/\d+/g).map(Number);
   const most = highest(rows) || 1;
-  const pixels = rows.flat().flatMap((value) => [red, green, blue, Math.round((235 * value) / most)]);
-  const [width, height] = [rows[0].length, rows.length];
-  const canvas = element("canvas", { width, height });
-  canvas.getContext("2d").putImageData(new ImageData(Uint8ClampedArray.from(pixels), width), 0, 0);
-  // The middles of the first and of the last sensor's pixels are the ends; a single sensor becomes a band.
-  context.drawImage(canvas, 0, height > 1 ? 0.5 : 0, width, Math.max(height - 1, 1), ...box);
+  const pixels = lines.flat().flatMap((value) => [red, green, blue, Math.round((235 * value) / most)]);
+  const canvas = element("canvas", { width: rows[0].length, height: lines.length });
+  canvas.getContext("2d").putImageData(new ImageData(Uint8ClampedArray.from(pixels), canvas.width), 0, 0);
+  context.drawImage(canvas, ...box);
 }
 
 /** Draw the contours of a particle (eq. G) at parts of its height: each surface's is an ellipse, and inner arcs are left out. */

@@ -25,11 +25,6 @@ function sizeWords(size) {
   return size === 0 ? "no nodule" : `${number(size)} mm`;
 }
 
-/** Return the JSON content of an element. */
-function readData(node) {
-  return JSON.parse(node.textContent);
-}
-
 /** Return, later, JSON content that was deflated. */
 async function inflated(text) {
   const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));

@@ -41,9 +41,9 @@ function setUpTable(table) {
   const sortBy = (head, column) => {
     const direction = head.ariaSort === "ascending" ? "descending" : "ascending";
     for (const other of table.tHead.rows[0].cells) other.ariaSort = other === head ? direction : "none";
-    const isNumber = head.dataset.kind === "number";
     const sign = direction === "ascending" ? 1 : -1;
     const keyed = all.map((row) => ({ row, value: row.cells[column].dataset.value }));
+    const isNumber = keyed.every(({ value }) => !isNaN(value));
     // Unknown numbers come last in both directions. Equal values keep the order of the archive.
     const isUnknown = ({ value }) => isNumber && value === "";
     const compare = isNumber ? (a, b) => a - b : order.compare;

@@ -11,8 +11,9 @@ function lay(rows) {
     let column = 0;
     for (const cell of row.cells) {
       while (laid[at][column]) column += 1;
-      for (const below of laid.slice(at, at + cell.rowSpan)) below.splice(column, cell.colSpan, ...Array(cell.colSpan).fill(cell));
-      column += cell.colSpan;
+      for (const below of laid.slice(at, at + cell.rowSpan)) {
+        for (let across = 0; across < cell.colSpan; across += 1) below[column + across] = cell;
+      }
     }
   });
   return laid;
@@ -80,24 +81,24 @@ function savePng(width, height, ground, name, draw) {
 /** Save a chart's canvas with a title and a key of the sensors' lines, on the page's background. */
 function saveChart(canvas, title, sensors, name) {
   const unit = devicePixelRatio;
-  const [edge, line] = [12 * unit, 20 * unit];
-  const top = edge + (sensors ? 2 : 1) * line;
-  savePng(canvas.width + 2 * edge, canvas.height + edge + top, themeColour("paper"), name, (context) => {
+  const top = sensors ? 52 : 32;
+  savePng(canvas.width + 24 * unit, canvas.height + (top + 12) * unit, themeColour("paper"), name, (context) => {
+    context.drawImage(canvas, 12 * unit, top * unit);
+    context.scale(unit, unit);
     context.fillStyle = themeColour("ink");
     context.textBaseline = "top";
-    context.font = `600 ${13 * unit}px system-ui, sans-serif`;
-    context.fillText(title, edge, edge);
-    context.font = `${12 * unit}px system-ui, sans-serif`;
-    context.lineWidth = 2 * unit;
+    context.font = "600 13px system-ui, sans-serif";
+    context.fillText(title, 12, 12);
+    context.font = FONT;
+    context.lineWidth = 2;
     for (let sensor = 0; sensor < sensors; sensor += 1) {
       const { colour, dash } = sensorLine(sensor);
-      const [left, middle] = [edge + 100 * unit * sensor, edge + line + 7 * unit];
+      const left = 12 + 100 * sensor;
       context.strokeStyle = colour;
-      context.setLineDash(dash.map((length) => length * unit));
-      context.stroke(new Path2D(`M${left} ${middle}h${28 * unit}`));
-      context.fillText(`sensor ${sensor + 1}`, left + 34 * unit, edge + line);
+      context.setLineDash(dash);
+      context.stroke(new Path2D(`M${left} 39h28`));
+      context.fillText(`sensor ${sensor + 1}`, left + 34, 32);
     }
-    context.drawImage(canvas, edge, top);
   });
 }
 

@@ -1,4 +1,4 @@
-// Set up the interactive parts of the page, if the page has them. Terms of the glossary, and what a verdict means, need only this.
+// Set up the interactive parts of the page, if the page has them.
 
 /** Let a reader move the prevalence. The page carries what each verdict means at each prevalence, in words. */
 function setUpMeaning() {
@@ -22,4 +22,4 @@ openFolds();
 setUpSurveys();
 setUpMeaning();
 const pageData = byId("page-data");
-if (pageData) setUpShown(readData(pageData), setUpTable(byId("recordings-table")));
+if (pageData) setUpShown(JSON.parse(pageData.textContent), setUpTable(byId("recordings-table")));

@@ -97,7 +97,7 @@ function markPicture(stage, { size, map, evidence }, onTime) {
 
 /** Set up one survey. */
 async function setUpSurvey(node) {
-  const { player: packed, title, places, frame } = readData(node);
+  const { player: packed, title, places, frame } = JSON.parse(node.textContent);
   const player = await inflated(packed);
   player.scores = unpack(player.score)[0] ?? [];
   const id = `moment-${node.dataset.survey}`;

@@ -59,7 +59,7 @@ def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cell
         "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
         "outcomes": [name for name in OUTCOMES if name in present],
         "tolerance": f"{tolerance_mm:g} mm",
-        "measures": [(measure.title, "number") for measure in MEASURES.values()],
+        "measures": [measure.title for measure in MEASURES.values()],
         # For the page's scripts.
         "data": {
             "sizes": tables.evaluation.sizes_mm(),
