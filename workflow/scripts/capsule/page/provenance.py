@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from capsule.engine.project_state import ProjectState
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Settings
+from capsule.page.tables import Tables
 from capsule.recordings.origin import combined_checksum
 from capsule.words import enumerate_words, setting
 
@@ -28,15 +29,13 @@ _GREEK = {"Delta": "\u0394", "mu": "\u03bc", "sigma": "\u03c3"}
 _SCRIPTS = {"": "base", "^": "sup", "_": "sub"}
 
 
-def page_values(
-    recordings: Iterable[Row], settings: Settings, schema: Settings, printed: Settings
-) -> Cells:
+def page_values(tables: Tables) -> Cells:
     """Return the page's values on what it was made from."""
-    equations = printed["equations"]
-    checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
+    printed, equations = tables.printed, tables.printed["equations"]
+    known = tables.index.dropna(subset="sha256").set_index("recording")
     return {
-        "configuration": configuration_table(settings, schema, printed),
-        "recordings_checksum": combined_checksum(checksums),
+        "configuration": configuration_table(tables.settings, tables.schema, printed),
+        "recordings_checksum": combined_checksum(known["sha256"].to_dict()),
         "paper": printed,
         "equation": {label: cited(f"eq. {label}", equations) for label in equations},
     }

@@ -135,7 +135,6 @@ def recording_rows(
                 "duration_s": known_or_none(row["duration_s"]),
                 "quality": measured["cells"],
                 "remark": "; ".join([*_why_not(row, verdict), *measured["remarks"]]),
-                "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
             }
         )
     return rows

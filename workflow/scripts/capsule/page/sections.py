@@ -27,8 +27,7 @@ def page_values(tables: Tables) -> Cells:
     compared = comparison.page_values(evaluation.tables, schemes, settings, lead)
     listed = recordings.page_values(tables, first, verdicts)
     data = listed["data"] | {"schemes": [each["scheme"] for each in compared["compared"]]}
-    rows = listed["recordings"]
-    accepted = [row for row in rows if row["accepted"]]
+    accepted = [row for row in listed["recordings"] if row["accepted"]]
     of_detectors = detector_sections.page_values(tables)
     ours = of_detectors["ours"]
     shown = cards.page_values(tables, first, verdicts)
@@ -58,5 +57,5 @@ def page_values(tables: Tables) -> Cells:
         "data": to_json(data),
         # Made while the page is written: of a large archive it takes 100 MB.
         "evidence": evidence.archive_evidence(accepted, verdicts, tables),
-        **provenance.page_values(rows, settings, tables.schema, tables.printed),
+        **provenance.page_values(tables),
     }
