@@ -73,19 +73,13 @@ def test_checksums_of_the_page():
 
 @emulated.needed
 def test_firmware_accepts_the_frames_of_the_page_and_no_others():
-    logger = emulated.EmulatedBoard(emulated.LOGGER)
-    logger.advance(20_000)
-    logger.take_sent()
-    for number, (payload, crc, frame) in enumerate(CHECKSUMS):
-        logger.deliver(f"{frame}\n".encode())
-        logger.advance(20_000 + 40_000 * number + 20_000)
-        answers = [decode(line) for line in logger.take_sent().splitlines()]
-        assert answers and Refusal("line", "failed its check") not in answers
-        wrong = f"{int(crc, 16) ^ 1:04X}"
-        logger.deliver(f"${payload}*{wrong}\n".encode())
-        logger.advance(20_000 + 40_000 * number + 40_000)
-        answers = [decode(line) for line in logger.take_sent().splitlines()]
-        assert Refusal("line", "failed its check") in answers
+    logger, refused = emulated.Talk(emulated.LOGGER), Refusal("line", "failed its check")
+    for payload, crc, frame in CHECKSUMS:
+        wrong = f"${payload}*{int(crc, 16) ^ 1:04X}"
+        for sent in (frame, wrong):
+            logger.board.deliver(f"{sent}\n".encode())
+            answers = logger.wait(0.02)
+            assert answers and (refused in answers) == (sent == wrong)
 
 
 @emulated.needed
