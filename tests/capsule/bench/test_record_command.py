@@ -8,14 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.bench import (
-    bench_errors,
-    record_command,
-    survey_command,
-)
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-)
+from capsule.bench import bench_errors, record_command, survey_command
+from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.record_command import options_of
 from capsule.commands import cli
 from capsule.errors import WrongOptionError

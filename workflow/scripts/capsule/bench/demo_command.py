@@ -21,12 +21,7 @@ from capsule.bench.logger import Source
 from capsule.bench.protocol import Identity, Sample
 from capsule.bench.record_command import options_of
 from capsule.commands.new import is_taken, own_configuration
-from capsule.commands.report import (
-    INTERRUPTED,
-    call_workflow,
-    check_workflow,
-    snakemake_command,
-)
+from capsule.commands.report import INTERRUPTED, call_workflow, check_workflow, snakemake_command
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import OWN_CONFIG
 from capsule.errors import CapsuleError
@@ -35,12 +30,7 @@ from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.sensor import Electronics
-from capsule.phantom.simulation import (
-    Run,
-    planned_runs,
-    simulate_run,
-    simulated_header,
-)
+from capsule.phantom.simulation import Run, planned_runs, simulate_run, simulated_header
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.store import files
 from capsule.store.results import OfArchive

@@ -35,12 +35,7 @@ from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
 from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
-from capsule.recordings.recording import (
-    WAVE_UNTIL,
-    format_header,
-    format_sample,
-    read_recording,
-)
+from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample, read_recording
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:

@@ -5,12 +5,7 @@ import threading
 import time
 from dataclasses import dataclass
 
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardLostError,
-    LineLostError,
-    RefusedError,
-)
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError, LineLostError, RefusedError
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
