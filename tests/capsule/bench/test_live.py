@@ -99,9 +99,10 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
 
 def test_when_there_are_too_many_the_oldest_goes(page, state):
     page.show(state)
-    listeners = [Listener(page) for _ in range(MOST_LISTENERS + 1)]
-    for each in listeners:
-        each.read()
+    listeners = []
+    for _ in range(MOST_LISTENERS + 1):
+        listeners.append(Listener(page))
+        listeners[-1].read()  # before the next one comes, it is known
     assert listeners[0].read() is None
     state.add((1, 2, 3, 4))
     page.show(state)
