@@ -92,8 +92,9 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         described=Described(),
         fits={},
         matrix=lambda name: matrix,
+        by_recording=verdicts,
     )
-    made = dict(archive_evidence(rows, verdicts, tables))
+    made = dict(archive_evidence(rows, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
     healthy, nodule = (inflated(json.loads(each)["judged"]) for each in made.values())
@@ -104,7 +105,8 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     drawn = nodule["template"]
     assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
-    without = dict(archive_evidence(rows, {}, tables))
+    tables.by_recording = {}
+    without = dict(archive_evidence(rows, tables))
     assert inflated(json.loads(without["3mm/r01"])["judged"])["template"] is None
 
 

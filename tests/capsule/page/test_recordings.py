@@ -1,12 +1,16 @@
 """The table of all recordings: every verdict related to the truth, every rejection with reason."""
 
+from dataclasses import fields
+from types import SimpleNamespace
+
 import pandas as pd
 import pytest
 
 from capsule.detectors.familiar import Familiarity
 from capsule.page import recordings
 from capsule.page.recordings import MAX_MARKS, score_marks
-from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of
+from capsule.page.tables import Tables
+from support.evaluated import UNKNOWN, evaluated, index_of
 
 
 @pytest.mark.parametrize(
@@ -29,7 +33,7 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
 
 def test_rows_hold_the_verdict_and_the_reason_of_the_rejected():
     evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "diagonal"))
-    verdicts = recordings.verdicts_of(evaluation.predictions, DETECTIONS)
+    verdicts = {"2mm/a": evaluation.predictions.to_dict("records")}
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
@@ -72,8 +76,9 @@ def test_a_held_out_recording_has_its_own_verdict_and_the_others_that_of_their_p
         ]
     )
     detections = pd.DataFrame([{"recording": "u", "detector": "diagonal", "predicted_mm": 4.0}])
-    first = recordings.first_verdicts(predictions, schemes)
-    found = recordings.verdicts_of(first, detections)
+    evaluation = SimpleNamespace(predictions=predictions)
+    of_page = dict.fromkeys(field.name for field in fields(Tables)) | {"settings": {}}
+    found = Tables(**of_page | {"evaluation": evaluation, "detections": detections}).by_recording
     said = {name: [row["predicted_mm"] for row in rows] for name, rows in found.items()}
     assert said == {"h": [1.0], "t": [2.0], "u": [4.0]}
     assert found["u"][0]["scheme"] == "all"

@@ -10,7 +10,6 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
-from capsule.page.recordings import Verdicts
 from capsule.page.sketches import Felt, felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
@@ -24,13 +23,10 @@ _FOUND = (VerdictWord.NODULE, VerdictWord.UNCERTAIN)
 _ORDER = list(VerdictWord)
 
 
-def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cells:
-    """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts.
-
-    `first` and `verdicts` are from `capsule.page.recordings.first_verdicts` and `verdicts_of`.
-    """
-    lead, described = tables.lead.detector, tables.described
-    known = first[first["detector"] == lead].dropna(subset="score")
+def page_values(tables: Tables) -> Cells:
+    """Return the page's cards, the first `CARDS` with drawings, and the counts of verdicts."""
+    lead, described, verdicts = tables.lead.detector, tables.described, tables.by_recording
+    known = tables.first_verdicts.query("detector == @lead").dropna(subset="score")
     known = known.sort_values("score", kind="stable")
     made = patient_cards(tables.index, verdicts, tables.sites, lead, described)
     made = made or example_cards(known[known["scheme"] == tables.schemes[0]], verdicts, lead)
@@ -49,7 +45,7 @@ def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cell
 
 def patient_cards(
     index: pd.DataFrame,
-    verdicts: Verdicts,
+    verdicts: Mapping[str, Sequence[Row]],
     sites: pd.DataFrame,
     lead: str,
     described: Mapping[str, Row],
@@ -76,7 +72,9 @@ def patient_cards(
     return sorted(cards, key=lambda card: (_ORDER.index(card["word"]), -card["chance"]))
 
 
-def example_cards(known: pd.DataFrame, verdicts: Verdicts, lead: str) -> list[Cells]:
+def example_cards(
+    known: pd.DataFrame, verdicts: Mapping[str, Sequence[Row]], lead: str
+) -> list[Cells]:
     """Return cards of the nodule and of the healthy recording of the median score.
 
     They stand in for patients in an archive without any; ``example_of`` is the true size in words.

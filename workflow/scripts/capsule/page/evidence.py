@@ -14,16 +14,14 @@ from capsule.kinds import Cells, Row
 from capsule.method.particle import Particle, particles_of, peak_positions, render
 from capsule.method.sliding import RepeatedParticle, SlidingComparison
 from capsule.page.packing import deflated, rounded, to_json
-from capsule.page.recordings import Verdicts, known_or_none, outcome, seven_digits
+from capsule.page.recordings import known_or_none, outcome, seven_digits
 from capsule.page.tables import Tables
 
 # The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
 
 
-def archive_evidence(
-    rows: Sequence[Row], verdicts: Verdicts, tables: Tables
-) -> Iterator[tuple[str, str]]:
+def archive_evidence(rows: Sequence[Row], tables: Tables) -> Iterator[tuple[str, str]]:
     """Yield the name of each accepted recording, and JSON of what the page shows of it.
 
     The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
@@ -43,7 +41,7 @@ def archive_evidence(
 
     for row in rows:
         name, nearest = row["recording"], None
-        judged = verdicts.get(name, [])
+        judged = tables.by_recording.get(name, [])
         size_mm = nearest_nodule_mm(judged)
         if size_mm in averaged:
             _, lag = SlidingComparison(tables.matrix(name)).gain_of(rendered[size_mm])

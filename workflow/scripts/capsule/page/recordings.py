@@ -9,7 +9,6 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.detectors.unlike import unlike
-from capsule.evaluation.archive_rates import ALL
 from capsule.evaluation.rates import is_within
 from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
@@ -24,33 +23,14 @@ OUTCOMES = (
 MAX_ROWS, FIRST_ROWS = 60, 50
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
-# The verdicts on each recording, one a detector.
-Verdicts = Mapping[str, Sequence[Row]]
 
 
-def first_verdicts(predictions: pd.DataFrame, schemes: Sequence[str]) -> pd.DataFrame:
-    """Return the verdicts on each labelled recording by the first scheme that judged it.
-
-    A held-out recording has no verdict by another scheme.
-    """
-    rank = predictions["scheme"].map({name: place for place, name in enumerate(schemes)})
-    return predictions[rank == rank.groupby(predictions["recording"]).transform("min")]
-
-
-def verdicts_of(first: pd.DataFrame, detections: pd.DataFrame) -> dict[str, list[Cells]]:
-    """Return the verdicts on each recording; those on unlabelled ones have the scheme `ALL`."""
-    verdicts: dict[str, list[Cells]] = {}
-    for table in (first, detections.assign(scheme=ALL)):
-        for row in table.to_dict("records"):
-            verdicts.setdefault(row["recording"], []).append(row)
-    return verdicts
-
-
-def page_values(tables: Tables, first: pd.DataFrame, verdicts: Verdicts) -> Cells:
+def page_values(tables: Tables) -> Cells:
     """Return the page's values that list the recordings, with the leading detector's verdicts."""
+    first = tables.first_verdicts
     lead, tolerance_mm = tables.lead.detector, tables.settings["evaluation"]["tolerance_mm"]
     quality = quality_cells(tables.described)
-    rows = recording_rows(tables.index, verdicts, lead, tolerance_mm, quality)
+    rows = recording_rows(tables.index, tables.by_recording, lead, tolerance_mm, quality)
     present = {row["outcome"] for row in rows}
     detectors = map(detector_row, dict.fromkeys([lead, *tables.evaluation.detectors()]))
     return {
@@ -107,7 +87,7 @@ def known_or_none(value: float | None) -> float | None:
 
 def recording_rows(
     index: pd.DataFrame,
-    verdicts: Verdicts,
+    verdicts: Mapping[str, Sequence[Row]],
     detector: str,
     tolerance_mm: float,
     quality: Mapping[str, Cells],

@@ -22,15 +22,13 @@ def page_values(tables: Tables) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow."""
     settings, evaluation, index = tables.settings, tables.evaluation, tables.index
     judged, lead, schemes = settings["evaluation"], tables.lead.detector, tables.schemes
-    first = recordings.first_verdicts(evaluation.predictions, schemes)
-    verdicts = recordings.verdicts_of(first, tables.detections)
     compared = comparison.page_values(evaluation.tables, schemes, settings, lead)
-    listed = recordings.page_values(tables, first, verdicts)
+    listed = recordings.page_values(tables)
     data = listed["data"] | {"schemes": [each["scheme"] for each in compared["compared"]]}
     accepted = [row for row in listed["recordings"] if row["accepted"]]
     of_detectors = detector_sections.page_values(tables)
     ours = of_detectors["ours"]
-    shown = cards.page_values(tables, first, verdicts)
+    shown = cards.page_values(tables)
     # The viewer begins with the recording of the first card.
     on_cards = [name for card in shown["cards"] for name in card["names"]]
     viewed = on_cards + [row["recording"] for row in accepted]
@@ -56,6 +54,6 @@ def page_values(tables: Tables) -> Cells:
         "first_shown": viewed[0] if viewed else "",
         "data": to_json(data),
         # Made while the page is written: of a large archive it takes 100 MB.
-        "evidence": evidence.archive_evidence(accepted, verdicts, tables),
+        "evidence": evidence.archive_evidence(accepted, tables),
         **provenance.page_values(tables),
     }

@@ -7,7 +7,7 @@ from functools import cached_property
 import pandas as pd
 
 from capsule.arrays import FloatArray
-from capsule.evaluation.archive_rates import Rates
+from capsule.evaluation.archive_rates import ALL, Rates
 from capsule.evaluation.lead import Lead, leading
 from capsule.kinds import Row, Settings
 
@@ -41,3 +41,22 @@ class Tables(Rates):
         summary, settings = self.evaluation.tables["summary"], self.settings
         schemes, named = settings["evaluation"]["schemes"], settings["report"]["lead"]
         return leading(summary, settings["detectors"], schemes, named)
+
+    @cached_property
+    def first_verdicts(self) -> pd.DataFrame:
+        """The verdicts on each labelled recording by the first scheme that judged it.
+
+        A held-out recording has no verdict by another scheme.
+        """
+        rows = self.evaluation.predictions
+        rank = rows["scheme"].map({name: place for place, name in enumerate(self.schemes)})
+        return rows[rank == rank.groupby(rows["recording"]).transform("min")]
+
+    @cached_property
+    def by_recording(self) -> Mapping[str, Sequence[Row]]:
+        """The verdicts on each recording, one a detector; unlabelled ones have the scheme `ALL`."""
+        verdicts: dict[str, list[Row]] = {}
+        for table in (self.first_verdicts, self.detections.assign(scheme=ALL)):
+            for row in table.to_dict("records"):
+                verdicts.setdefault(row["recording"], []).append(row)
+        return verdicts
