@@ -53,6 +53,7 @@ function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw
     width: container.clientWidth,
     height,
     hooks: draw ? { draw: [draw] } : {},
+    series: [{}, line(themeColour("ink"), 1.75)],
     legend: { show: false },
     padding: [10, MARGIN, 0, 0],
     cursor: { sync: { key: xLabel }, points: { show: false }, y: false, drag: { x: true, y: false } },

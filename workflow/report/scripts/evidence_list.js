@@ -160,7 +160,7 @@ function gutChart(evidence, { threshold, location_mm: location, predicted_mm: pr
       "Evidence from the beats of all sensors for a nodule at each place. Each value is the largest score over all mean " +
       `speeds of the capsule. The dotted line is the threshold.${truth === null ? "" : " The dashed line is the true place, from the header."}`,
     description: `Score along the gut. ${found}${truth === null ? "" : ` The nodule lies at ${number(truth, 1)} mm.`}`,
-    draw: (canvas) => makeChart(canvas, 220, "score", { ...options, series: [{}, line(themeColour("ink"), 1.75)] }, [places, scores]),
+    draw: (canvas) => makeChart(canvas, 220, "score", options, [places, scores]),
   };
 }
 
@@ -179,7 +179,7 @@ function stretchesChart(evidence, verdict) {
       "Each stretch of two waves in turn is replaced by usual beats. The line shows how much the score falls: a high " +
       `value speaks for a nodule. The score before the archive adapts it is ${significant(stretches.score)}.${added}`,
     description: "Loss of score without each stretch of the recording, over time.",
-    draw: (canvas) => makeChart(canvas, 190, "loss of score", { ...options, series: [{}, line(themeColour("ink"), 1.75)] }, data),
+    draw: (canvas) => makeChart(canvas, 190, "loss of score", options, data),
   };
 }
 
