@@ -165,6 +165,9 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         browser.wait_until("return document.querySelectorAll('#sensors canvas').length === 4")
         assert browser.texts("#banner") == state.faults
         assert browser.texts("#time") == ["01:10.0"]
+        # Kills: a style of the report that makes the banner a small note, or takes a box away.
+        wide = "return document.querySelector(arguments[0]).getBoundingClientRect().width"
+        assert browser.run(wide, "#banner") == browser.run(wide, "#judged") > 800
         assert "sensor 3 is flat: check its connection" in browser.texts("#sensors .remark")
         assert browser.texts("#scores tbody tr") == ["diagonal0.50.2x"]
         assert browser.texts("#survey") == []
