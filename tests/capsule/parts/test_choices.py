@@ -102,8 +102,10 @@ def test_changed_angles_are_measured_back_from_the_mesh(beta, alpha):
     assert list(walls.values()) == pytest.approx([0.5] * 4, abs=0.01)
 
 
-NARROW = ("fold_angle_deg=16", "shoulder_to_tip_mm=8", "tip_radius_mm=2")
+# Substructures that stand clear at rest.
+NARROW = ("fold_angle_deg=16", "shoulder_to_tip_mm=8", "tip_radius_mm=1")
 PRESSED = [f"origami.{each}" for each in NARROW]
+THIN = ["bench.follower_mm=1", "bench.follower_gap_mm=0.3"]
 
 
 @pytest.mark.parametrize(
@@ -114,6 +116,7 @@ PRESSED = [f"origami.{each}" for each in NARROW]
         (["origami.fold_angle_deg=10"], "is 10; the hexagon crosses itself; enlarge it"),
         (["origami.tip_radius_mm=2"], "tip_radius_mm is 2; it must be at most 1.25"),
         (PRESSED, "tips and walls meet the neighbour when the capsule is pressed"),
+        (THIN, "bench.follower_mm is 1; it must be at least 1.1"),
         (["bench.length_mm=200"], "bench.length_mm is 200; it must be at most 160"),
         (["bench.length_mm=100"], "multiple of wall.wavelength_mm (80), at most 160"),
         (["wall.amplitude_mm=5"], "amplitude_mm is 5; it must be at most 4.634"),

@@ -12,6 +12,7 @@ from capsule.parts.files import read_design
 from capsule.parts.outlines import circle, points, rectangle, reverse, signed_area, slot
 from capsule.parts.refusals import crosses
 from capsule.parts.substructure import (
+    awn_end,
     cut_lines,
     face_to_face,
     folded,
@@ -65,6 +66,8 @@ def test_the_outline_is_one_wall_of_the_papers_width(origami):
     assert faces["head"][0, 0] == pytest.approx(flats[:, 0].max() + 0.5)
     assert faces["tail"][0, 0] == pytest.approx(flats[:, 0].min() - 0.5)
     assert min(np.linalg.norm(outer[:, np.newaxis] - inner, axis=2).min(axis=0)) >= 0.5 - 1e-9
+    # The awn's end begins at its side, half a wall from its middle line, whatever form it has.
+    assert (awn_end(shape)[0, :2] - shape.shoulder) @ shape.headward == pytest.approx(0.25)
     # The simulator's pitch is the drawn one: the faces and the adhesive.
     assert face_to_face(shape) + 0.25 == pytest.approx(pitch(origami))
 
