@@ -47,7 +47,7 @@ class Bench:
                     self.tell(command)
             readings = self.bench.read(pilot.every)
             self.folds.append(readings.fold)
-            state, self.now_s = pilot.cycle.state, pilot.now_s
+            state, self.now_s = pilot.cycle.state, pilot.sensing.now_s
             self.began_s.setdefault(state, self.now_s)
             for command in pilot.tick(self.fault(self, readings, state)):
                 self.tell(command)

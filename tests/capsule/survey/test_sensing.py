@@ -44,6 +44,7 @@ def test_a_place_that_is_found_after_that_may_be_off_as_well():
     pilot.cycle = Cycle("exploring")
     evidence = GutEvidence(np.arange(30.0), np.where(np.arange(30) == 20, 9.0, 0.0))
     pilot.sensing = SimpleNamespace(
+        now_s=0.7,
         may_be_off_mm=80.0,
         fix_mm=20.0,
         position_mm=21.0,

@@ -113,7 +113,7 @@ class SurveyRun:
         pilot, self._repeating = self.pilot, True
         for readings, away_s in judged:
             # A later event was the pilot's own; the readings cause it again.
-            until_s = pilot.now_s + away_s + _CLOCK_STEP_S
+            until_s = pilot.sensing.now_s + away_s + _CLOCK_STEP_S
             while (event := told.get(len(pilot.log))) and event.time_s <= until_s:
                 pilot.tell(event.event, event.reason)
             self.state.away_s = away_s
@@ -140,7 +140,7 @@ class SurveyRun:
             return ()
         # The bench has already read the first samples after the interruption.
         unread_s = (2 * self.pilot.every) / self._rate_hz
-        away_s = (datetime.now(UTC) - begun).total_seconds() - unread_s - self.pilot.now_s
+        away_s = (datetime.now(UTC) - begun).total_seconds() - unread_s - self.pilot.sensing.now_s
         self.state.away_s = round(max(self.state.away_s, away_s), 3)
         nothing = np.full(self._heard[-1].values.shape, np.nan)
         return self._take(Readings(nothing, nothing[0], UNKNOWN_FOLD))

@@ -52,9 +52,6 @@ class Pilot:
         self.suspects = Suspects((sensors - 1) * detector["pitch_mm"])
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
-        self._rate_hz, self._samples = rate_hz, 0
-        # Time of the newest sample, in seconds.
-        self.now_s = 0.0
         self._since_s = self._silent_s = 0.0
         # Whether the origami has begun to fold in the present state.
         self._folds = False
@@ -62,8 +59,6 @@ class Pilot:
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
         """Process the newest samples and return the commands for the boards."""
-        self._samples += readings.values.shape[1]
-        self.now_s = round((self._samples - 1) / self._rate_hz, 3)
         self.sensing.take(readings)
         self.suspects.newest_score = _UNKNOWN
         judge: Callable[[str], tuple[str, ...]] = getattr(self, f"_in_{self.cycle.state}")
@@ -79,7 +74,7 @@ class Pilot:
         before = self.cycle.state
         self.cycle, commands = cycles.after(self.cycle, event)
         if self.cycle.state != before:
-            self._since_s, self._folds = self.now_s, False
+            self._since_s, self._folds = self.sensing.now_s, False
             if self.cycle.state == "folding":
                 self._leg = self._next_leg()
         # Whatever ends the examination of a place: without a decision it stays undecided.
@@ -87,7 +82,7 @@ class Pilot:
             self.suspects.close("undecided")
         position_mm = float(np.round(self.sensing.position_mm, 3))
         states = before, event, self.cycle.state
-        self.log.append(Event(self.now_s, *states, reason, position_mm, score, threshold))
+        self.log.append(Event(self.sensing.now_s, *states, reason, position_mm, score, threshold))
         return commands
 
     @property
@@ -119,7 +114,7 @@ class Pilot:
     @property
     def _waited_s(self) -> float:
         """Time since the present state began, in seconds."""
-        return self.now_s - self._since_s
+        return self.sensing.now_s - self._since_s
 
     # One method for each state, called with the state that the fold board reports.
 
@@ -163,20 +158,20 @@ class Pilot:
 
     def _in_folding(self, fold: str) -> tuple[str, ...]:
         if fold == FOLDED:
-            self._leg.begun_s = self.now_s
+            self._leg.begun_s = self.sensing.now_s
             return self.tell("folded", f"for {self._leg.planned_s:.0f} s")
         # A board that was reset, or found a fault, lets the origami go.
         if fold == UNFOLDING or (self._folds and fold == UNFOLDED):
             return self.tell("let_go", f"the origami is {fold}")
         self._folds |= fold == FOLDING
         if self.sensing.resting and self.sensing.follow():
-            self._since_s, self._leg = self.now_s, self._next_leg()
+            self._since_s, self._leg = self.sensing.now_s, self._next_leg()
         if self._waited_s <= _LATEST_S:
             return self._quietly("tick")
         return self.tell("late", "the origami does not fold")
 
     def _in_returning(self, fold: str) -> tuple[str, ...]:
-        self._leg.lasted_s = self.now_s - self._leg.begun_s
+        self._leg.lasted_s = self.sensing.now_s - self._leg.begun_s
         if fold != FOLDED:
             return self.tell("let_go", f"the origami is {fold}")
         if self._leg.lasted_s >= self._leg.planned_s:
@@ -189,8 +184,8 @@ class Pilot:
         # A board whose link is lost unfolds by itself, and its link may come back: then it begins
         # to unfold once more.
         if fold == UNKNOWN_FOLD and self._waited_s <= _PATIENCE_S:
-            self._silent_s = self.now_s
-        if self.now_s - max(self._since_s, self._silent_s) > _LATEST_S:
+            self._silent_s = self.sensing.now_s
+        if self.sensing.now_s - max(self._since_s, self._silent_s) > _LATEST_S:
             return self.tell("late", f"the origami does not unfold: it is {fold}")
         return (cycles.UNFOLD,)
 

@@ -71,6 +71,11 @@ class Sensing:
         return self.step_mm * self._odometer.delay / EVERY
 
     @property
+    def now_s(self) -> float:
+        """Time of the newest sample, in seconds."""
+        return round(max(self._count - 1, 0) / self._rate_hz, 3)
+
+    @property
     def position_mm(self) -> float:
         """Present position of the head as far as known, in mm; NaN before the first fix."""
         return self._odometer.position_mm + self._since_fix_mm()
