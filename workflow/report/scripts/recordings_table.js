@@ -8,33 +8,32 @@ function setUpTable(table) {
   const step = all.filter((row) => !row.hidden).length;
   const byName = new Map(all.map((row) => [row.dataset.recording, row]));
   const order = new Intl.Collator("en", { numeric: true });
-  const [form, more] = [byId("filters"), byId("list-more")];
+  const [form, search, size, outcome, more] = ["filters", "search", "filter-size", "filter-outcome", "list-more"].map(byId);
   let ordered = all;
+  // The rows that fit the search and the filters, in order.
+  let fitting = all;
   let limit = step;
-  const list = { fitting: () => ordered.filter((row) => !row.matches(".misfit")), of: (name) => byName.get(name), onChange: () => {} };
 
   /** List the rows that fit, up to a number of them. */
   const show = (most) => {
     limit = most;
-    const rows = list.fitting();
-    const listed = new Set(rows.slice(0, limit));
+    const listed = new Set(fitting.slice(0, limit));
     for (const row of all) row.hidden = !listed.has(row);
     // To move a row takes long, so only those that are listed stand in their order.
     if (ordered !== all) body.prepend(...listed);
-    more.hidden = listed.size === rows.length;
-    byId("shown").textContent = `${rows.length} of ${all.length} ${more.hidden ? "shown" : `fit, the first ${limit} are listed`}`;
-    byId("none-shown").hidden = rows.length > 0;
+    more.hidden = listed.size === fitting.length;
+    byId("shown").textContent = `${fitting.length} of ${all.length} ${more.hidden ? "shown" : `fit, the first ${limit} are listed`}`;
+    byId("none-shown").hidden = fitting.length > 0;
     list.onChange();
   };
 
   const filter = () => {
-    const wanted = byId("search").value.trim().toLowerCase();
-    const [size, outcome] = [byId("filter-size").value, byId("filter-outcome").value];
-    for (const row of all) {
-      const { dataset } = row;
-      const fits = (!size || dataset.size === size) && (!outcome || dataset.outcome === outcome);
-      row.classList.toggle("misfit", !fits || !`${dataset.text} ${dataset.outcome}`.includes(wanted));
-    }
+    const wanted = search.value.trim().toLowerCase();
+    const isWanted = ({ dataset }) =>
+      (!size.value || dataset.size === size.value) &&
+      (!outcome.value || dataset.outcome === outcome.value) &&
+      (!wanted || `${dataset.text} ${dataset.outcome}`.includes(wanted));
+    fitting = ordered.filter(isWanted);
     show(step);
   };
 
@@ -49,7 +48,7 @@ function setUpTable(table) {
     const compare = isNumber ? (a, b) => a - b : order.compare;
     keyed.sort((a, b) => isUnknown(a) - isUnknown(b) || sign * compare(a.value, b.value));
     ordered = keyed.map(({ row }) => row);
-    show(step);
+    filter();
   };
 
   more.textContent = `List ${step} more`;
@@ -59,12 +58,17 @@ function setUpTable(table) {
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("reset", () => setTimeout(filter));
   [...table.tHead.rows[0].cells].forEach((head, column) => head.querySelector("button").addEventListener("click", () => sortBy(head, column)));
-  table.inOrder = () => ordered;
-  show(step);
-  /** Scroll the box of the table to a row, which is listed if it fits. */
-  list.bringIntoView = (row) => {
-    show(Math.max(limit, list.fitting().indexOf(row) + 1));
-    row.scrollIntoView({ block: "center" });
+  table.fitting = () => fitting;
+  const list = {
+    fitting: table.fitting,
+    of: (name) => byName.get(name),
+    onChange: () => {},
+    /** Scroll the box of the table to a row, which is listed if it fits. */
+    bringIntoView: (row) => {
+      show(Math.max(limit, fitting.indexOf(row) + 1));
+      row.scrollIntoView({ block: "center" });
+    },
   };
+  show(step);
   return list;
 }

@@ -45,11 +45,10 @@ function toCsv(rows) {
   return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
 }
 
-/** Return the rows of a table that fit its filters, in order. A rate becomes three columns; a cell that covers several is written once. */
+/** Return the rows of a table, of that of all recordings those that fit its filters. A rate becomes three columns; a cell that covers several is written once. */
 function tableRows(table) {
   const titles = columnTitles(table);
-  const parts = table.inOrder ? [table.inOrder()] : [...table.tBodies].map((part) => [...part.rows]);
-  const body = parts.flatMap((rows) => lay(rows).filter((_, at) => !rows[at].matches(".misfit")));
+  const body = table.fitting ? lay(table.fitting()) : [...table.tBodies].flatMap((part) => lay([...part.rows]));
   const isRate = titles.map((_, column) => body.some((row) => row[column]?.querySelector(".value")));
   const rate = (cell) => [cell?.dataset.value, textOf(cell?.querySelector(".bounds")), textOf(cell?.querySelector(".count"))];
   const written = body.map((row) =>
