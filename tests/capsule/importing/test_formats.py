@@ -322,7 +322,6 @@ SAID = {
         LATER_READ,
     ),
     "an interval and a rate in words": Said(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
-    "a rate beside the structure": Said(matlab(run={"V": COUNTS.T}, info={"acq": {"fs": 10.0}})),
     "a unit over several columns": Said(
         named_over_all(["time", *SENSORS], ["s", "mV"]), (TIME_S, COUNTS / 1000)
     ),
@@ -397,7 +396,13 @@ SAID = {
         (TIME_S[:465], [row[20 * (3 - n) :][:465] for n, row in enumerate(COUNTS)]),
     ),
     "starts of TDMS": Said(
-        tdms(LATER, wf_start_time=[NINE + 2 * n for n in range(4)], **APART), LATER_READ
+        tdms(
+            LATER,
+            wf_start_time=[NINE + n for n in range(4)],
+            wf_start_offset=[1.0 * n for n in range(4)],
+            **APART,
+        ),
+        LATER_READ,
     ),
     "offsets of TDMS": Said(tdms(LATER, wf_start_offset=SECONDS, **APART), LATER_READ),
     "a group of TDMS for each sensor": Said(
@@ -443,165 +448,90 @@ def test_what_a_file_says_counts(tmp_path, kind):
     assert row.header.items() <= recording.header.items()
 
 
+def timed(**said):
+    """Return what writes a matrix and its time for MATLAB, with what is said beside them."""
+    return matlab(t=TIME_S, V=COUNTS.T, **said)
+
+
+def attributed(*path_and_name, value):
+    """Return what writes a matrix and its time as HDF5, with an attribute."""
+    return hdf({"t": TIME_S, "V": COUNTS.T}, {path_and_name: value})
+
+
+# Where a file tells a unit, and how it is quoted.
+UNITS = {
+    "XDF": (xdf((TIME_S, [*SENSORS]), unit="uV"), "names uV of"),
+    "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
+    "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
+    "HDF5": (attributed("V", "units", value="kPa"), "names kPa of"),
+    "a group": (attributed("/", "unit", value="kPa"), "names kPa of"),
+    "a compound": (hdf({"run": FIELDS}, {("run", "units"): "kPa"}), "names kPa of"),
+    "a group's name": (hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}), "says 'p (kPa)'"),
+    "a structure": (matlab(run={"t": TIME_S, "V": COUNTS.T, "units": "mmHg"}), "names mmHg of"),
+    "each column": (timed(units=np.array(["kPa"] * 4, dtype=object)), "names kPa of"),
+    "cells in MATLAB 7.3": (cells_73, "names kPa of"),
+    "info": (matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}), "says 'units: k"),
+    "meta": (timed(meta={"daq": {"unit": "kPa"}}), "says 'unit: kPa'"),
+    "a structure of units": (timed(units={"V": "kPa"}), "says 'V: kPa'"),
+    "a name": (timed(V_unit="kPa"), "says 'V_unit: kPa'"),
+    "numpy": (saved(partial(np.savez, t=TIME_S, V=COUNTS.T, unit="kPa"), "a.npz"), "names kPa of"),
+    "a line above a sheet": (
+        sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
+        "names kPa of",
+    ),
+    "columns of a sheet": (
+        named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
+        "says 'Pressure (kPa)'",
+    ),
+    "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
+    "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
+    "a form": (workbook(TIME_S.tolist(), number_format='0.00" kPa"'), "says ' kPa'"),
+}
+SCALES = {
+    "beside the arrays": (timed(scale_factor=0.01), "scale_factor = 0.01"),
+    "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "scale = 0.01, 0.02"),
+    "of a data set": (attributed("V", "scale", value=0.01), "scale = 0.01"),
+    "of a compound": (hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}), "scale_factor = 0.01"),
+    "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "scale = 0.01"),
+}
+# What is stated of the rate, beside times of 10 Hz and without times.
+TIMED_RATES = {
+    "a number": (timed(fs=50.0), "in no unit the rate that the file states, fs = 50"),
+    "words": (timed(Fs="0.05 kHz"), "in no unit the rate that the file states, Fs = 50"),
+    "another sheet": (beside(["Sampling rate", "50 Hz"]), "the file states, Sampling rate = 50"),
+    "each column": (
+        attributed("V", "rate", value=[10.0, 10.0, 10.0, 5.0]),
+        "is 10 Hz, but the file states rate = 5 and another rate = 10; give --time-unit s if",
+    ),
+}
+RATES = {
+    "two": (matlab(V=COUNTS.T, fs=10.0, freq=50.0), "fs = 10 and freq = 50"),
+    "one of a filter": (matlab(V=COUNTS.T, freq=50.0), "freq = 50"),
+    "an interval, too": (matlab(V=COUNTS.T, fs=10.0, dt=0.02), "fs = 10 and 1 / dt = 50"),
+    "one of a group of TDMS": (
+        tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
+        "1 / wf_increment = 10 and sampling_rate = 50",
+    ),
+}
 # What a file says that is not understood, or contradicts itself, and the remedy.
 ASKED = {
-    "two rates": (
-        matlab(V=COUNTS.T, fs=10.0, freq=50.0),
-        "the file states fs = 10 and freq = 50; give the sampling rate in Hz with --rate",
-        "--rate 10",
-    ),
-    "a rate beside other times": (
-        matlab(t=TIME_S, V=COUNTS.T, fs=50.0),
-        "its usual step of 0.1 is in no unit the rate that the file states, fs = 50",
-        "--time-unit s",
-    ),
-    "a frequency that may be a filter's": (
-        matlab(V=COUNTS.T, freq=50.0),
-        "the file states freq = 50; give the sampling rate in Hz with --rate",
-        "--rate 10",
-    ),
-    "a unit of XDF": (
-        xdf((TIME_S, [*SENSORS]), unit="uV"),
-        "the file names uV of",
-        "--unit counts",
-    ),
-    "a unit of TDMS": (
-        tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"),
-        "the file names mmHg of",
-        "--unit counts",
-    ),
-    "a unit of HDF5": (
-        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "units"): "kPa"}),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a unit of a group": (
-        hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "unit"): "kPa"}),
-        "the file names kPa of",
-        "--unit counts",
-    ),
+    **{f"unit of {k}": (w, f"the file {told}", "--unit counts") for k, (w, told) in UNITS.items()},
     **{
-        f"a unit of {name}": (write, f"the file {told}", "--unit counts")
-        for name, write, told in (
-            (
-                "info in MATLAB",
-                matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}),
-                "names kPa of",
-            ),
-            (
-                "meta in MATLAB",
-                matlab(d={"t": TIME_S, "V": COUNTS.T}, meta={"daq": {"unit": "kPa"}}),
-                "names kPa of",
-            ),
-            ("units in MATLAB", matlab(t=TIME_S, V=COUNTS.T, units={"V": "kPa"}), "says 'V: kPa'"),
-            ("a name in MATLAB", matlab(t=TIME_S, V=COUNTS.T, V_unit="kPa"), "says 'V_unit: kPa'"),
-            ("cells in MATLAB 7.3", cells_73, "names kPa of"),
-            (
-                "columns of a sheet",
-                named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
-                "says 'Pressure (kPa)'",
-            ),
-            (
-                "a group of HDF5",
-                hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}),
-                "says 'p (kPa)'",
-            ),
-            ("another sheet", beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
-            ("a sheet of channels", beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
-            (
-                "the form of a number",
-                workbook(TIME_S.tolist(), number_format='0.00" kPa"'),
-                "says ' kPa'",
-            ),
-        )
+        f"scale {k}": (w, f"{told}, and not whether it is applied already", "--unit counts")
+        for k, (w, told) in SCALES.items()
     },
-    "a unit of time beside the arrays": (
-        matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"),
+    **{f"rate beside times, {k}": (*row, "--time-unit s") for k, row in TIMED_RATES.items()},
+    **{
+        f"rate, {k}": (w, f"states {told}; give the sampling rate in Hz with --rate", "--rate 10")
+        for k, (w, told) in RATES.items()
+    },
+    "a unit of time": (
+        hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}),
         "the file names the unit 'cs'",
         "--time none --rate 10",
     ),
-    "a rate on another sheet": (
-        beside(["Sampling rate", "50 Hz"]),
-        "in no unit the rate that the file states, Sampling rate = 50",
-        "--time-unit s",
-    ),
-    "a rate for each column": (
-        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "rate"): [10.0, 10.0, 10.0, 5.0]}),
-        "is 10 Hz, but the file states rate = 5 and another rate = 10; give --time-unit s if",
-        "--time-unit s",
-    ),
-    "a unit beside the arrays of MATLAB": (
-        matlab(run={"t": TIME_S, "V": COUNTS.T, "units": "mmHg"}),
-        "the file names mmHg of",
-        "--unit counts",
-    ),
-    "a unit beside the arrays of numpy": (
-        saved(partial(np.savez, t=TIME_S, V=COUNTS.T, unit="kPa"), "a.npz"),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a scale beside the arrays": (
-        matlab(t=TIME_S, V=COUNTS.T, scale_factor=0.01),
-        "the file states scale_factor = 0.01, and not whether it is applied already",
-        "--unit counts",
-    ),
-    "a unit for each column of MATLAB": (
-        matlab(t=TIME_S, V=COUNTS.T, units=np.array(["kPa"] * 4, dtype=object)),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a unit of a compound": (
-        hdf({"run": FIELDS}, {("run", "units"): "kPa"}),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a unit of a group of TDMS": (
-        tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a scale for each sensor": (
-        matlab(t=TIME_S, V=COUNTS.T, scale=np.array([0.01, 0.01, 0.01, 0.02])),
-        "the file states scale = 0.01, 0.02, and not whether it is applied already",
-        "--unit counts",
-    ),
-    "a scale of a data set": (
-        hdf({"t": TIME_S, "V": COUNTS.T}, {("V", "scale"): 0.01}),
-        "the file states scale = 0.01, and not whether it is applied already",
-        "--unit counts",
-    ),
-    "a scale of a compound": (
-        hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}),
-        "the file states scale_factor = 0.01, and not whether it is applied already",
-        "--unit counts",
-    ),
-    "a scale of TDMS": (
-        tdms(SENSORS, wf_increment=0.1, scale=0.01),
-        "the file states scale = 0.01, and not whether it is applied already",
-        "--unit counts",
-    ),
-    "an interval beside a rate": (
-        matlab(V=COUNTS.T, fs=10.0, dt=0.02),
-        "the file states fs = 10 and 1 / dt = 50; give the sampling rate in Hz with --rate",
-        "--rate 10",
-    ),
-    "a rate in words beside other times": (
-        matlab(t=TIME_S, V=COUNTS.T, Fs="0.05 kHz"),
-        "its usual step of 0.1 is in no unit the rate that the file states, Fs = 50",
-        "--time-unit s",
-    ),
-    "a rate of a group of TDMS": (
-        tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
-        "the file states 1 / wf_increment = 10 and sampling_rate = 50",
-        "--rate 10",
-    ),
-    "a unit above the table of a sheet": (
-        sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
-        "the file names kPa of",
-        "--unit counts",
-    ),
-    "a unit of time": (
-        hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}),
+    "a unit of time beside the arrays": (
+        matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"),
         "the file names the unit 'cs'",
         "--time none --rate 10",
     ),

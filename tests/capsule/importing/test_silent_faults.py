@@ -23,19 +23,17 @@ from capsule.recordings.acceptance import check_recording
 from capsule.recordings.recording import DECISIVE
 from support.importing import SETTINGS, assert_readings, import_files
 from support.lab_files import (
+    COUNTS,
     KILO_OHMS,
+    TIME_S,
     excel_rows,
     nwb_file,
     write_bag_2,
     write_matlab_73,
     write_workbook,
 )
-from support.lab_files import TIME_S as EXCEL_S
 from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
-
-TIME_S = np.round(np.arange(200) / 10, 9)
-COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 
 
 def write(path, columns, head="time,S1,S2,S3,S4"):
@@ -150,7 +148,7 @@ def test_a_reader_that_ends_early_does_not_stop_the_import():
 
 
 def test_a_sheet_that_states_too_few_rows_is_read_whole(tmp_path):
-    write_workbook(tmp_path / "whole.xlsx", {"Run 1": excel_rows(EXCEL_S.tolist())})
+    write_workbook(tmp_path / "whole.xlsx", {"Run 1": excel_rows(TIME_S.tolist())})
     with (
         zipfile.ZipFile(tmp_path / "whole.xlsx") as whole,
         zipfile.ZipFile(tmp_path / "lab.xlsx", "w") as stated,
@@ -162,7 +160,7 @@ def test_a_sheet_that_states_too_few_rows_is_read_whole(tmp_path):
                 assert changed
             stated.writestr(name, content)
     recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
-    assert_readings(recording, EXCEL_S, KILO_OHMS)
+    assert_readings(recording, TIME_S, KILO_OHMS)
 
 
 def outside_hdf(folder):
@@ -255,7 +253,7 @@ def bombs(folder):
             file.create_dataset(f"V{number}", (2_000_000,), "f8", chunks=(1000,))
     with zipfile.ZipFile(folder / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as book:
         book.writestr("xl/workbook.xml", bytes(101_000_000))
-    write_workbook(folder / "tall.xlsx", {"Run 1": excel_rows(EXCEL_S.tolist())})
+    write_workbook(folder / "tall.xlsx", {"Run 1": excel_rows(TIME_S.tolist())})
     book = openpyxl.load_workbook(folder / "tall.xlsx")
     book.active.cell(1_048_576, 5).value = 1
     book.save(folder / "tall.xlsx")

@@ -4,11 +4,10 @@ What a file says of an array counts for it: its unit, start, sampling rate and s
 """
 
 import io
-import re
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -47,12 +46,6 @@ _TIME_UNIT = ("time_unit", "time_units", "t_unit", "t_units", "timestamp_unit", 
 _APPLIED = ("scale_factor", "add_offset")
 # So are limits, beyond which a sample is missing, with as many numbers.
 _LIMITS = {"valid_range": 2, "valid_min": 1, "valid_max": 1}
-# Names of a group of remarks on what it lies beside.
-_INFO = re.compile(
-    "info.*|meta.*|header|hdr|attr.*|about|param.*|prop.*|settings?|config.*|acq.*|daq|recording|"
-    "general|experiment|description",
-    re.IGNORECASE,
-)
 # NetCDF writes an array under this name for an axis without values.
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
 
@@ -85,7 +78,6 @@ def array_tables(
         most = keys.sensor_count if is_about_all else 1
         if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
-    _hand_up(about, {path for path in arrays if any(array_channels("", arrays[path]))}, separator)
     groups: defaultdict[str, defaultdict[int, list[tuple[str, Channel]]]]
     groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
@@ -111,20 +103,6 @@ def array_tables(
             if unit := attribute(around, *_TIME_UNIT):
                 notes["time unit"] = unit
             yield Table(channels, VARIABLE, label, notes=notes, remarks=remarks)
-
-
-def _hand_up(
-    about: defaultdict[str, dict[str, Any]], series: Collection[str], separator: str
-) -> None:
-    """Have what a group of remarks says, as ``run.info.units``, hold for what it lies beside."""
-    for path in sorted(about, key=len, reverse=True):
-        parent, _, name = path.rpartition(separator)
-        while _INFO.fullmatch(name) and not any(
-            f"{each}{separator}".startswith(f"{path}{separator}") for each in series
-        ):
-            about[parent] = about[path] | about[parent]
-            path = parent
-            parent, _, name = path.rpartition(separator)
 
 
 def _scopes(

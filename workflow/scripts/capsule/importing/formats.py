@@ -35,7 +35,7 @@ from capsule.importing.array_formats import (
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.stated import scalings, states_rate
+from capsule.importing.stated import as_remarks, states_rate
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.text import read_sheets, read_text
 from capsule.store.files import read_limited
@@ -177,8 +177,8 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
             unit = str(_first(channel.get("unit")) or "")
             channels.append(Channel(name, values.astype(float), unit, **how))
         label = str(_first(info["name"]))
-        notes = scalings({key: _first(each[key]) for key in each} for each in described)
-        yield Table(with_stamps(channels), VARIABLE, label, notes=notes, remark=remark)
+        words = as_remarks({key: _first(each[key]) for key in each} for each in described)
+        yield Table(with_stamps(channels), VARIABLE, label, remark=remark, remarks=words)
 
 
 def _first(values: Any) -> Any:

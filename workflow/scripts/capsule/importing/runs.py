@@ -220,7 +220,7 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
     """
     header, values = run.header, run.values
     table = reading.table
-    said = not_applied(table.notes, table.remarks)
+    said = not_applied(table.remarks)
     yield from filter(None, (table.remark, said, reading.clock.remark))
     if reading.clock.started and "started" not in header:
         yield (

@@ -56,7 +56,7 @@ _MENTIONED = (
     r"\u00b5\u03b5|[mu\u00b5n]T|[Tt]esla|[Gg]auss|\u00b0C|dB|[Pp]ercent|"
     r"(?<=[\[(])(?:V|N|g|A|%)(?=[\])])|(?<=[:=] )V(?=[;,)]|$))"
 )
-_MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\] ]*[:=] ?[0-9])")
+_MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\]] ?[:=] ?[0-9])")
 _MENTION_IN_NAME = re.compile(rf"(?<![A-Za-z]){_MENTIONED}(?![A-Za-z])")
 # A unit of time, as in "column 1: time [cs]"; one behind a number can be a duration.
 _TIME_MENTION = re.compile(
@@ -198,12 +198,13 @@ def speaks_of_scaling(text: str) -> bool:
     return bool(_PROSE.fullmatch(text))
 
 
-def not_applied(notes: Mapping[str, str], remarks: Iterable[str] = ()) -> str:
-    """Return the note on the scalings that statements and remarks tell; empty if none does."""
-    told = [f"{key}: {value}" for key, value in notes.items() if scales(key, value)]
-    prose = [text for text in remarks if speaks_of_scaling(text)]
-    # A scaling by 1 is no scaling, and what is quoted already is quoted once.
-    keys = [match[1] if (match := NOTE.fullmatch(text)) else "" for text in prose]
-    told += [text for key, text in zip(keys, prose, strict=True) if not _SCALING.fullmatch(key)]
-    shown = "; ".join(text[:60] for text in [*dict.fromkeys(told)][:_MOST_QUOTED])
+def not_applied(remarks: Iterable[str]) -> str:
+    """Return the note on the scalings that remarks tell; empty if none does."""
+    told = dict[str, None]()
+    for text in remarks:
+        note = NOTE.fullmatch(text)
+        is_key = note and (is_scale(note[1]) or _SCALING.fullmatch(note[1]))
+        if scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text):
+            told[text[:60]] = None
+    shown = "; ".join([*told][:_MOST_QUOTED])
     return f"the file says {shown}; that is not applied to the readings" if told else ""
