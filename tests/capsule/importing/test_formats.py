@@ -248,6 +248,21 @@ SAID = {
     "a wide array of numpy": Said(saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]))),
     "fields of numpy": Said(saved(np.save, "run.npy", FIELDS)),
     "fields of HDF5": Said(hdf({"table": FIELDS})),
+    "a unit named after its array, beside another run": Said(
+        matlab(
+            a={"t": TIME_S, "V": COUNTS.T, "V_unit": "mV"},
+            b={"t": TIME_S, "V": COUNTS.T, "V_unit": "kPa"},
+        ),
+        (TIME_S, COUNTS / 1000),
+        options="--variable a",
+    ),
+    "a remark on another run": Said(
+        matlab(
+            a={"t": TIME_S, "V": COUNTS.T},
+            b={"t": TIME_S, "V": COUNTS.T, "note": "in kPa"},
+        ),
+        options="--variable a",
+    ),
     "a structure of MATLAB": Said(
         matlab(
             lab={
@@ -473,7 +488,8 @@ UNITS = {
     "info": (matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}), "says 'units: k"),
     "meta": (timed(meta={"daq": {"unit": "kPa"}}), "says 'unit: kPa'"),
     "a structure of units": (timed(units={"V": "kPa"}), "says 'V: kPa'"),
-    "a name": (timed(V_unit="kPa"), "says 'V_unit: kPa'"),
+    "a name": (timed(V_unit="kPa"), "names kPa of"),
+    "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
     "numpy": (saved(partial(np.savez, t=TIME_S, V=COUNTS.T, unit="kPa"), "a.npz"), "names kPa of"),
     "a line above a sheet": (
         sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),

@@ -393,6 +393,12 @@ READ = {
         lines(TIME_S, *VOLTS).rstrip("\n"), options="--unit V", values=VOLTS
     ),
     "whole last number without a line end": Read(PLAIN.rstrip("\n")),
+    "first and last line that lack digits": Read(
+        lines(*VOLTS, head="")[1:-3],
+        options="--rate 10 --unit V",
+        values=SHORTER[:, 1:],
+        note="'2.421' may lack digits; line 1, with 0.29004",
+    ),
     "last number that may lack digits": Read(
         lines(TIME_S, *VOLTS)[:-3],
         options="--unit V",

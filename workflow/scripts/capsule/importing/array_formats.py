@@ -78,13 +78,16 @@ def array_tables(
         most = keys.sensor_count if is_about_all else 1
         if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
+    for path, (parent, _, name) in places.items():
+        for key in (f"{name}_unit", f"{name}_units"):
+            if key in about[parent]:
+                about[path].setdefault("unit", about[parent][key])
     groups: defaultdict[str, defaultdict[int, list[tuple[str, Channel]]]]
     groups = defaultdict(lambda: defaultdict(list))
     for path, (parent, _, name) in places.items():
         scopes = _scopes(path, separator, about)
         for channel in array_channels(name, arrays[path], **facts(scopes)):
             groups[parent][channel.values.size].append((path, channel))
-    remarks = as_remarks(about.values())
     for parent, by_size in groups.items():
         parts = list(by_size.values())
         whole = [each for part in parts for each in part]
@@ -93,6 +96,14 @@ def array_tables(
         if are_timed or max(counts) < keys.sensor_count:
             parts = [whole]
         around = _scopes(parent, separator, about)
+        others = [f"{each}{separator}" for each in groups if each]
+        others = [each for each in others if not f"{parent}{separator}".startswith(each)]
+        # What stands in a group of other series says nothing of these.
+        remarks = as_remarks(
+            said
+            for path, said in about.items()
+            if not any(f"{path}{separator}".startswith(other) for other in others)
+        )
         for part in parts:
             label = parent if len(parts) == 1 and parent else part[0][0].replace("\n", ", ")
             channels = with_own_times([each for _, each in part], keys)

@@ -17,6 +17,7 @@ from capsule.importing.table import (
     Channel,
     QuestionError,
     Table,
+    both,
     is_far,
     is_lone,
     naming,
@@ -176,7 +177,7 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
             "no file says when it began, so all are taken to begin at the same instant; if not, "
         )
         begun += "name it in the first line of each, as # started: 2026-03-04T12:00:02.5Z"
-        clock = replace(clock, remark="; ".join(filter(None, (clock.remark, begun))))
+        clock = replace(clock, remark=both(clock.remark, begun))
     return replace(readings[0], columns=columns, clock=clock, values=values, resampled=resampled)
 
 

@@ -275,6 +275,11 @@ def with_stamps(channels: Sequence[Channel]) -> list[Channel]:
     return [first, *channels]
 
 
+def both(first: str, second: str) -> str:
+    """Return two notes as one; each can be empty."""
+    return "; ".join(filter(None, (first, second)))
+
+
 def _listed(labels: Sequence[str]) -> str:
     more = len(labels) - _NAMED_AT_MOST
     return ", ".join(labels[:_NAMED_AT_MOST]) + (f" and {more} more" if more > 0 else "")
@@ -332,5 +337,5 @@ def without_first(table: Table, sensors: Sequence[int]) -> Table:
         channels=[channel.without_first() for channel in table.channels],
         lines=table.lines[1:],
         restarts=[row - 1 for row in table.restarts if row],
-        remark=f"{table.line(0)}, with {shown}, is passed over: {why}",
+        remark=both(table.remark, f"{table.line(0)}, with {shown}, is passed over: {why}"),
     )

@@ -35,7 +35,7 @@ from capsule.importing.stated import (
     stated_rates,
     states_rate,
 )
-from capsule.importing.table import Channel, Table, not_a_number
+from capsule.importing.table import Channel, Table, both, not_a_number
 from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
@@ -154,7 +154,7 @@ def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table
     if max(map(len, cells)) == len(cells[-1]):
         return table
     told = f"the last line has no end, so {cells[-1][:60]!r} may lack digits"
-    return replace(table, remark="; ".join(filter(None, (table.remark, told))))
+    return replace(table, remark=both(table.remark, told))
 
 
 def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any]]:
