@@ -293,6 +293,7 @@ READ = {
         lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"), values=COUNTS / 1000
     ),
     "time base beside a unit": Read("# time base: 10 us\n" + PLAIN),
+    "an interval that is hardly in seconds": Read("# dt: 100\n" + PLAIN),
     "quantities are no units": Read("# 12 kohm in series\n# supply (V): 5\n" + PLAIN),
     "sides are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
