@@ -60,8 +60,8 @@ _MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\
 _MENTION_IN_NAME = re.compile(rf"(?<![A-Za-z]){_MENTIONED}(?![A-Za-z])")
 # A unit of time, as in "column 1: time [cs]"; one behind a number can be a duration.
 _TIME_MENTION = re.compile(
-    r"(?:^|[,;:{\"\d])\W*(?:times?|t|zeit|time ?stamps?)(?:[ _]units?)?\W{1,6}"
-    r"(?:(?:is|are|in|as) )*\W*((?:1/[0-9]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
+    r"(?:^|[,;:{\"\d])\W{0,3}(?:times?|t|zeit|time ?stamps?)(?:[ _]units?)?\W{1,6}"
+    r"(?:(?:is|are|in|as) )*\W?((?:1/[0-9]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
     re.IGNORECASE,
 )
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
@@ -75,6 +75,8 @@ _PROSE = re.compile(
 )
 # A remark of the form ``key: value``.
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
+# To look through more of a remark would take long.
+_LONGEST_REMARK = 5000
 # Scalings that a note quotes.
 _MOST_QUOTED = 5
 # More values of an attribute are no list of units or scales.
@@ -179,12 +181,12 @@ def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
 
 def mentions_unit(text: str, *, is_name: bool = False) -> bool:
     """Return whether words, or the name of a column, hold the word for a unit of readings."""
-    return bool((_MENTION_IN_NAME if is_name else _MENTION).search(text))
+    return bool((_MENTION_IN_NAME if is_name else _MENTION).search(text[:_LONGEST_REMARK]))
 
 
 def mentioned_time_unit(text: str) -> str:
     """Return the word for a unit that words tell of a time; empty if there is none."""
-    match = _TIME_MENTION.search(text)
+    match = _TIME_MENTION.search(text[:_LONGEST_REMARK])
     return match[1] if match and is_unit(match[1]) else ""
 
 
@@ -195,7 +197,7 @@ def as_remarks(scopes: Iterable[Mapping[str, Any]]) -> list[str]:
 
 def speaks_of_scaling(text: str) -> bool:
     """Return whether a remark in words tells a scaling."""
-    return bool(_PROSE.fullmatch(text))
+    return bool(_PROSE.fullmatch(text[:_LONGEST_REMARK]))
 
 
 def not_applied(remarks: Iterable[str]) -> str:
