@@ -377,6 +377,8 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
     ("time_s", "reason", "rules"),
     [(*row, {}) for row in [
         *((two_rates(each), CHANGES) for each in (4, 5, 8, 9, 11, 12.5, 20, 100)),
+        # Jitter makes a rate less certain, by its standard error.
+        (two_rates(8) + generator(1, "jitter").normal(0, 0.01, SAMPLES), CHANGES),
         # 312 steps of 0.1 s, then of 0.2 s; the fifth stretch of 84 begins 24 of these later.
         (two_rates(5), r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"),
         # A change too short for a rate of its own is told by count and duration.
