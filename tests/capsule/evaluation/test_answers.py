@@ -13,7 +13,8 @@ from capsule.evaluation.answers import (
     recordings_to_show,
     set_specificity,
 )
-from capsule.evaluation.more_recordings import learning_sentence
+from capsule.evaluation.intervals import recordings_needed
+from capsule.evaluation.more_recordings import learning_sentence, needed_sentence
 from support.evaluated import UNKNOWN, evaluated, rates_of
 
 
@@ -123,3 +124,12 @@ def test_the_gain_since_half_of_the_recordings_gives_the_advice(gain, advice):
     shown = "specificity 60 % and 70 %, found at 1 mm 60 % and 70 %, found from 2 mm on 60 % and 70"
     assert said.endswith(f"{shown} %: {advice}.")
     assert learning_sentence(pd.DataFrame(rows), "taught") == ""
+
+
+# Kills: the recordings at hand added to those that are needed, and a size that needs none.
+def test_what_is_missing_for_a_narrow_interval_is_what_is_needed_without_what_is_there():
+    rates = rates_of(evaluated(verdicts(400, 20, 10, 8)))
+    more = recordings_needed(0.8, 0.1, 0.95) - 10
+    assert f"needs more recordings: {more} of 2 mm." in needed_sentence(rates, "template")
+    rates = rates_of(evaluated(verdicts(400, 20, 400, 320)))
+    assert "or a narrower one" in needed_sentence(rates, "template")
