@@ -3,7 +3,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.method.preprocessing import extend, normalize, preprocess, rectify, rms_envelope
+from capsule.method.preprocessing import (
+    extend,
+    normalize,
+    preprocess,
+    preprocess_run,
+    rectify,
+    rms_envelope,
+)
 from support import literal
 from support.synthetic import make_recording
 
@@ -14,6 +21,10 @@ def test_preprocessing_equals_the_literal_formulas(sensors, samples, window):
     expected = literal.preprocess(values, window, threshold=0.9, length=samples + 13)
     actual = preprocess(values, window=window, threshold=0.9, length=samples + 13)
     np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-12)
+    # Kills: a time axis of the sensors, or by the rate instead of the interval.
+    run = preprocess_run("3mm/r01", "", values, rate_hz=8, window=window, threshold=0.9)
+    np.testing.assert_array_equal(run.time_s, [0.125 * sample for sample in range(samples)])
+    np.testing.assert_allclose(run.matrix, expected[:, :samples], rtol=0, atol=1e-12)
 
 
 def test_normalized_sensors_have_mean_0_and_sample_deviation_1():
