@@ -6,6 +6,7 @@
 #        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions from `sections` on
 
 import copy
+import functools
 import json
 import sys
 
@@ -137,6 +138,20 @@ def each(rule, batches, output=0):
 def each_part(output):
     """Return a function as `each` does, for the batches that one of describe joins."""
     return lambda wildcards: expand(rules.preprocess.output[output], batch=PARTS[wildcards.batch])
+
+
+@functools.cache
+def contents_of(batch):
+    """Return the files of the recordings of a batch, with the checksums of their content."""
+    limit = int(config["recording"]["max_megabytes"] * 1e6)
+    paths = [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
+    return [f"{path}={files.fingerprint(Path(path), limit)}" for path in paths]
+
+
+def listed(described, others):
+    """Return what is listed: the batches that those of describe join, and other files."""
+    parts = {batch: PARTS[batch] for batch in described}
+    return sections("on_rejected", described=parts, others=others)
 
 
 wildcard_constraints:

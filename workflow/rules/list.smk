@@ -4,13 +4,6 @@
 # takes: results/checks/, results/signals/ of recordings that may be nearly the same; the names in raw/
 # gives: results/recordings.csv, results/passed_over.csv, results/labelled.csv
 
-
-def listed(described, others):
-    """Return what is listed: the batches that those of describe join, and other files."""
-    parts = {batch: PARTS[batch] for batch in described}
-    return sections("on_rejected", described=parts, others=others)
-
-
 ALL = listed(DESCRIBED, ARCHIVE.others())
 LIST = step("list", ALL, lambda _: map(PREPROCESS.key, BATCHES))
 KNOWN = listed(DESCRIBED_LABELLED, "")

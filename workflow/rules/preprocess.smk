@@ -4,17 +4,6 @@
 # gives: results/signals/<size>mm/<run>.npy, results/matrices/<size>mm/<run>.npy,
 #        results/checks/<size>mm/<run>.json; of a batch of several, .npz and .json
 
-import functools
-
-
-@functools.cache
-def contents_of(batch):
-    """Return the files of the recordings of a batch, with the checksums of their content."""
-    limit = int(config["recording"]["max_megabytes"] * 1e6)
-    paths = [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
-    return [f"{path}={files.fingerprint(Path(path), limit)}" for path in paths]
-
-
 BENCH_SETTINGS = {name: config["diagonal"][name] for name in BENCH}
 PREPROCESS = step(
     "preprocess", sections("recording", "preprocessing", diagonal=BENCH_SETTINGS), contents_of
