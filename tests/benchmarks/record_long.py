@@ -19,6 +19,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
+from tables import table
+
 from capsule.bench.bench_errors import LineLostError
 from capsule.bench.board import Board
 from capsule.bench.protocol import Identity
@@ -74,13 +76,16 @@ def main() -> None:
         rows = bench.rows()
     kept = sum(1 for row in rows if row[1])
     late = sum(1 for row in rows if row[1] and int(row[1]) != round(float(row[0]) * RATE_HZ) % 1024)
-    print("| hours | times lost | sent | kept | rows | memory, MB | CPU, us a sample |")
-    print("|---|---|---|---|---|---|---|")
-    memory = " ".join(f"{each:.0f}" for each in seen["memory_mb"])
-    print(
-        f"| {options.hours:g} | {options.lost} | {seen['sent']} | {kept} | {len(rows)} | {memory} "
-        f"| {1e6 * cpu_s / seen['sent']:.0f} |"
-    )
+    row = {
+        "hours": f"{options.hours:g}",
+        "times lost": str(options.lost),
+        "sent": str(seen["sent"]),
+        "kept": str(kept),
+        "rows": str(len(rows)),
+        "memory, MB": " ".join(f"{each:.0f}" for each in seen["memory_mb"]),
+        "CPU, us a sample": f"{1e6 * cpu_s / seen['sent']:.0f}",
+    }
+    print(table([row]))
     print(f"samples whose time is not their own: {late}")
 
 
