@@ -136,6 +136,7 @@ def _read_tdms(content: bytes, keys: Keys) -> Iterator[Table]:
                 continue
             # Names hold slashes, but no line ends.
             path, data = f"{group.name}\n{channel.name}", channel[:]
+            # The channel's own statements win, and come first where a question quotes several.
             own = channel.properties
             said = told[path] = {"wf_start_offset": 0.0, **own, **rates, **own}
             if data.dtype.kind == "M":
