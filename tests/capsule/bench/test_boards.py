@@ -241,8 +241,8 @@ def test_what_a_lost_line_had_begun_to_send_is_kept(clock):
     away = Board(line, Identity("logger", {}), lambda text: None)
     away._open_s = clock.s + 1
     away.send("identify")
-    assert [arrival.event for arrival in away.receive()] == [Damaged(line.rest, "cut off")]
-    assert away.receive() == []
+    assert [arrival.event for arrival in away.read()] == [Damaged(line.rest, "cut off")]
+    assert list(away.read()) == []
 
 
 def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(monkeypatch, clock):

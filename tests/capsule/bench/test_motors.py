@@ -229,7 +229,7 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
 @pytest.mark.parametrize(
     ("make", "batches", "passed_s", "words"),
     [
-        (fold_of, [[]], 16, "fold board .* has sent nothing for 15 s"),
+        (fold_of, [[]], 16, "board at .* has sent nothing for 15 s"),
         (lambda of: Drive(of, WAVE, LOG), [[]], 16, "peristalsis board .* has sent nothing"),
         (
             lambda of: resumed(Drive(of, WAVE, LOG, restarts=3)),

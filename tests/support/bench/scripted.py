@@ -100,8 +100,10 @@ class ScriptedBench:
         self._parser = FrameParser()
         self._stop = SimpleNamespace(reason="")
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
-        monkeypatch.setattr(logger, "AWAKE", clock.AwakeClock())
-        for module in (board, logger, recorder):
+        awake = clock.AwakeClock()
+        for module in (board, logger):
+            monkeypatch.setattr(module, "AWAKE", awake)
+        for module in (board, recorder):
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)

@@ -6,15 +6,16 @@ from collections.abc import Callable, Generator, Iterator
 
 from capsule.bench.bench_errors import (
     AcquisitionError,
+    BoardLostError,
     BoardNotFoundError,
     LineLostError,
     NoAnswerError,
     RefusedError,
 )
-from capsule.bench.clock import elapsed_s
+from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.identification import differences, opened
 from capsule.bench.line import READ_TIMEOUT_S, Arrival, Line, UsbPort
-from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Refusal
+from capsule.bench.protocol import Acknowledgement, Back, Damaged, Event, Identity, Refusal
 
 # A command is sent again after so long without an answer, or after a refusal.
 CONFIRM_S, AGAIN_S = 0.25, 1.0
@@ -26,7 +27,15 @@ REOPEN_AFTER_S = 10.0
 
 
 class Board:
-    """One board: its line, its return when it was unplugged, and commands that it must confirm."""
+    """One board: its line, its return when it was unplugged, and commands that it must confirm.
+
+    Attributes
+    ----------
+    port : str
+        Present name of the port.
+    identity : Identity
+        The board's newest description of itself.
+    """
 
     def __init__(
         self,
@@ -48,9 +57,9 @@ class Board:
         self._pending: deque[str] = deque()
         self._refused = ""
         self._due_s = 0.0
+        self._heard_s = AWAKE.now_s()
         self.port = line.port
         self.identity = identity
-        self.connections = 1
 
     @property
     def connected(self) -> bool:
@@ -76,17 +85,41 @@ class Board:
             raise LineLostError(f"{self.port} is not connected")
         return self._line
 
-    def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
-        """Read the events that have arrived; wait up to the timeout for the first.
+    @property
+    def silent_s(self) -> float:
+        """Seconds since the last whole frame or the board's return, while this program ran."""
+        return AWAKE.now_s() - self._heard_s
 
-        If the board is not connected, try to connect it. Another board is not accepted.
+    def loss(self, patience_s: float) -> BoardLostError | None:
+        """Return the error after a silence; None without one."""
+        if self.silent_s <= patience_s:
+            return None
+        return BoardLostError(
+            f"the {self.identity.device} board at {self.port} has sent nothing for "
+            f"{patience_s:.0f} s (--patience); when a lease ends, the wave stops and the origami "
+            "unfolds by itself"
+        )
+
+    def read(self, timeout_s: float = 0.0) -> Iterator[Arrival]:
+        """Yield the events that have arrived; wait up to the timeout for the first.
+
+        Answers to commands are noted, and what is due then is sent. If the board is not connected,
+        try to connect it; `Back` says that it is. Another board is not accepted.
         """
+        for arrival in self._receive(timeout_s):
+            if not isinstance(arrival.event, Damaged):
+                self._heard_s = AWAKE.now_s()
+            self._note_answer(arrival.event)
+            yield arrival
+        self._send_pending()
+
+    def _receive(self, timeout_s: float) -> list[Arrival]:
         arrivals: list[Arrival] = []
         try:
             if self._line is not None:
                 arrivals = self._line.receive(timeout_s)
             elif found := self.come_back(timeout_s):
-                self._welcome(*found)
+                arrivals = self._welcome(*found)
         except LineLostError:
             self._lose()
         except AcquisitionError as reason:
@@ -94,13 +127,6 @@ class Board:
                 self._tell_once(f"still waiting: {reason}")
         rest, self._rest = self._rest, []
         return rest + arrivals
-
-    def events(self, timeout_s: float = 0.0) -> Iterator[Arrival]:
-        """Yield what `receive` returns, note answers to commands, and send what is due then."""
-        for arrival in self.receive(timeout_s):
-            self._note_answer(arrival.event)
-            yield arrival
-        self._send_pending()
 
     def send(self, payload: str) -> None:
         """Send a command, if the board is connected."""
@@ -172,7 +198,7 @@ class Board:
         self.want(command)
         until_s = time.monotonic() + ANSWERS_WITHIN_S
         while self._pending and self.connected and time.monotonic() < until_s:
-            for _ in self.events(READ_TIMEOUT_S):
+            for _ in self.read(READ_TIMEOUT_S):
                 pass
         if not self.connected:
             raise AcquisitionError(
@@ -214,15 +240,15 @@ class Board:
         self._told = ""
         self._rest = [Arrival(piece, elapsed_s()) for piece in self.close()]
 
-    def _welcome(self, line: Line, identity: Identity) -> None:
+    def _welcome(self, line: Line, identity: Identity) -> list[Arrival]:
         if differing := differences(self._first, identity):
             line.close()
             self._tell_once(another_board(line.port, differing))
-            return
+            return []
         self._line = line
         self.identity, self.port = identity, line.port
-        self.connections += 1
         self._tell(f"the {identity.device} board is back")
+        return [Arrival(Back(identity), elapsed_s())]
 
     def _tell_once(self, text: str) -> None:
         if text != self._told:

@@ -3,11 +3,7 @@
 import sys
 from collections.abc import Callable
 
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardLostError,
-    SurveyFaultError,
-)
+from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
 from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
@@ -78,7 +74,7 @@ class FoldBoard:
 
     def serve(self, timeout_s: float = 0.0) -> None:
         """Read the board's frames, wait for them up to the timeout, and send due commands."""
-        for arrival in self._board.events(timeout_s):
+        for arrival in self._board.read(timeout_s):
             match arrival.event:
                 case FoldState() as state:
                     self._note_state(state)
@@ -95,12 +91,8 @@ class FoldBoard:
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
-        now_s = AWAKE.now_s()
-        if now_s - self._heard_s > patience_s:
-            return BoardLostError(
-                f"the fold board at {self._board.port} has sent nothing for {patience_s:.0f} s "
-                "(--patience); it unfolds the origami by itself when its lease ends"
-            )
+        if lost := self._board.loss(patience_s):
+            return lost
         faulty = self.last is not None and self.last.state == _FAULT
         if faulty and self._told == NOT_SET_UP:
             return SurveyFaultError(
@@ -119,7 +111,7 @@ class FoldBoard:
                 "more and does not move after a restart; replace the board, and set the new one "
                 "up with capsule survey --fold-set-up"
             )
-        if faulty and now_s - self._sound_s > FAULT_LASTS_S:
+        if faulty and AWAKE.now_s() - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
             return SurveyFaultError(
                 f"the fold board at {self._board.port} has reported a fault for "

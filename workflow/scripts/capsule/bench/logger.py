@@ -1,16 +1,16 @@
 """The logger board: start it, check its samples, place them in time, and hand them on."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.board import Board, another_board
-from capsule.bench.clock import AWAKE, elapsed_s
+from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
 from capsule.bench.line import Arrival
-from capsule.bench.protocol import Acknowledgement, Damaged, Event, Identity, Sample
+from capsule.bench.protocol import Back, Damaged, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
 from capsule.kinds import Settings
@@ -29,25 +29,20 @@ class Source:
     A subclass reads the samples; `header` has the first entries of a recording's header.
     """
 
-    connected, connections = True, 1
+    connected, silent_s = True, 0.0
+    pending: tuple[str, ...] = ()
 
     def __init__(self, port: str, identity: Identity, header: Mapping[str, str]) -> None:
         self.port, self.identity, self.header = port, identity, header
-        self._answers: list[Arrival] = []
 
-    def read(self, timeout_s: float) -> list[Arrival]:
+    def read(self, timeout_s: float) -> Iterable[Arrival]:
         """Return the samples that have come; wait up to the timeout for the first."""
         raise NotImplementedError
 
-    def receive(self, timeout_s: float) -> list[Arrival]:
-        """Return answers and samples, as a `Board` does."""
-        answers, self._answers = self._answers, []
-        return answers + self.read(timeout_s)
-
     def send(self, payload: str) -> None:
-        """Confirm a pause; other commands are not needed."""
-        if payload == "pause":
-            self._answers.append(Arrival(Acknowledgement("pause", ""), elapsed_s()))
+        """Do nothing: it needs no commands."""
+
+    want = send
 
     def close(self) -> list[Damaged]:
         """Let go of it."""
@@ -74,7 +69,7 @@ class Logger:
 
     def __init__(self, board: Board | Source, log: FrameLog, *, to_end_stop: bool = True) -> None:
         self._board, self._log, self._to_end_stop = board, log, to_end_stop
-        self.port, self._identity = board.port, board.identity
+        self._identity = board.identity
         entries = self._identity.entries
         rate_hz, self._largest = float(entries["rate_hz"]), 2 ** int(entries["adc_bits"]) - 1
         self.rate_hz, self.sensors = rate_hz, int(entries["channels"])
@@ -86,12 +81,16 @@ class Logger:
         self.taken_s = 0.0
         self._timeline = Timeline(rate_hz)
         self._sieve = Sieve(self._timeline, self._accept, self._refuse)
-        self._connections = board.connections
         self._foreign = ""
         self._running = self._granted = False
         self._asked_s = 0.0
         self._started_s = -START_AGAIN_S
-        self._heard_s = self._sampled_s = AWAKE.now_s()
+        self._sampled_s = AWAKE.now_s()
+
+    @property
+    def port(self) -> str:
+        """Present name of the port."""
+        return self._board.port
 
     @property
     def received(self) -> int:
@@ -129,21 +128,15 @@ class Logger:
         """Send what the board needs, and receive its frames; wait for them up to the timeout."""
         if command := self._command(AWAKE.now_s()):
             self._board.send(command)
-        self.receive(timeout_s)
+        self._receive(timeout_s)
 
-    def receive(self, timeout_s: float) -> list[Event]:
-        """Process the board's frames, wait for them up to the timeout, and return them."""
-        arrivals = self._board.receive(timeout_s)
-        if not self._board.connected:
-            self._sieve.settle()
-            self._running = False
-        if self._board.connections > self._connections:
-            self._came_back()
-        if arrivals:
-            self._heard_s = AWAKE.now_s()
+    def _receive(self, timeout_s: float) -> None:
+        """Process the board's frames, and wait for them up to the timeout."""
         before = self.received
-        for arrival in arrivals:
+        for arrival in self._board.read(timeout_s):
             match arrival.event:
+                case Back(identity):
+                    self._come_back(identity, arrival.moment_s)
                 case Damaged() as piece:
                     self.note_damaged(piece)
                 case Sample() as sample if self._foreign:
@@ -156,7 +149,9 @@ class Logger:
             self._running = True
             self._sampled_s = AWAKE.now_s()
             self._granted = False
-        return [arrival.event for arrival in arrivals]
+        if not self._board.connected:
+            self._sieve.settle()
+            self._running = False
 
     def take(self) -> list[tuple[float, ...] | None]:
         """Return the samples since the last call, up to the newest; None is a missing one."""
@@ -165,10 +160,11 @@ class Logger:
 
     def end(self) -> None:
         """Pause the board, keep the samples that it sends until it confirms, and close its port."""
-        deadline = AWAKE.now_s() + LAST_FRAMES_S
-        self._board.send("pause")
-        while self._board.connected and AWAKE.now_s() < deadline:
-            if Acknowledgement("pause", "") in self.receive(LOOK_EVERY_S):
+        deadline_s = AWAKE.now_s() + LAST_FRAMES_S
+        self._board.want("pause")
+        while self._board.connected:
+            self._receive(LOOK_EVERY_S)
+            if not self._board.pending or AWAKE.now_s() > deadline_s:
                 break
         for piece in self._board.close():
             self.note_damaged(piece)
@@ -181,7 +177,7 @@ class Logger:
 
     def _command(self, now_s: float) -> str:
         """Return the command that the board needs now; empty if it needs none."""
-        silent = now_s - self._heard_s > SILENT_AFTER_S
+        silent = self._board.silent_s > SILENT_AFTER_S
         if silent or self._sieve.in_doubt or self._foreign:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._asked_s = now_s
@@ -191,14 +187,12 @@ class Logger:
             return "start"
         return ""
 
-    def _came_back(self) -> None:
+    def _come_back(self, identity: Identity, moment_s: float) -> None:
         """Restart the wait for a sample, because the board is connected again."""
-        self._connections, self.port = self._board.connections, self._board.port
-        self._heard_s = AWAKE.now_s()
         if not self._granted:  # only once, until a sample arrives
-            self._sampled_s = self._heard_s
+            self._sampled_s = AWAKE.now_s()
             self._granted = True
-        self._take_identity(self._board.identity, elapsed_s(), fresh=True)
+        self._take_identity(identity, moment_s, fresh=True)
 
     def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
         """Process the board's description of itself; `fresh` as in `Timeline.continues`."""

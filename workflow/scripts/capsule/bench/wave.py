@@ -10,7 +10,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
-from capsule.bench.protocol import Damaged, Position, Refusal
+from capsule.bench.protocol import Back, Damaged, Position, Refusal
 from capsule.bench.wave_phase import RUNNING, WavePhase
 from capsule.recordings.recording import TO_THE_END
 
@@ -66,16 +66,15 @@ class Drive:
 
     def __init__(self, board: Board, wave: Wave, log: FrameLog, restarts: int = 0) -> None:
         self._board, self._wave, self._log = board, wave, log
-        self._unleased = threading.Event()
+        # Set once no wave is wanted any more.
+        self._over = threading.Event()
         # Looks of the thread since the main thread last served the wave; no clock: a program that
         # was stopped (Ctrl-Z) does not hang.
         self._looks = 0
         self._asked_s = 0.0
-        self._heard_s = self._known_s = AWAKE.now_s()
+        self._known_s = AWAKE.now_s()
         self._left = False
-        self._wanted = True
         self._most_restarts, self._restarts = restarts, 0
-        self._connections = board.connections
         # Whether the program was stopped, and has not seen the wave since.
         self._unseen = False
         self._position: Position | None = None
@@ -120,10 +119,10 @@ class Drive:
         self._board.request("start")
         # A daemon: the lease must end with the program.
         threading.Thread(target=self._renew, name="lease", daemon=True).start()
-        self._heard_s = self._known_s = AWAKE.now_s()
+        self._known_s = AWAKE.now_s()
 
     def _renew(self) -> None:
-        while not self._unleased.wait(LOOK_EVERY_S):
+        while not self._over.wait(LOOK_EVERY_S):
             self.look()
 
     def look(self) -> None:
@@ -151,15 +150,10 @@ class Drive:
         if asks:
             self._asked_s = now_s
             self._board.send("position")
-        for arrival in self._board.events():
+        for arrival in self._board.read():
             self._take(arrival)
         if asks:
             self._asked_at = recorded_s
-        if self._board.connections > self._connections:
-            self._connections = self._board.connections
-            self.phase.begin_anew()
-            self._check_seen()
-            self._run_again("is back")
         self.fault = self._fault()
 
     def note_pause(self) -> None:
@@ -168,26 +162,23 @@ class Drive:
 
     def stop(self) -> None:
         """Command the board to stop the wave, and return at once."""
-        if self._wanted:
-            self._wanted = False
-            self._unleased.set()
+        if not self._over.is_set():
+            self._over.set()
             self._board.want(f"ramp,{STEEPEST_MM_S2}", "stop")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
         """Return the error that ends the survey; None if it can continue."""
-        now_s = AWAKE.now_s()
         if self._restarts > self._most_restarts:
             return AcquisitionError(
                 f"the wave stopped {self._restarts} times, and was started again "
                 f"{self._most_restarts} times: the peristalsis board at {self._board.port} was "
                 "reset or unplugged again and again; check its supply and its cable"
             )
-        if self._wanted and now_s - self._heard_s > patience_s:
-            return BoardLostError(
-                f"the peristalsis board at {self._board.port} has sent nothing for "
-                f"{patience_s:.0f} s (--patience)"
-            )
-        if self._wanted and now_s - self._known_s > patience_s:
+        if self._over.is_set():
+            return None
+        if lost := self._board.loss(patience_s):
+            return lost
+        if AWAKE.now_s() - self._known_s > patience_s:
             return BoardLostError(
                 f"the phase of the wave has not been known for {patience_s:.0f} s (--patience): "
                 "the peristalsis board was reset and has no index switch, or its motor is blocked"
@@ -201,8 +192,8 @@ class Drive:
         """
         if self._left:
             return ""
-        self._left, self._wanted = True, False
-        self._unleased.set()
+        self._left = True
+        self._over.set()
         try:
             self._look_once_more()
             self._board.request("stop")
@@ -219,16 +210,20 @@ class Drive:
         match arrival.event:
             case Position() as position:
                 self._note_position(position, arrival.moment_s)
+            case Back():
+                self.phase.begin_anew()
+                self._check_seen()
+                self._run_again("is back")
             case Damaged() as piece:
                 self._log.damaged(piece)
             case Refusal(command=command, reason=reason):
                 self._log.note(f"the peristalsis board refuses {command!r}: {reason}")
 
     def _note_position(self, position: Position, arrived_s: float) -> None:
-        self._heard_s, self._position = AWAKE.now_s(), position
+        self._position = position
         continues = self.phase.note(position, arrived_s)
         if self.phase.known:
-            self._known_s = self._heard_s
+            self._known_s = AWAKE.now_s()
         runs = position.state == RUNNING
         if runs:
             # The answer may have lain in the port; when it was asked for, the wave ran.
@@ -243,7 +238,7 @@ class Drive:
 
     def _check_seen(self) -> None:
         """Raise an error if the wave has stopped while nobody watched: a person must start it."""
-        if self._wanted and self._unseen:
+        if self._unseen and not self._over.is_set():
             raise AcquisitionError(
                 "this program was stopped for a moment, and no wave runs any more; look at the "
                 "bench, then continue the session: capsule survey --resume"
@@ -251,7 +246,7 @@ class Drive:
 
     def _run_again(self, because: str) -> None:
         """Start the wave again, but not for ever."""
-        if not self._wanted or self._restarts > self._most_restarts:
+        if self._over.is_set() or self._restarts > self._most_restarts:
             return
         self._restarts += 1
         if self._restarts <= self._most_restarts:
@@ -266,7 +261,7 @@ class Drive:
         board = f"the peristalsis board at {self._board.port}"
         if not self._board.connected:
             return f"{board} was unplugged, so no wave runs"
-        if AWAKE.now_s() - self._heard_s > SILENT_AFTER_S:
+        if self._board.silent_s > SILENT_AFTER_S:
             return f"{board} does not answer; check whether the wave still runs"
         if self._position is not None and self._position.state != RUNNING:
             return (
@@ -282,6 +277,6 @@ class Drive:
         self._board.send("position")
         deadline = time.monotonic() + LAST_LOOK_S
         while self._position is None and time.monotonic() < deadline:
-            for arrival in self._board.events(READ_TIMEOUT_S):
+            for arrival in self._board.read(READ_TIMEOUT_S):
                 self._take(arrival)
         self.fault = self._fault() or self.fault
