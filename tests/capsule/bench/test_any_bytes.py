@@ -1,5 +1,6 @@
 """The recorder's core against any bytes on the serial line."""
 
+import contextlib
 import itertools
 import tempfile
 from pathlib import Path
@@ -9,7 +10,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from capsule.bench import growing_file
-from capsule.bench.bench_errors import BoardLostError
+from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.protocol import Sample, decode, encode
 from capsule.bench.timeline import steps_between
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
@@ -38,10 +39,8 @@ def ends(bench, script):
     for step_s, content in script:
         now_s += step_s
         timed.append((now_s, content))
-    try:
+    with contextlib.suppress(AcquisitionError):
         bench.run(timed)
-    except BoardLostError as reason:
-        return str(reason)
     return bench.recorder.state.ended
 
 

@@ -5,6 +5,7 @@ import re
 import socket
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import pytest
 
@@ -114,7 +115,7 @@ def test_when_there_are_too_many_the_oldest_goes(page, state):
 # Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
 def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, monkeypatch, capfd):
     bench = ScriptedBench(tmp_path, monkeypatch)
-    bench.recorder.beside.add("its live page", lambda: page.show(bench.recorder.state))
+    bench.recorder.loop.add("its live page", lambda: page.show(bench.recorder.state))
     address = ("127.0.0.1", int(page.host.split(":")[1]))
     dead = [Listener(page) for _ in range(2)]  # they never read an event
 
@@ -159,8 +160,8 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         browser.visit(page.address)
         assert browser.texts("#banner") == ["waiting for the first sample"]
         state.faults = ["no wave runs: end the recording, and record anew"]
-        state.scores = [{"detector": "diagonal", "score": 0.5, "threshold": 0.2, "verdict": "x"}]
-        state.advice = "enough: nodule"
+        scores = [{"detector": "diagonal", "score": 0.5, "threshold": 0.2, "verdict": "x"}]
+        state.judgement = SimpleNamespace(scores=scores, advice="enough: nodule")
         page.show(state)
         browser.wait_until("return document.querySelectorAll('#sensors canvas').length === 4")
         assert browser.texts("#banner") == state.faults

@@ -81,7 +81,7 @@ def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
 def test_a_recording_started_with_its_first_sample(bench):
     # Read together, 9 s after the first one was taken.
     bench.run([(30.0, sample_frame(0)), (39.0, b"".join(map(sample_frame, range(1, 91))))])
-    with bench.part.path.open("rb") as stream:
+    with bench.path.open("rb") as stream:
         started = datetime.fromisoformat(read_recording(stream, 4).header["started"])
     assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
 
@@ -208,10 +208,10 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
         raise ZeroDivisionError("by a bug")
 
     for what in ("verdicts", "its display"):
-        bench.recorder.beside.add(what, fail)
+        bench.recorder.loop.add(what, fail)
     bench.run(samples(0, 60))
     assert bench.numbers() == list(range(60))
-    bench.recorder.beside.attempt("the check at its end", fail)
+    bench.recorder.loop.attempt("the check at its end", fail)
     warnings = capsys.readouterr().err.splitlines()
     named = ["verdicts", "its display", "the check at its end"]
     assert warnings == [

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from capsule.bench import beside
+from capsule.bench import loop
 from capsule.bench.state import State
 from capsule.bench.terminal import WAITING_TEXTS, PatientOutput, Terminal, state_lines
 
@@ -26,7 +26,8 @@ class Screen(io.StringIO):
 def state():
     shown = State(0.1, samples=754, missing=12, gaps=2, damaged=3, wave="wave 80 mm")
     shown.recent.extend([(10, 500, 512, 1000), None, (12, 510, 512, 20)])
-    shown.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+    verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+    shown.judgement = SimpleNamespace(lines_so_far=lambda: verdicts)
     return shown
 
 
@@ -67,7 +68,9 @@ def test_a_log_file_gets_plain_lines_now_and_then(state):
     terminal = Terminal(stream)
     terminal.show(state)
     terminal.show(STATE)
-    assert stream.getvalue().splitlines() == [state.summary(), *state.verdicts]
+    state.ended = "Ctrl-C"
+    terminal.show(state)
+    assert stream.getvalue().splitlines() == [state.summary(), *state.judgement.lines_so_far()]
     assert terminal.every_s > 1
 
 
@@ -143,26 +146,31 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
 # Kills: a display that is drawn at each sample, or never again.
 def test_what_is_seen_is_shown_seldom_and_what_is_sent_each_time(monkeypatch):
     now_s, done = [100.0], []
-    monkeypatch.setattr(beside, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
-    made = beside.Beside("the survey", print)
+    monkeypatch.setattr(loop, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    state = State(0.1)
+    made = loop.Loop("the survey", state, None)
     made.add("its display", lambda: done.append("shown"), 0.25)
     made.add("its stream", lambda: done.append("sent"))
-    for _ in range(10):
-        made.attempt_due()
+
+    def look():
         now_s[0] += 0.0625
-    assert done.count("sent") == 10
-    assert done.count("shown") == 3
+        return "Ctrl-C" if len(done) > 11 else ""
+
+    made.go_on(look)
+    assert (done.count("sent"), done.count("shown"), state.ended) == (10, 3, "Ctrl-C")
+    made.show()
+    assert done[-1] == "shown"
 
 
 # Kills: a terminal that takes no output, or is closed, and holds a recording up.
 @pytest.mark.parametrize("closed", [False, True])
 def test_output_that_nobody_takes_holds_nothing_up(closed):
     ours, theirs = os.pipe()
-    output = PatientOutput(theirs, "utf-8")
+    output = PatientOutput(theirs)
     if closed:
         os.close(ours)
     for _ in range(2 * WAITING_TEXTS):
-        assert output.write(1000 * "x") == 1000
+        assert output.write(1000 * b"x") == 1000
     if not closed:
         os.close(ours)
     output.finish()

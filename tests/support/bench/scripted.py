@@ -118,14 +118,18 @@ class ScriptedBench:
         """Run the recorder over a script: pairs of a time and the bytes that arrive then."""
         self._script = iter(script)
         try:
-            self.recorder.run()
+            self.recorder.archive()
         finally:
-            self.part.close()
             self.log.close()
 
+    @property
+    def path(self) -> Path:
+        """The file of the recording: with its final name, if it has got one."""
+        return self.part.final if self.part.final.exists() else self.part.path
+
     def rows(self) -> list[list[str]]:
-        """Read the cells of the lines of samples on disk."""
-        lines = self.part.path.read_text(encoding="utf-8").splitlines()
+        """Read the cells of the lines of samples on disk; none without a file."""
+        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
         return [line.split(",") for line in lines if line[0].isdigit()]
 
     def numbers(self) -> list[int]:

@@ -256,8 +256,6 @@ class Logger:
         self.state.add(counts)
 
     def _note_gap(self, slot: Slot) -> None:
-        self.state.gaps += 1
-        self.state.missing += slot.missing
         clock = "this computer's clock" if slot.by_computer_clock else "the board's clock"
         start_s = (slot.index - slot.missing) * self.state.period_s
         self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")

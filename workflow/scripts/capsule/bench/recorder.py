@@ -9,17 +9,16 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
-from capsule.bench.beside import Beside
 from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.identification import connect
 from capsule.bench.line import BAUD
-from capsule.bench.live import SHOW_EVERY_S, LivePage, opened_page
+from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import (
     LOOK_EVERY_S,
     SILENT_AFTER_S,
@@ -28,11 +27,13 @@ from capsule.bench.logger import (
     check_fits,
     moment_text,
 )
+from capsule.bench.loop import Loop
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_settings
 from capsule.errors import RecordingError
+from capsule.kinds import Settings
 from capsule.recordings.acceptance import no_evidence_after, readings_of
 from capsule.recordings.names import UNLABELLED
 from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample, read_recording
@@ -73,7 +74,8 @@ class Recorder:
         self.header, self._log = header, log
         self._patience_s, self._stop, self._drive = patience_s, stop, drive
         self.state = source.state
-        self.beside = Beside("the recording", log.note)
+        self.loop = Loop("the recording", self.state, log)
+        self._trouble: AcquisitionError | None = None
         self._begun_s = elapsed_s()
         self._dated = False
 
@@ -87,16 +89,21 @@ class Recorder:
         AcquisitionError
             The wave does not start, samples cannot be written, or there is none.
         """
-        part, lost = self._part, None
+        part = self._part
         try:
-            if self._drive and not self._stop.reason:
-                self._drive.start()
             try:
-                self.run()
+                if self._drive and not self._stop.reason:
+                    self._drive.start()
+                self.loop.go_on(self._look)
+                self._source.end()
             finally:
-                _stop(self._drive)  # before the files: a disk can be slow
-        except BoardLostError as reason:
-            self.state.ended, lost = str(reason), reason
+                leave(self._drive)  # before the files: a disk can be slow
+            self._write()
+            self._note_wave()
+            self._log.note(f"ended: {self.state.ended}")
+            if not self.state.samples:
+                none = "the run ended before the first sample; nothing is archived"
+                raise self._trouble or AcquisitionError(none)
         except AcquisitionError:
             with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
                 self._write()
@@ -105,40 +112,24 @@ class Recorder:
             else:
                 part.discard()
             raise
-        self._write()
-        self._note_wave()
-        self._log.note(f"ended: {self.state.ended}")
-        if not self.state.samples:
-            part.discard()
-            none = AcquisitionError("the run ended before the first sample; nothing is archived")
-            raise lost or none
         part.finish()
-        if lost:
-            raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
+        if self._trouble:
+            kept = f"the samples before that are archived in {part.final}"
+            raise BoardLostError(f"{self._trouble}; {kept}")
 
-    def run(self) -> None:
-        """Record until a limit, a request or an error ends it; the state then has the reason.
-
-        Raises
-        ------
-        BoardLostError
-            No sample came within the patience; the samples before that are in the file.
-        AcquisitionError
-            Samples cannot be written.
-        """
-        while not self.state.ended:
-            # Read first: samples that came while this program was stopped are in the port.
-            self._source.serve(LOOK_EVERY_S)
-            self._check_patience()
-            self._date()
-            self._write()
-            self._part.sync()
-            self._serve_wave()
-            self._note_faults()
-            self.beside.attempt_due()
-            self.state.ended = self._completed() or self._stop.reason
-        self._source.end()
+    def _look(self) -> str:
+        """Read and write what is new, and serve the wave; return why the recording ends."""
+        # Read first: samples that came while this program was stopped are in the port.
+        self._source.serve(LOOK_EVERY_S)
+        self._date()
         self._write()
+        self._part.sync()
+        if self._drive:
+            self._drive.serve(self.state.samples * self.state.period_s)
+            self.state.wave = self._drive.summary()
+            self._note_wave()
+        self._note_faults()
+        return self._why_over()
 
     def _write(self) -> None:
         """Write the new samples to the file."""
@@ -165,13 +156,6 @@ class Recorder:
         self.header[key] = value
         self._part.amend(head_of(self.header, self._source.sensors))
 
-    def _serve_wave(self) -> None:
-        """Renew the lease of the wave."""
-        if self._drive:
-            self._drive.serve(self.state.samples * self.state.period_s)
-            self.state.wave = self._drive.summary()
-            self._note_wave()
-
     def _note_faults(self) -> None:
         """Show what is wrong now and what to do, the worst first; warn once of what lasts."""
         longest, too_long = self.state.longest, ""
@@ -193,27 +177,24 @@ class Recorder:
             self._amend(WAVE_UNTIL, until)
             self._log.note(f"the wave runs until {until} (s of the recording)")
 
-    def _completed(self) -> str:
-        if not self._source.complete:
-            return ""
-        if self._source.at_end and self.state.samples <= AT_ONCE:
+    def _why_over(self) -> str:
+        """Return why the recording ends; empty if it goes on."""
+        if self._source.complete and not self._source.at_end:
+            return "--duration is over"
+        if self._source.complete and self.state.samples > AT_ONCE:
+            return "the capsule reached the end stop"
+        if self._source.complete:
             return (
                 "the end stop was pressed from the start: its wire is broken, or there is none, "
                 "and D2 is not connected to GND (docs/bench.md)"
             )
-        if self._source.at_end:
-            return "the capsule reached the end stop"
-        return "--duration is over"
-
-    def _check_patience(self) -> None:
-        """Raise an error if no sample came for too long."""
-        if self._source.complete or self._stop.reason:
-            return
-        trouble = self._source.trouble(self._patience_s)
+        if self._stop.reason:
+            return self._stop.reason
+        self._trouble = self._source.trouble(self._patience_s)
         if elapsed_s() - self._begun_s > (self.state.end_s or math.inf):
-            trouble = trouble or self._source.trouble(SILENT_AFTER_S, "--duration is over")
-        if trouble:
-            raise trouble
+            over = self._source.trouble(SILENT_AFTER_S, "--duration is over")
+            self._trouble = self._trouble or over
+        return str(self._trouble or "")
 
 
 #: Returns the detectors, None while they still learn; if True is given, it waits for them.
@@ -249,7 +230,7 @@ def record(
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         at_end.callback(log.close)
         drive = connected_drive(options.drive, wave, log) if options.drive else None
-        at_end.callback(_stop, drive)
+        at_end.callback(leave, drive)
         if options.live and page is None:
             page = at_end.enter_context(opened_page())
         board = played or _source(options, settings, log)
@@ -266,32 +247,29 @@ def record(
         part = GrowingFile(final, head_of(header, source.sensors), tell=terminal.note)
         log.note(f"logger at {source.port}: {json.dumps(header)}")
         terminal.note(f"recording {final} from {source.port}; Ctrl-C ends it")
-        recorder = Recorder(source, part, header, log, options.patience, stop, drive)
-        state = recorder.state
+        state = source.state
         state.title = f"{folder}/{name}{', simulated' if played else ''}"
         state.longest = settings["preprocessing"]["length"]
         if options.duration:
             state.end_s = round(options.duration * source.rate_hz) / source.rate_hz
-        beside = recorder.beside
+        recorder = Recorder(source, part, header, log, options.patience, stop, drive)
+        loop = recorder.loop
         if outlet:
-            beside.add("its stream", partial(outlet.send, state))
+            loop.add("its stream", partial(outlet.send, state))
         if learned:
-            judge = partial(_judge_so_far, learned, source, header)
-            beside.add("verdicts", judge, JUDGE_EVERY_S)
-        beside.add("its display", partial(terminal.show, state), terminal.every_s)
-        if page:
-            beside.add("its live page", partial(page.show, state), SHOW_EVERY_S)
+            judge = partial(_judge_so_far, learned, settings, source, header)
+            loop.add("verdicts", judge, JUDGE_EVERY_S)
+        loop.show_on(terminal, page)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
         recorder.archive()
         state.wave = drive.summary() if drive else ""
-        if page:
-            beside.attempt("its live page", partial(page.show, state))
+        loop.show()
         terminal.note(f"ended: {state.ended}")
         if state.damaged:
             terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
         terminal.note(f"archived {part.final}: {state.summary()}")
         final_check = partial(_check, part.final, settings, learned, terminal.note)
-        beside.attempt("the check at its end", final_check)
+        loop.attempt("the check at its end", final_check)
     return part.final
 
 
@@ -323,7 +301,7 @@ def _tell_of_unfinished(raw: Path) -> None:
         )
 
 
-def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> Learned:
+def _detectors(options: argparse.Namespace, settings: Settings) -> Learned:
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
     from capsule.judging.verdict import FinalVerdict, note_of_change  # only if they are used
 
@@ -334,7 +312,7 @@ def _detectors(options: argparse.Namespace, settings: dict[str, Any]) -> Learned
     return lambda wait: final
 
 
-def _source(options: argparse.Namespace, settings: dict[str, Any], log: FrameLog) -> Board | Source:
+def _source(options: argparse.Namespace, settings: Settings, log: FrameLog) -> Board | Source:
     """Return the logger that the options name, or the stream in its place."""
     if options.stream_in:
         rules, named = settings["recording"], options.stream_channels
@@ -355,23 +333,27 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     return drive
 
 
-def _judge_so_far(learned: "Learned", source: Logger, header: Mapping[str, str]) -> None:
+def _judge_so_far(
+    learned: "Learned", settings: Settings, source: Logger, header: Mapping[str, str]
+) -> None:
     """Judge the recording so far, once the detectors have learned."""
-    source.state.advice = "the detectors still learn"
+    from capsule.judging.verdict import Judgement  # only if they are used
+
     if final := learned(False):
-        judgement, state = final.judge_so_far(source.samples, header), source.state
-        state.verdicts, state.scores = judgement.lines_so_far(), judgement.scores
-        state.advice = judgement.advice
+        source.state.judgement = final.judge_so_far(source.samples, header)
+    else:
+        source.state.judgement = Judgement(settings, waits="the detectors still learn")
 
 
-def _stop(drive: Drive | None) -> None:
+def leave(drive: Drive | None) -> None:
+    """Stop the wave, and warn if its board does not obey."""
     if drive and (warning := drive.leave()):
         print(warning, file=sys.stderr)
 
 
 def _check(
     recording: Path,
-    settings: dict[str, Any],
+    settings: Settings,
     learned: "Learned | None",
     tell: Callable[[str], None],
 ) -> None:

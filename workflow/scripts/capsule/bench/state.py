@@ -2,14 +2,17 @@
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from capsule.arrays import plain
 from capsule.survey.cycle import STATES
+
+if TYPE_CHECKING:
+    from capsule.judging.verdict import Judgement
 
 KEPT = 600
 # The terminal draws less than this share of the full scale as flat, and the remarks call it flat.
@@ -22,82 +25,34 @@ _LEAST_SAMPLES = 100
 
 @dataclass
 class State:
-    """The state of a recording or a survey; the program writes it, terminal and page show it.
+    """The state of a recording or a survey; the program writes it, terminal and page show it."""
 
-    Attributes
-    ----------
-    period_s : float
-        Seconds between samples.
-    title : str
-        Name of the recording or the survey.
-    full_scale : float
-        The largest reading.
-    end_s : float
-        Time in seconds at which the recording ends by itself; 0 if it does not.
-    longest : float
-        Number of samples beyond which the workflow will reject the recording.
-    samples : int
-        Number of samples so far, missing samples included.
-    missing, gaps, damaged : int
-        Numbers of missing samples, of gaps, and of damaged frames.
-    recent : deque of tuple of float, or None
-        The last samples; None is a missing one.
-    wave : str
-        Position and speed of the wave; empty without a peristalsis board.
-    faults : list of str
-        What is wrong now and what to do, the worst first.
-    verdicts : list of str
-        Lines with the detectors' verdicts so far; empty without detectors.
-    scores : list of dict
-        ``detector``, ``score``, ``threshold`` and ``verdict`` of each detector.
-    advice : str
-        What to do after these verdicts; empty without detectors.
-    ended : str
-        Why the recording has ended; empty while it goes on.
-    doing : str
-        One of `capsule.survey.cycle.STATES`; empty if this is no survey.
-    following, origami : str
-        The survey's next action, and the state of the origami, its thread and its motor.
-    away_s : float
-        Time in seconds for which a survey was interrupted; the pilot's clock does not count it.
-    head_mm : float
-        Last known position of the capsule's head; NaN before the first.
-    head_known : bool
-        Whether this is the present position.
-    score, threshold : float
-        Score and threshold of a survey's newest judgement; the score is NaN if there is none.
-    length_mm : float
-        Length of the gut; infinite if unknown.
-    places : sequence of (int, str, float, str)
-        Number, status, position in mm and size in words of each suspected place. The status is
-        empty while the place is not decided.
-    """
-
-    period_s: float
-    title: str = ""
-    full_scale: float = 1023.0
-    end_s: float = 0.0
-    longest: float = math.inf
-    samples: int = 0
+    period_s: float  # between samples
+    title: str = ""  # name of the recording or the survey
+    full_scale: float = 1023.0  # the largest reading
+    end_s: float = 0.0  # when the recording ends by itself; 0 if it does not
+    longest: float = math.inf  # the workflow will reject a recording of more samples
+    samples: int = 0  # so far, missing ones included
     missing: int = 0
     gaps: int = 0
-    damaged: int = 0
+    damaged: int = 0  # frames
+    # The last samples; None is a missing one.
     recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
-    wave: str = ""
-    faults: list[str] = field(default_factory=list)
-    verdicts: list[str] = field(default_factory=list)
-    scores: Sequence[Mapping[str, Any]] = ()
-    advice: str = ""
-    ended: str = ""
-    doing: str = ""
-    following: str = ""
-    origami: str = ""
+    wave: str = ""  # its position and speed; empty without a peristalsis board
+    faults: list[str] = field(default_factory=list)  # and what to do, the worst first
+    judgement: "Judgement | None" = None  # what detectors say of the recording so far
+    ended: str = ""  # why; empty while it goes on
+    # Of a survey; the pilot's clock does not count the time for which it was interrupted.
+    doing: str = ""  # one of `capsule.survey.cycle.STATES`; empty if this is no survey
+    following: str = ""  # the next action
+    origami: str = ""  # state of origami, thread and motor
     away_s: float = 0.0
-    head_mm: float = math.nan
-    head_known: bool = False
-    score: float = math.nan
+    head_mm: float = math.nan  # last known position of the capsule's head
+    head_known: bool = False  # whether this is the present position
+    score: float = math.nan  # of the newest judgement; NaN if it had none
     threshold: float = math.nan
-    length_mm: float = math.inf
+    length_mm: float = math.inf  # of the gut; infinite if unknown
+    # Number, status (empty while undecided), position in mm and size in words of each place.
     places: Sequence[tuple[int, str, float, str]] = ()
 
     @property
@@ -108,6 +63,9 @@ class State:
     def add(self, sample: tuple[float, ...] | None) -> None:
         """Add the next sample; None is a missing one."""
         self.samples += 1
+        if sample is None:
+            self.missing += 1
+            self.gaps += not self.recent or self.recent[-1] is not None
         self.recent.append(sample)
 
     def summary(self) -> str:
@@ -139,8 +97,10 @@ class State:
 
     def as_values(self) -> object:
         """Return what the live page shows besides the samples, as values of JSON."""
-        values = {name: value for name, value in vars(self).items() if name != "recent"}
-        values |= {"time": _minutes(self.time_s), "left": self.left()}
+        values = vars(self) | {"time": _minutes(self.time_s), "left": self.left()}
+        values |= {"advice": self.judgement.advice if self.judgement else ""}
+        values |= {"scores": self.judgement.scores if self.judgement else []}
+        del values["recent"], values["judgement"]
         values["remarks"] = sensor_remarks(list(self.recent), self.full_scale)
         values["doing"] = STATES.get(self.doing, "")
         return plain(values)

@@ -108,13 +108,15 @@ class BoardBench:
         elif command != cycles.FOLD or not self._stop.reason:
             self._fold.command(command)
 
-    def _look_whether_it_goes_on(self) -> None:
-        """Stop the wave at a request to stop; raise an error after a long pause.
+    def read(self, samples: int) -> Readings | None:
+        """Look at the boards; return the next samples once they are there, or late and missing.
 
         Raises
         ------
+        KeyboardInterrupt
+            Ctrl-C came before the first sample.
         AcquisitionError
-            The program was stopped for so long that the boards' leases have ended.
+            The first sample did not arrive, or the program was stopped for longer than the leases.
         """
         if paused_s := AWAKE.pause_s():
             self._drive.note_pause()
@@ -124,39 +126,14 @@ class BoardBench:
                     "the wave and unfolded the origami by themselves; look at the bench, then "
                     "continue the session: capsule survey --resume"
                 )
-        if self._stop.reason:
-            self._drive.stop()
-
-    def read(self, samples: int) -> Readings:
-        """Wait for the next samples; a late sample is missing.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            Ctrl-C came before the first sample.
-        AcquisitionError
-            The first sample did not arrive, or the program was stopped for longer than the leases.
-        """
-        self._look_whether_it_goes_on()
-        while not self._has(samples):
-            self._look_whether_it_goes_on()
-            if self._read == 0 and self._stop.reason:
-                raise KeyboardInterrupt
-            self._fold.serve()
-            self._drive.serve()
-            self._logger.serve(LOOK_EVERY_S)
-            if self._read == 0 and (trouble := self.trouble):
-                raise trouble
-        columns, self._columns = self._columns[:samples], self._columns[samples:]
-        values = np.full((self._logger.sensors, samples), np.nan)
-        for number, column in enumerate(columns):
-            if column is not None:
-                values[:, number] = column
-        numbers = self._read + np.arange(float(samples))
-        self._read += samples
-        # Rounded as in the file: a resumed pilot must decide the same from the stored values.
-        wave_mm = np.round(self._drive.phase.at(self._moments_s(numbers)), 2)
-        return Readings(values, wave_mm, self._fold.state)
+        if self._read == 0 and self._stop.reason:
+            raise KeyboardInterrupt
+        self._fold.serve()
+        self._drive.serve()
+        self._logger.serve(LOOK_EVERY_S)
+        if self._read == 0 and (trouble := self.trouble):
+            raise trouble
+        return self._next(samples) if self._has(samples) else None
 
     def _has(self, samples: int) -> bool:
         """Return whether so many samples have arrived, or the last of them is late."""
@@ -168,6 +145,18 @@ class BoardBench:
             return True
         last = np.array([self._read + samples - 1.0])
         return self._logger.received > 0 and elapsed_s() > self._moments_s(last)[0] + LATE_S
+
+    def _next(self, samples: int) -> Readings:
+        columns, self._columns = self._columns[:samples], self._columns[samples:]
+        values = np.full((self._logger.sensors, samples), np.nan)
+        for number, column in enumerate(columns):
+            if column is not None:
+                values[:, number] = column
+        numbers = self._read + np.arange(float(samples))
+        self._read += samples
+        # Rounded as in the file: a resumed pilot must decide the same from the stored values.
+        wave_mm = np.round(self._drive.phase.at(self._moments_s(numbers)), 2)
+        return Readings(values, wave_mm, self._fold.state)
 
     def _moments_s(self, numbers: FloatArray) -> FloatArray:
         """Return the times of samples, past or future, by the computer's clock."""

@@ -14,10 +14,10 @@ import numpy as np
 from capsule import words
 from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.beside import Beside
 from capsule.bench.clock import StopRequest
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import moment_text
+from capsule.bench.loop import Loop
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
@@ -65,16 +65,15 @@ class SurveyRun:
         resumed, raw = options.resume is not None, about["raw"] and Path(about["raw"])
         self.disk = SessionFolder(options.out, about, sensors, resumed=resumed, raw=raw)
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
-        self._terminal = Terminal(sys.stdout)
-        self.log = FrameLog(options.out / BOARDS_LOG)
-        self.beside = Beside("the survey", self.log.note)
-        show = partial(self._terminal.show, self.state)
-        self.beside.add("its display", show, self._terminal.every_s)
+        self.terminal = Terminal(sys.stdout)
+        self.log = FrameLog(options.out / BOARDS_LOG, self.terminal.note)
+        self.loop = Loop("the survey", self.state, self.log)
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
         self._repeating = False
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
+        self._begun: datetime | None = None
         self.trouble: AcquisitionError | None = None
 
     @property
@@ -83,24 +82,26 @@ class SurveyRun:
         return bool(self._heard)
 
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
-        """Run the survey to its end."""
+        """Run the survey to its end; one that was interrupted has `begun` before."""
+        self._begun = begun
+        self.loop.go_on(partial(self._look, bench, stop))
+        self.loop.show()
+        self.terminal.leave()
+        self._write_places()
+
+    def _look(self, bench: Bench, stop: StopRequest) -> str:
+        """Read, decide and write; return why the survey has ended."""
         pilot = self.pilot
-        while not pilot.cycle.over:
-            for event, reason in self._outside(bench, stop):
-                self._obey(bench, pilot.tell(event, reason))
-            readings = bench.read(pilot.every)
-            if begun is not None:
-                self._obey(bench, self._interrupt(begun))
-                begun = None
+        if event := self._outside(bench, stop):
+            self._obey(bench, pilot.tell(*event))
+        readings = bench.read(pilot.every)
+        if readings is not None:
+            self._obey(bench, self._interrupt())
             self._obey(bench, self._take(readings))
-            self.disk.keep()
-            self.disk.note_index(bench.index_mm)
-            self._note_state(bench)
-            self.beside.attempt_due()
-        self.state.ended = pilot.log[-1].reason
-        self.beside.attempt("the end of its display", partial(self._terminal.show, self.state))
-        self._terminal.leave()
-        self.disk.write_places([self._row(place) for place in pilot.suspects.places])
+        self.disk.keep()
+        self.disk.note_index(bench.index_mm)
+        self._note_state(bench)
+        return pilot.log[-1].reason if pilot.cycle.over else ""
 
     def repeat(self, judged: Sequence[tuple[Readings, float]], told: Mapping[int, Event]) -> None:
         """Repeat what `read_stored` returns, so that the pilot has its former state.
@@ -121,22 +122,23 @@ class SurveyRun:
         self._repeating = False
         self.disk.go_on()
 
-    def _outside(self, bench: Bench, stop: StopRequest) -> list[tuple[str, str]]:
-        """Return events that no reading shows, with their reasons."""
+    def _outside(self, bench: Bench, stop: StopRequest) -> tuple[str, str] | None:
+        """Return an event that no reading shows, with its reason; None if there is none."""
         if self.pilot.cycle.state == "closing":
-            return []
+            return None
         if self.trouble is None and (trouble := bench.trouble):
             self.trouble = trouble
-            return [("fault", str(trouble))]
+            return "fault", str(trouble)
         if stop.reason:
-            return [("stopped", stop.reason)]
+            return "stopped", stop.reason
         if bench.at_end or self.pilot.sensing.position_mm >= self._length_mm:
-            return [("gut_ended", "the end of the gut")]
-        return []
+            return "gut_ended", "the end of the gut"
+        return None
 
-    def _interrupt(self, begun: datetime) -> tuple[str, ...]:
-        """Record the interruption: let the pilot judge missing readings in its place."""
-        if not self._heard:
+    def _interrupt(self) -> tuple[str, ...]:
+        """Record an interruption once: let the pilot judge missing readings in its place."""
+        begun, self._begun = self._begun, None
+        if begun is None:
             return ()
         # The bench has already read the first samples after the interruption.
         unread_s = (2 * self.pilot.every) / self._rate_hz
@@ -150,9 +152,7 @@ class SurveyRun:
         time_s = self._times_s(len(self._heard), readings.wave_mm.size) + self.state.away_s
         self._heard.append(readings)
         for column in readings.values.T:
-            missing = bool(np.isnan(column).all())
-            self.state.missing += missing
-            self.state.add(None if missing else tuple(column.tolist()))
+            self.state.add(None if np.isnan(column).all() else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
         suspects = self.pilot.suspects
         self.disk.add_readings(
@@ -191,24 +191,21 @@ class SurveyRun:
 
     def _note_events(self) -> None:
         """Write the new events, and store the passes that are complete."""
-        events = self.pilot.log[self._told :]
+        events = [
+            replace(event, time_s=round(event.time_s + self.state.away_s, 3))
+            for event in self.pilot.log[self._told :]
+        ]
         self._told = len(self.pilot.log)
-        if self.state.away_s:
-            events = [
-                replace(event, time_s=round(event.time_s + self.state.away_s, 3))
-                for event in events
-            ]
         self.disk.add_events(events)
         for event in events:
-            if not self._repeating and not self._terminal.redraws:
+            if not self._repeating and not self.terminal.redraws:
                 at = f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm"
-                self._terminal.note(f"{at}  {event.after:<11} {event.reason}")
+                self.terminal.note(f"{at}  {event.after:<11} {event.reason}")
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":
                 self._keep_pass()
-                places = self.pilot.suspects.places
-                self.disk.write_places([self._row(place) for place in places])
+                self._write_places()
 
     def _keep_pass(self) -> None:
         """Store the pass that has just ended as a recording."""
@@ -232,12 +229,14 @@ class SurveyRun:
         recording = Recording(np.round(time_s - time_s[0], 6), values, header)
         passes.append((self.disk.add_recording(name, recording), values))
 
+    def _write_places(self) -> None:
+        self.disk.write_places([self._row(place) for place in self.pilot.suspects.places])
+
     def _row(self, place: Place) -> StoredPlace:
         passes = self._passes.get(place.number, [])
-        kind = self._sizes.familiarity([values for _, values in passes])
-        size = (float("nan"), float("nan"), float("nan"))
-        if place.status == "confirmed":
-            size = self._sizes.of([values for _, values in passes])
+        values = [readings for _, readings in passes]
+        kind = self._sizes.familiarity(values).cells
+        size = self._sizes.of(values if place.status == "confirmed" else [])
         heights = [height for height in place.heights if not np.isnan(height)]
         row = StoredPlace(
             place=place.number,
@@ -252,10 +251,10 @@ class SurveyRun:
             height=float(np.mean(heights)) if heights else float("nan"),
             threshold=place.threshold,
             recordings=" ".join(name for name, _ in passes),
-            familiar=str(kind.cells["familiar"]),
-            unfamiliar_because=because(kind.cells),
+            familiar=str(kind["familiar"]),
+            unfamiliar_because=because(kind),
         )
-        said = [unlike(kind.cells), row.size if words.is_known(row.size_mm) else ""]
+        said = [unlike(kind), row.size if words.is_known(row.size_mm) else ""]
         self._size_words[place.number] = "; ".join(filter(None, said))
         return row
 

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, Surv
 from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
-from capsule.bench.live import SHOW_EVERY_S, opened_page
+from capsule.bench.live import opened_page
 from capsule.bench.logger import check_fits, moment_text
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import INDEX, check_new, read_about, read_stored
@@ -148,23 +147,18 @@ def _lead(run: SurveyRun, bench: BoardBench, stop: StopRequest, begun: str) -> N
 
 @contextlib.contextmanager
 def _completed(run: SurveyRun, options: argparse.Namespace) -> Iterator[None]:
-    """Show the survey in a live page if the options say so, and complete its files at the end."""
+    """Show the survey while it runs, and complete its files at the end."""
     try:
-        with contextlib.ExitStack() as at_end:
-            if options.live:
-                page = at_end.enter_context(opened_page())
-                run.beside.add("its live page", partial(page.show, run.state), SHOW_EVERY_S)
+        with opened_page() if options.live else contextlib.nullcontext() as page:
+            run.loop.show_on(run.terminal, page)
             yield
-            if options.live:
-                run.beside.attempt("its live page", partial(page.show, run.state))
     except BaseException:
-        run.log.close()
         if run.begun or options.resume:
             run.disk.close()
         else:
+            run.log.close()
             run.disk.discard()
         raise
-    run.log.close()
     run.disk.finish()
 
 

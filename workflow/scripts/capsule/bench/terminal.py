@@ -9,7 +9,7 @@ import queue
 import shutil
 import sys
 import threading
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from capsule import words
 from capsule.bench.state import FLAT_SHARE, State
@@ -17,28 +17,24 @@ from capsule.detectors.verdicts import OF_SURVEY
 from capsule.survey.cycle import FOLDED_STATES, STATES
 from capsule.words import BARS, PLAIN_BARS, trace
 
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
 WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
 LAST_WORDS_S = 1.0
 
 
-class PatientOutput(io.TextIOBase):
-    """A text stream that a second thread writes, so that the caller never waits."""
+class PatientOutput(io.RawIOBase):
+    """A file that a second thread writes, so that the caller never waits."""
 
-    def __init__(self, descriptor: int | None, encoding: str) -> None:
+    def __init__(self, descriptor: int | None) -> None:
         self._descriptor = descriptor
-        self._encoding = encoding
         self._texts: queue.Queue[bytes | None] = queue.Queue(WAITING_TEXTS)
         # A daemon: a terminal that accepts no output must not keep the program alive.
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
-
-    # Typeshed declares a writable attribute, but Python's own streams have a read-only one.
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        """The terminal's encoding."""
-        return self._encoding
 
     def isatty(self) -> bool:
         """Return whether this is a terminal."""
@@ -48,11 +44,12 @@ class PatientOutput(io.TextIOBase):
         """Return True: text can be written."""
         return True
 
-    def write(self, text: str) -> int:
-        """Queue a text; drop it if the queue is full."""
+    def write(self, content: "ReadableBuffer", /) -> int:
+        """Queue some bytes; drop them if the queue is full."""
+        taken = bytes(content)
         with contextlib.suppress(queue.Full):
-            self._texts.put_nowait(text.encode(self._encoding, "backslashreplace"))
-        return len(text)
+            self._texts.put_nowait(taken)
+        return len(taken)
 
     def finish(self) -> None:
         """Wait a short time for the queued texts to be written."""
@@ -78,9 +75,9 @@ def install() -> None:
         encoding = sys.stdout.encoding
     except (AttributeError, OSError, ValueError):  # closed before the program began
         descriptor, encoding = None, "utf-8"
-    output = PatientOutput(descriptor, encoding)
+    output = PatientOutput(descriptor)
     atexit.register(output.finish)
-    sys.stdout = output
+    sys.stdout = io.TextIOWrapper(output, encoding, "backslashreplace", write_through=True)
 
 
 class Terminal:
@@ -102,20 +99,17 @@ class Terminal:
     def show(self, state: State) -> None:
         """Show the state in place of the former one.
 
-        If the terminal cannot redraw, a line shows a recording, and nothing shows a survey.
+        If the terminal cannot redraw, a line shows a recording that goes on, and nothing a survey.
         """
+        if not self.redraws:
+            if not (state.doing or state.ended):
+                self.note("\n".join([state.summary(), *_verdicts(state)]))
+            return
         width = shutil.get_terminal_size().columns - 1
-        if state.doing:
-            lines = state_lines(state, width, plain=self._plain)
-        else:
-            sensors = self._sensor_lines(state, width)
-            lines = [line[:width] for line in (state.summary(), *sensors, *state.verdicts)]
-        if self.redraws:
-            self.clear()
-            print("\n".join(lines), file=self._stream, flush=True)
-            self._drawn_lines = len(lines)
-        elif not state.doing:
-            self.note("\n".join([state.summary(), *state.verdicts]))
+        lines = state_lines(state, width, plain=self._plain)
+        self.clear()
+        print("\n".join(lines), file=self._stream, flush=True)
+        self._drawn_lines = len(lines)
 
     def clear(self) -> None:
         """Remove the lines."""
@@ -126,18 +120,6 @@ class Terminal:
     def leave(self) -> None:
         """Keep the lines on the terminal; later output comes below them."""
         self._drawn_lines = 0
-
-    def _sensor_lines(self, state: State, width: int) -> list[str]:
-        """Return each sensor's newest reading and trace, on which noise alone looks quiet."""
-        known = [sample for sample in state.recent if sample is not None]
-        bars, lines = PLAIN_BARS if self._plain else BARS, []
-        for sensor, last in enumerate(known[-1] if known else ()):
-            newest = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
-            label = f"sensor {sensor + 1} {newest} "
-            shown = list(state.recent)[-max(width - len(label), 1) :]
-            readings = [None if sample is None else sample[sensor] for sample in shown]
-            lines.append(label + trace(readings, bars, FLAT_SHARE * state.full_scale))
-        return lines
 
 
 def _can_redraw() -> bool:
@@ -157,28 +139,50 @@ _STRETCH_MM = 250.0
 # The bar of the score ends at this multiple of the threshold.
 _THRESHOLDS = 3
 _MARKS = {"confirmed": "●", "dismissed": "○", "undecided": "◇", "": "?"}
-_PLAIN = str.maketrans(f"●○◇━─▶◀█│·{words.MINUS}", "*oU=-><#|.-")
+_PLAIN = str.maketrans(f"{BARS}●○◇━─▶◀│·{words.MINUS}", f"{PLAIN_BARS}*oU=-><|.-")
 
 
 def state_lines(state: State, width: int, *, plain: bool = False) -> list[str]:
-    """Return the lines that show the state of a survey."""
-    minutes, seconds = divmod(int(state.time_s), 60)
+    """Return the lines that show the state, none of them longer than `width`."""
+    if state.doing:
+        lines = _survey_lines(state, width)
+    else:
+        lines = [state.summary(), *_sensor_lines(state, width), *_verdicts(state)]
+    short = [line[:width] for line in lines]
+    return [line.translate(_PLAIN) for line in short] if plain else short
+
+
+def _verdicts(state: State) -> list[str]:
+    return state.judgement.lines_so_far() if state.judgement else []
+
+
+def _sensor_lines(state: State, width: int) -> list[str]:
+    """Return each sensor's newest reading and trace, on which noise alone looks quiet."""
+    known = [sample for sample in state.recent if sample is not None]
+    lines = []
+    for sensor, last in enumerate(known[-1] if known else ()):
+        newest = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
+        label = f"sensor {sensor + 1} {newest} "
+        shown = list(state.recent)[-max(width - len(label), 1) :]
+        readings = [None if sample is None else sample[sensor] for sample in shown]
+        lines.append(label + trace(readings, BARS, FLAT_SHARE * state.full_scale))
+    return lines
+
+
+def _survey_lines(state: State, width: int) -> list[str]:
+    """Return where the head is and what it does, the gut, the score, and the last places."""
     head = "head not found yet"
     if not math.isnan(state.head_mm):
         last = "" if state.head_known else "last "
         head = f"head {last}at {words.number(state.head_mm, 1)} mm"
-    lines = [
-        f"{state.title}  {minutes} min {seconds:02d} s  {head}: {STATES[state.doing]}",
-        _gut_bar(state, width),
-        _score_bar(state, width),
-    ]
+    first = f"{state.title}  {words.duration(state.time_s)}  {head}: {STATES[state.doing]}"
+    lines = [first, _gut_bar(state, width), _score_bar(state, width)]
     for number, status, place_mm, size in state.places[: -_PLACES - 1 : -1]:
         verdict = f"{OF_SURVEY.get(status, 'suspected')}{f', {size}' if size else ''}"
         lines.append(f"{_MARKS[status]} place {number} at {place_mm:.0f} mm: {verdict}")
     if len(state.places) > _PLACES:
         lines.append(f"  and {len(state.places) - _PLACES} before")
-    short = [line[:width] for line in lines]
-    return [line.translate(_PLAIN) for line in short] if plain else short
+    return lines
 
 
 def _gut_bar(state: State, width: int) -> str:

@@ -1,0 +1,64 @@
+"""The loop of a recording or a survey, and what it can do without: no fault of that ends it."""
+
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from functools import partial
+
+from capsule.bench.growing_file import FrameLog
+from capsule.bench.live import SHOW_EVERY_S, LivePage
+from capsule.bench.state import State
+from capsule.bench.terminal import Terminal
+
+
+class Loop:
+    """The loop of a `run`, by its name for warnings."""
+
+    def __init__(self, run: str, state: State, log: FrameLog) -> None:
+        self._run, self._state, self._log = run, state, log
+        self._acts: dict[str, tuple[Callable[[], None], float]] = {}
+        self._done_s: dict[str, float] = {}
+
+    def add(self, what: str, act: Callable[[], None], every_s: float = 0.0) -> None:
+        """Add what is done after each look, but no sooner than `every_s` after the last time."""
+        self._acts[what] = act, every_s
+
+    def show_on(self, terminal: Terminal, page: LivePage | None) -> None:
+        """Show the state on the terminal and, if there is one, in the live page."""
+        self.add("its display", partial(terminal.show, self._state), terminal.every_s)
+        if page:
+            self.add("its live page", partial(page.show, self._state), SHOW_EVERY_S)
+
+    def go_on(self, look: Callable[[], str]) -> None:
+        """Call `look`, which reads and writes, until it returns why the run has ended."""
+        while not self._state.ended:
+            ended = look()
+            self.attempt_due()
+            self._state.ended = ended
+
+    def show(self) -> None:
+        """Show the last state, however short ago one was shown."""
+        for what in ("its display", "its live page"):
+            if what in self._acts:
+                self.attempt(what, self._acts[what][0])
+
+    def attempt_due(self) -> None:
+        """Do what was not done for long enough."""
+        now_s = time.monotonic()
+        for what, (act, every_s) in list(self._acts.items()):
+            if now_s - self._done_s.get(what, -math.inf) >= every_s:
+                self._done_s[what] = now_s
+                self.attempt(what, act)
+
+    def attempt(self, what: str, act: Callable[[], None]) -> None:
+        """Do one thing; after a fault, warn, and do it no more."""
+        try:
+            act()
+        # Whatever it is: a run of the capsule cannot be repeated, a verdict can.
+        except Exception as fault:  # noqa: BLE001
+            self._acts.pop(what, None)
+            text = f"{self._run} goes on without {what}: {type(fault).__name__}: {fault}"
+            print(f"warning: {text}", file=sys.stderr, flush=True)
+            self._log.note(f"{text}\n{traceback.format_exc()}")
