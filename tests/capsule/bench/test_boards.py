@@ -108,7 +108,7 @@ class Port(FakeLine):
     def receive(self, timeout_s):
         """Return an identity after the opening, or only to a question."""
         if isinstance(self.says, bytes):
-            self.first_bytes, self.bytes_read = self.says, len(self.says)
+            self.first_bytes = self.says
             return []
         kind, at_once = self.says
         self.frames = [identity_of(kind)] if at_once or self.asked_s else []

@@ -138,7 +138,7 @@ def test_a_running_recording_is_not_recovered(final):
     part = growing_file.GrowingFile(final, HEAD.decode())
     part.add(format_sample(0.0, (1, 2, 3, 4)))
     part.flush()
-    with pytest.raises(AcquisitionError, match=r"a recorder is writing .* at this moment"):
+    with pytest.raises(AcquisitionError, match=r"another program is writing .*stop"):
         recovery.recover(part.path, 4)
     part.close()
     recovery.recover(part.path, 4)

@@ -55,7 +55,7 @@ class FakeLine:
         self.frames: list[str] = []
         self.sent: list[str] = []
         self.sent_s = -100.0
-        self.bytes_read, self.first_bytes, self.closed = 0, b"", False
+        self.first_bytes, self.closed = b"", False
         self.rest = b""
 
     def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
@@ -64,7 +64,7 @@ class FakeLine:
         if self.lost:
             raise LineLostError("unplugged")
         received, self.frames = b"".join(map(encode, self.frames)), []
-        self.bytes_read += len(received)
+        self.first_bytes += received
         return [Arrival(event, 0.0) for event in FrameParser().feed(received)]
 
     def send(self, payload: str) -> None:

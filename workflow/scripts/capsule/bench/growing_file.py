@@ -50,11 +50,8 @@ class GrowingFile:
         self.final, self._remedy, self._tell = final, remedy, tell
         self.path = final.with_name(final.name + PART)
         try:
-            self._descriptor = _open(self.path, 0 if resumed else os.O_EXCL)
-        except BlockingIOError as fault:
-            raise AcquisitionError(
-                f"another program is writing {self.path}; stop that program first"
-            ) from fault
+            final.parent.mkdir(parents=True, exist_ok=True)
+            self._descriptor = open_locked(self.path, os.O_CREAT | (0 if resumed else os.O_EXCL))
         except OSError as fault:
             if isinstance(fault, FileExistsError):
                 check_free(final)
@@ -254,16 +251,22 @@ class FrameLog:
             self._stream.close()
 
 
-def _open(path: Path, flag: int) -> int:
-    """Open and lock a file, with its folder; return its descriptor. ``O_EXCL``: a new file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    flags = os.O_RDWR | os.O_CREAT | flag | getattr(os, "O_BINARY", 0)
-    descriptor = os.open(path, flags, 0o666)
+def open_locked(path: Path, flags: int = 0) -> int:
+    """Open a file, and lock it; return its descriptor.
+
+    Raises
+    ------
+    AcquisitionError
+        Another program is writing the file.
+    """
+    descriptor = os.open(path, os.O_RDWR | flags | getattr(os, "O_BINARY", 0), 0o666)
     try:
         lock_file(descriptor)
-    except BlockingIOError:
+    except BlockingIOError as fault:
         os.close(descriptor)
-        raise
+        raise AcquisitionError(
+            f"another program is writing {path}; stop that program first"
+        ) from fault
     return descriptor
 
 
@@ -280,7 +283,8 @@ def _places(part: Path) -> Iterator[Path]:
 
 def _copied(source: int, path: Path) -> int:
     """Copy an open file, even a deleted one, to a new one on the disk, which stays open."""
-    copy = _open(path, os.O_EXCL)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    copy = open_locked(path, os.O_CREAT | os.O_EXCL)
     try:
         os.lseek(source, 0, os.SEEK_SET)
         while chunk := os.read(source, 1 << 20):

@@ -6,7 +6,6 @@ import time
 from collections.abc import Generator, Iterable, Sequence
 
 from serial.tools import list_ports
-from serial.tools.list_ports_common import ListPortInfo
 
 from capsule.bench.bench_errors import (
     AcquisitionError,
@@ -71,14 +70,12 @@ def opened(
         rate is wrong.
     """
     line = Line(port, baud)
+    identity: Identity | None = None
+    others: list[Arrival] = []
+    frames = questions = 0
     try:
         yield None
-        opened_s = time.monotonic()
-        listen_until, quiet_until = opened_s + listen_s, opened_s + max(QUIET_S, listen_s)
-        asked_from: float | None = None
-        ask_at, frames = 0.0, 0
-        identity: Identity | None = None
-        others: list[Arrival] = []
+        opened_s = asked_s = time.monotonic()
         while True:
             for arrival in line.receive(0):
                 frames += not isinstance(arrival.event, Damaged)
@@ -91,22 +88,19 @@ def opened(
                 break
             yield None
             now_s = time.monotonic()
-            if asked_from is None:
-                # What sends text without frames is no board of this bench, so it is not even asked.
-                foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
-                if foreign and now_s >= listen_until > opened_s:
-                    raise _explain_silence(line, frames)
-                silent = not line.bytes_read
-                if now_s < listen_until or (silent and now_s <= quiet_until):
+            if not questions:
+                if now_s - opened_s < (listen_s if line.first_bytes else max(QUIET_S, listen_s)):
                     continue
-                asked_from = ask_at = now_s
-            asked_s = now_s - asked_from
-            hopeless = line.bytes_read == 0 or _is_garbled(line, frames)
-            if asked_s > ANSWER_S or (asked_s > GARBLED_S and hopeless):
+                # What sends text without frames is no board of this bench, so it is not even asked.
+                if listen_s and len(line.first_bytes) >= 20 and b"$" not in line.first_bytes:
+                    raise _explain_silence(line, frames)
+                asked_s = now_s
+            hopeless = not line.first_bytes or _is_garbled(line, frames)
+            if now_s - asked_s > (GARBLED_S if hopeless else ANSWER_S):
                 raise _explain_silence(line, frames)
-            if now_s >= ask_at:
+            if now_s - asked_s >= questions * ASK_EVERY_S:
                 line.send("identify")
-                ask_at += ASK_EVERY_S
+                questions += 1
     except LineLostError as fault:
         line.close()
         raise NoAnswerError(
@@ -167,15 +161,15 @@ def differences(identity: Identity, other: Identity) -> str:
 
 
 def _explain_silence(line: Line, frames: int) -> AcquisitionError:
-    if line.bytes_read == 0:
+    if not line.first_bytes:
         return NoAnswerError(
             f"nothing answers at {line.port}; check that this is the right port, and that the "
             "firmware is on the board (workflow/firmware)"
         )
     if _is_garbled(line, frames):
         return WrongBaudError(
-            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
-            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
+            f"{line.port} sent bytes but no frame; this is probably the wrong baud rate (--baud "
+            f"is {line.baud}, the firmware uses {BAUD})"
         )
     if frames:
         return NoAnswerError(
@@ -223,14 +217,16 @@ def _found(
 ) -> tuple[Line, Identity]:
     """Find a board at the USB ports."""
     left = {os.path.realpath(port) for port in skip}
-    # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
-    there = sorted(
-        (port for port in list_ports.comports() if port.vid is not None),
-        key=lambda port: str(port.device),
-    )
-    there = [port for port in there if os.path.realpath(port.device) not in left]
-    candidates = [port.device for port in there if (port.vid, port.pid) in USB_IDS]
-    foreign = [_description(port) for port in there if (port.vid, port.pid) not in USB_IDS]
+    candidates, foreign = [], []
+    for port in sorted(list_ports.comports(), key=lambda port: str(port.device)):
+        if os.path.realpath(port.device) in left:
+            continue
+        if (port.vid, port.pid) in USB_IDS:
+            candidates.append(port.device)
+        # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
+        elif port.vid is not None:
+            name = port.product or port.description
+            foreign.append(f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})")
     if len(candidates) > 1:
         print(f"looking for the {wanted} at {', '.join(candidates)}")
     boards, faults = _introduced(candidates, baud, wanted, LISTEN_S, stop)
@@ -246,18 +242,10 @@ def _found(
     raise BoardNotFoundError(_nothing_found(wanted, faults, foreign))
 
 
-def _description(port: ListPortInfo) -> str:
-    name = port.product or port.description
-    return f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})"
-
-
 def _nothing_found(wanted: str, answers: Sequence[Exception], foreign: list[str]) -> str:
     """Return why no board was found, and which ports the user could name."""
-    if len(answers) == 1:
-        text = f"no {wanted} found: {answers[0]}"
-    else:
-        listed = "".join(f"\n  {answer}" for answer in answers)
-        text = f"no {wanted} found at any USB port of an Arduino{':' if listed else ''}{listed}"
+    listed = "".join(f"\n  {answer}" for answer in answers)
+    text = f"no {wanted} found at any USB port of an Arduino{':' if listed else ''}{listed}"
     if foreign:
         return (
             f"{text}\nnot opened, since they can be other devices: {', '.join(foreign)}; if one "
@@ -280,13 +268,11 @@ def _introduced(
             time.sleep(LOOK_EVERY_S)
             for each in list(strangers):
                 try:
-                    found = next(each)
+                    if found := next(each):
+                        boards.append(found)
+                        strangers.remove(each)
                 except AcquisitionError as fault:
                     faults.append(fault)
-                    strangers.remove(each)
-                    continue
-                if found:
-                    boards.append(found)
                     strangers.remove(each)
     except KeyboardInterrupt:
         for each in strangers:

@@ -54,7 +54,6 @@ class Line:
     def __init__(self, port: str, baud: int = BAUD) -> None:
         self.port = port
         self.baud = baud
-        self.bytes_read = 0
         self.first_bytes = b""
         self._parser = FrameParser()
         self._put_back: list[Arrival] = []
@@ -90,7 +89,6 @@ class Line:
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
         moment_s = elapsed_s()
-        self.bytes_read += len(received)
         self.first_bytes += received[: 200 - len(self.first_bytes)]
         return [Arrival(event, moment_s) for event in self._parser.feed(received)]
 

@@ -5,17 +5,16 @@ sample is missing. The original file stays unchanged beside the recording, under
 """
 
 import bisect
-import contextlib
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.growing_file import publish, writing
-from capsule.engine.locks import lock_file
+from capsule.bench.growing_file import open_locked, publish, writing
 from capsule.recordings.names import PART
 from capsule.recordings.recording import column_names, format_header
+from capsule.store.files import write_new
 
 KEPT_AS = ".recovered"
 # ADC counts, or another unit as Python writes it.
@@ -44,8 +43,12 @@ def recover(part: Path, sensors: int) -> str:
             raise NameExistsError(
                 f"{present} exists; rename it or {part.name}, then run --recover again"
             )
-    with _opened(part):
-        content = part.read_bytes()
+    try:
+        locked = open_locked(part)  # so that no recorder writes to it meanwhile
+    except FileNotFoundError as fault:
+        raise AcquisitionError(f"{part} does not exist; give the path of a {PART} file") from fault
+    with os.fdopen(locked, "rb") as stream:
+        content = stream.read()
         header, damaged, samples = _read(content, sensors)
         readable = [(end, text) for end, text in samples if text]
         times_s = [float(text.partition(",")[0]) for _, text in readable]
@@ -59,7 +62,8 @@ def recover(part: Path, sensors: int) -> str:
         if skipped:
             header["recovered"] = f"lines skipped because they could not be read: {skipped}"
         lines = "".join(f"{text}\n" for _, text in taken)
-        _write((format_header(header, sensors) + lines).encode("utf-8"), final)
+        with writing(final):
+            write_new(final, (format_header(header, sensors) + lines).encode("utf-8"))
     publish(part, original)
     said = [f"recovered {final}: {len(taken)} samples"]
     if skipped:
@@ -122,35 +126,3 @@ def _longest_run(times_s: Sequence[float]) -> list[int]:
         run.append(index)
         index = before[index]
     return run[::-1]
-
-
-def _write(recording: bytes, final: Path) -> None:
-    """Write a recording to a temporary file, then rename it, so that no partial file appears."""
-    unfinished = final.with_name(f".{final.name}.{os.getpid()}.unfinished")
-    try:
-        with writing(final):
-            with unfinished.open("xb") as stream:
-                stream.write(recording)
-                stream.flush()
-                os.fsync(stream.fileno())
-            publish(unfinished, final)
-    finally:
-        unfinished.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def _opened(part: Path) -> Iterator[None]:
-    """Lock an unfinished recording, so that no recorder writes to it meanwhile."""
-    try:
-        descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
-    except FileNotFoundError as fault:
-        raise AcquisitionError(f"{part} does not exist; give the path of a {PART} file") from fault
-    try:
-        lock_file(descriptor)
-        yield
-    except BlockingIOError as fault:
-        raise AcquisitionError(
-            f"a recorder is writing {part} at this moment; stop that recorder first"
-        ) from fault
-    finally:
-        os.close(descriptor)

@@ -119,13 +119,10 @@ class Timeline:
         self._index = slot.index
         return slot
 
-    def is_next(self, sample: Sample) -> bool:
+    def is_next(self, sample: Sample, arrived_s: float) -> bool:
         """Return whether no sample is missing between the last sample and this one."""
-        if self._last is None or self._restarted:
-            return False
-        frames = (sample.sequence - self._last.sequence) % COUNTER_ENDS
-        passed_ms = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS
-        return frames == 1 and abs(passed_ms / self.period_ms - 1) <= LARGEST_STRAY
+        known = self._last is not None and not self._restarted
+        return known and self._steps(sample, arrived_s) == 1
 
     def objection(self, sample: Sample, arrived_s: float) -> str:
         """Return why a sample cannot follow the last one; empty if it can."""
@@ -184,7 +181,7 @@ class Sieve:
     def sift(self, sample: Sample, moment_s: float) -> None:
         """Decide on a sample that was read at `moment_s` of the computer's clock."""
         new = _Waiting(sample, moment_s, self._timeline.objection(sample, moment_s))
-        if self._timeline.is_next(sample):
+        if self._timeline.is_next(sample, moment_s):
             self._wait_with()
             self._refuse_rivals()
             self._accept(sample, self._timeline.place(sample, moment_s))
