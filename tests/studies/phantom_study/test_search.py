@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import yaml
 from phantom_study import calibrate
-from phantom_study.calibrate import Cloud, FreeParameter, free_parameters, search
+from phantom_study.calibrate import Cloud, FreeParameter, free_parameters, rewritten, search
 from phantom_study.paper_table import read_paper_table
 
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE
-from capsule.phantom.parameters import phantom_from_table, rewritten, value_of
+from capsule.phantom.parameters import phantom_from_table, value_of
 from support.like_the_paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.slow

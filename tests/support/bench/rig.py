@@ -52,6 +52,20 @@ class Thread:
         return min(max(way, 0.0), 1.0)
 
 
+class BentJourney(Journey):
+    """A journey whose origami follows a motor's thread."""
+
+    thread: Thread
+
+    def _fold_on(self, samples: int) -> np.ndarray:
+        before, self._folded = self._folded, self.thread.folded
+        if self._folded > before:
+            self.fold()
+        elif self._folded < before:
+            self.unfold()
+        return np.linspace(before, self._folded, samples + 1)[1:]
+
+
 class Gut:
     """A world that couples three boards through a capsule in a gut.
 
@@ -69,7 +83,8 @@ class Gut:
     ) -> None:
         phantom = read_phantom(DEFAULT_TABLE, [])
         electronics = phantom.electronics
-        self._journey = Journey(phantom, 7, "survey", [], 4, 12_000, GUT_MM)
+        self._journey = BentJourney(phantom, 7, "survey", [], 4, 12_000, GUT_MM)
+        self._journey.thread = thread
         self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
         self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._motor, self._thread, self._logger = motor, thread, logger
@@ -99,7 +114,6 @@ class Gut:
         """Return the next counts, and the place of the head."""
         if not self._ahead:
             folded = self._thread.folded
-            self._journey.bend(folded)
             # Several samples at once take less time, but not while the origami moves.
             way, counts = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
             self._ahead.extend(zip(counts.T.astype(float), way.head_mm, strict=True))

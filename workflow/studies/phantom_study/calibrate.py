@@ -12,6 +12,7 @@ study_phantom.py judge.
 import argparse
 import functools
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ import yaml
 from capsule.arguments import natural
 from capsule.errors import CapsuleError
 from capsule.phantom.files import bench_file, read_phantom
-from capsule.phantom.parameters import Phantom, bench_parts, rewritten, with_values
+from capsule.phantom.parameters import Phantom, bench_parts, with_values
 from capsule.seeding import generator
 from capsule.store import files
 from phantom_study import paper_table
@@ -346,3 +347,32 @@ def run(arguments: argparse.Namespace) -> None:
         winner = search(free, TrialLog(arguments.log, make).trials, paper, arguments)
     with files.write_whole(arguments.output) as stream:
         stream.write(rewritten(table, winner))
+
+
+def rewritten(text: str, values: Mapping[str, float]) -> str:
+    """Return a table's text with new values; comments and order stay.
+
+    Parameters
+    ----------
+    text
+        The YAML text, with parts at the margin and one line per parameter:
+        ``key: {value: 1.0, ...}``.
+    values
+        New values by ``part.parameter``.
+
+    Raises
+    ------
+    CapsuleError
+        If a parameter has no such line.
+    """
+    pending, lines, part = dict(values), [], ""
+    for line in text.splitlines(keepends=True):
+        if heading := re.match(r"(\w+):", line):
+            part = heading[1]
+        entry = re.match(r"(  (\w+): \{value: )[^,]+(,.*)", line, re.DOTALL)
+        if entry and f"{part}.{entry[2]}" in pending:
+            line = f"{entry[1]}{pending.pop(f'{part}.{entry[2]}'):.4g}{entry[3]}"
+        lines.append(line)
+    if pending:
+        raise CapsuleError(f"the table has no line '{next(iter(pending))}: {{value: ...'")
+    return "".join(lines)

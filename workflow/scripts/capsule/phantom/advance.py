@@ -5,30 +5,32 @@ All values of the folded capsule are assumed; nothing was measured.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
+from capsule.phantom.quantities import Limits, Positive, PositiveShare, Share, Signed
 
 
 @dataclass(frozen=True)
 class Advance:
     """Parameters of the capsule's advance by the waves."""
 
-    speed_mm_s: float
+    speed_mm_s: Positive
     speed_spread: float
     stroke_spread: float
-    stick_probability: float
-    slip_probability: float
+    stick_probability: Share
+    slip_probability: Share
     slip_back: float
-    grip_fraction: float
-    snag: float
+    grip_fraction: PositiveShare
+    snag: Signed
     catch_slope: float
-    catch_probability: float
+    catch_probability: Share
     hold_waves: float
     lead_mm: float
     lead_spread_mm: float
-    longest_samples: int
+    longest_samples: Annotated[int, Limits(low=2)]
 
 
 @dataclass(frozen=True)
@@ -36,13 +38,13 @@ class Folding:
     """Parameters of the folded capsule, and of the differences between passes over a place."""
 
     half_width_mm: float
-    speed_mm_s: float
+    speed_mm_s: Signed
     stroke_spread: float
-    stick_probability: float
-    fold_s: float
-    signal_left: float
-    height_redrawn: float
-    drift_return_s: float
+    stick_probability: Share
+    fold_s: Positive
+    signal_left: Share
+    height_redrawn: Share
+    drift_return_s: Positive
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.phantom.origami import Origami, end_radius
+from capsule.phantom.quantities import Positive, Share, Signed
 from capsule.phantom.wall import Wall, cushion_stiffness
 
 
@@ -16,17 +17,17 @@ class Contact:
 
     unit_stiffness_n_mm: float
     patch_mm2: float
-    fold_limit_mm: float
+    fold_limit_mm: Positive
     reach_mm: float
-    bearing_height_mm: float
+    bearing_height_mm: Positive
     series_offset_mm: float
     height_offset_mm: float
-    stray_probability: float
-    stray_mm: float
+    stray_probability: Share
+    stray_mm: Signed
     coupling_spread: float
     wander_mm: float
     wander_spread: float
-    wander_time_s: float
+    wander_time_s: Positive
 
 
 def sphere_stiffness(wall: Wall, nodule_mm: float) -> float:
@@ -130,7 +131,7 @@ class Seat:
 
     strength_spread: float
     strength_run_spread: float
-    strength_time_s: float
+    strength_time_s: Positive
     reseat_spread: float
 
 
@@ -163,8 +164,6 @@ def wandering_strength(
     Its logarithm is first-order (Ornstein-Uhlenbeck) noise, independent for each sensor. It stands
     for a capsule that tilts, turns and creeps between soft walls.
     """
-    if seat.strength_spread == 0:
-        return np.ones((sensors, samples))
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
     gain = 1 / np.sqrt(1 + (2 * np.pi * frequencies * seat.strength_time_s) ** 2)
     wander = shaped_noise(generator, gain, sensors, samples)

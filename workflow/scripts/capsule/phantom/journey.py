@@ -196,7 +196,6 @@ class Capsule:
         self._sample = 0
         self._stopped_s = np.inf
         self.folding, self._folded = False, 0.0
-        self._bent: float | None = None
         self._passes = 1
         self._pass = draw_pass(1)
         self._motion = Motion(
@@ -231,14 +230,6 @@ class Capsule:
         """Begin to stop the wave; it does not start again."""
         self._stopped_s = min(self._stopped_s, self._sample / self._phantom.electronics.rate_hz)
 
-    def bend(self, folded: float) -> None:
-        """Set the degree of folding (0..1) that the next samples reach, for a motor's origami."""
-        if folded > self._folded:
-            self.fold()
-        elif folded < self._folded:
-            self.unfold()
-        self._bent = folded
-
     def press(self, samples: int) -> Stretch:
         """Simulate the next samples: how the capsule moves, and how the walls press it.
 
@@ -253,7 +244,7 @@ class Capsule:
         time_s = np.round(np.arange(some.start, some.stop) / rate_hz, 6)
         drive_s = self._drive_time(time_s)
         cams_s = cam_time(chance.train, drive_s)
-        folded = self._fold_on(samples, rate_hz)
+        folded = self._fold_on(samples)
         head_mm = self._motion.move(cams_s, folded)
         wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
         pressed_mm = self._compression(head_mm, drive_s, folded, some)
@@ -293,15 +284,11 @@ class Capsule:
         slower_s = ramping_s - ramping_s**2 / (2 * _RAMP_S)
         return np.minimum(time_s, self._stopped_s) + slower_s
 
-    def _fold_on(self, samples: int, rate_hz: float) -> FloatArray:
+    def _fold_on(self, samples: int) -> FloatArray:
         """Return the degree of folding at each sample; the origami folds at a constant speed."""
-        if self._bent is not None:
-            folded = np.linspace(self._folded, self._bent, samples + 1)[1:]
-            self._folded = self._bent
-            return folded
-        step = 1.0 / (self._phantom.folding.fold_s * rate_hz)
+        step = 1.0 / (self._phantom.folding.fold_s * self._phantom.electronics.rate_hz)
         way = (1.0 if self.folding else -1.0) * step * np.arange(1, samples + 1)
-        folded = np.clip(self._folded + way, 0.0, 1.0)
+        folded: FloatArray = np.clip(self._folded + way, 0.0, 1.0)
         self._folded = float(folded[-1])
         return folded
 

@@ -2,44 +2,21 @@
 
 import difflib
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar, get_args, get_type_hints
+from functools import cache
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from capsule.errors import CapsuleError
 from capsule.phantom.advance import Advance, Folding
 from capsule.phantom.contact import Contact, Seat
 from capsule.phantom.origami import Origami
+from capsule.phantom.quantities import Limits
 from capsule.phantom.sensor import Electronics, Sensor
 from capsule.phantom.wall import Wall, Wave
 
 Whole = TypeVar("Whole")
 SOURCES = ("paper", "data sheet", "calibrated", "assumed", "absent")
-# Limits of numbers, for which 0 and more is allowed otherwise.
-_RANGES = {
-    "wall.poisson_ratio": (0.0, 0.5),
-    "wave.skew": (-0.95, 0.95),
-    "advance.snag": (-math.inf, math.inf),
-    "advance.longest_samples": (2.0, math.inf),
-    "contact.stray_mm": (-math.inf, math.inf),
-    "sensor.gauge_per_mm": (-math.inf, math.inf),
-    "electronics.adc_bits": (1.0, 32.0),
-    "folding.speed_mm_s": (-math.inf, math.inf),
-}
-# Shares of a whole, at most 1, besides probabilities and fractions.
-_SHARES = {"sensor.hysteresis", "sensor.crosstalk", "folding.signal_left", "folding.height_redrawn"}
-_WHOLE = {"electronics.adc_bits", "advance.longest_samples"}
-# A model divides by these.
-_POSITIVE = {
-    *(f"wall.{key}" for key in ("wavelength_mm", "speed_mm_s", "modulus_kpa")),
-    *("wall.lumen_mm", "wall.unevenness_length_mm"),
-    *(f"contact.{key}" for key in ("fold_limit_mm", "bearing_height_mm", "wander_time_s")),
-    *("seat.strength_time_s", "advance.speed_mm_s", "advance.grip_fraction"),
-    *(f"sensor.{key}" for key in ("resistance_ohm", "saturation_mm", "settling_s", "jump_s")),
-    *(f"electronics.{key}" for key in ("series_ohm", "vref_v", "rate_hz")),
-    *("folding.fold_s", "folding.drift_return_s"),
-}
 # The key of the sentence at the head of a bench's file.
 EXPLAINS = "explains"
 
@@ -61,15 +38,32 @@ class Phantom:
 
 def parameter_names() -> list[str]:
     """Return every parameter's name as ``part.parameter``."""
-    parts = get_type_hints(Phantom)
-    return [f"{part}.{item.name}" for part, kind in parts.items() for item in fields(kind)]
+    return list(_kinds())
 
 
 def words_of(name: str) -> tuple[str, ...]:
     """Return the words that a parameter may be; nothing for a number."""
-    part, key = name.split(".")
-    words: tuple[str, ...] = get_args(get_type_hints(get_type_hints(Phantom)[part])[key])
-    return words
+    kind = _kind_of(name)
+    return get_args(kind) if get_origin(kind) is Literal else ()
+
+
+@cache
+def _kinds() -> dict[str, Any]:
+    """Return the type of every parameter, with its limits, by ``part.parameter``."""
+    return {
+        f"{part}.{key}": kind
+        for part, whole in get_type_hints(Phantom).items()
+        for key, kind in get_type_hints(whole, include_extras=True).items()
+    }
+
+
+def _kind_of(name: str) -> Any:  # noqa: ANN401 - a type
+    """Return the type of a parameter; raise an error for an unknown name."""
+    if name not in _kinds():
+        near = nearest(name, _kinds())
+        hint = f"did you mean {near}?" if near else "config/phantom.yaml lists all"
+        raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
+    return _kinds()[name]
 
 
 def parsed(change: str) -> tuple[str, float | str]:
@@ -81,7 +75,6 @@ def parsed(change: str) -> tuple[str, float | str]:
         If the name is unknown, or the value is no number.
     """
     name, _, text = change.partition("=")
-    check_known(name)
     return name, text if words_of(name) else number_of(change)
 
 
@@ -177,9 +170,8 @@ def with_values(phantom: Phantom, values: Mapping[str, float | str]) -> Phantom:
         If a name is unknown or a value is not allowed; the message names it.
     """
     for name, value in values.items():
-        check_known(name)
-        part, key = name.split(".")
         check_value(name, value)
+        part, key = name.split(".")
         changed = replace(getattr(phantom, part), **{key: value})
         phantom = replace(phantom, **{part: changed})
     return phantom
@@ -187,48 +179,10 @@ def with_values(phantom: Phantom, values: Mapping[str, float | str]) -> Phantom:
 
 def value_of(phantom: Phantom, name: str) -> float:
     """Return the value of the parameter ``part.parameter``."""
-    check_known(name)
+    _kind_of(name)  # an unknown name is an error
     part, key = name.split(".")
     number: float = getattr(getattr(phantom, part), key)
     return number
-
-
-def rewritten(text: str, values: Mapping[str, float]) -> str:
-    """Return a table's text with new values; comments and order stay.
-
-    Parameters
-    ----------
-    text
-        The YAML text, with parts at the margin and one line per parameter:
-        ``key: {value: 1.0, ...}``.
-    values
-        New values by ``part.parameter``.
-
-    Raises
-    ------
-    CapsuleError
-        If a parameter has no such line.
-    """
-    pending, lines, part = dict(values), [], ""
-    for line in text.splitlines(keepends=True):
-        if heading := re.match(r"(\w+):", line):
-            part = heading[1]
-        entry = re.match(r"(  (\w+): \{value: )[^,]+(,.*)", line, re.DOTALL)
-        if entry and f"{part}.{entry[2]}" in pending:
-            line = f"{entry[1]}{pending.pop(f'{part}.{entry[2]}'):.4g}{entry[3]}"
-        lines.append(line)
-    if pending:
-        raise CapsuleError(f"the table has no line '{next(iter(pending))}: {{value: ...'")
-    return "".join(lines)
-
-
-def check_known(name: str) -> None:
-    """Raise an error for an unknown name."""
-    known = parameter_names()
-    if name not in known:
-        near = nearest(name, known)
-        hint = f"did you mean {near}?" if near else "config/phantom.yaml lists all"
-        raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -251,19 +205,14 @@ def _entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]
             raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
         for key, entry in entries.items():
             name = f"{part}.{key}"
-            check_known(name)
-            _check_entry(name, entry)
+            if not isinstance(entry, Mapping) or not {"value", "unit", "source"} <= set(entry):
+                raise CapsuleError(f"{name}: write it as {{value: ..., unit: ..., source: ...}}")
+            check_value(name, entry["value"])
+            if entry["source"] not in SOURCES:
+                raise CapsuleError(
+                    f"{name}: the source {entry['source']!r} is not one of {', '.join(SOURCES)}"
+                )
             yield name, entry
-
-
-def _check_entry(name: str, entry: Any) -> None:  # noqa: ANN401 - whatever the file holds
-    if not isinstance(entry, Mapping) or not {"value", "unit", "source"} <= set(entry):
-        raise CapsuleError(f"{name}: write it as {{value: ..., unit: ..., source: ...}}")
-    check_value(name, entry["value"])
-    if entry["source"] not in SOURCES:
-        raise CapsuleError(
-            f"{name}: the source {entry['source']!r} is not one of {', '.join(SOURCES)}"
-        )
 
 
 def check_value(name: str, value: Any) -> None:  # noqa: ANN401 - whatever a file holds
@@ -271,10 +220,10 @@ def check_value(name: str, value: Any) -> None:  # noqa: ANN401 - whatever a fil
 
     A number is finite and not negative; some must be greater than 0, and some have a limit.
     """
-    share = name.endswith(("_probability", "_fraction")) or name in _SHARES
-    limits = _RANGES.get(name, (0.0, 1.0 if share else math.inf))
-    whole, positive = name in _WHOLE, name in _POSITIVE
-    check_allowed(name, value, words_of(name), limits, whole=whole, positive=positive)
+    kind = _kind_of(name)
+    limits = next(iter(getattr(kind, "__metadata__", ())), Limits())
+    low_high, whole = (limits.low, limits.high), get_args(kind)[:1] == (int,)
+    check_allowed(name, value, words_of(name), low_high, whole=whole, positive=limits.beyond)
 
 
 def check_allowed(

@@ -6,47 +6,49 @@ leaves its signal unchanged or adds nothing.
 
 from dataclasses import dataclass
 from itertools import accumulate
+from typing import Annotated
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
+from capsule.phantom.quantities import Limits, Positive, Share, Signed
 
 
 @dataclass(frozen=True)
 class Sensor:
     """Parameters of a substructure as a resistor."""
 
-    resistance_ohm: float
+    resistance_ohm: Positive
     resistance_spread: float
-    gauge_per_mm: float
-    saturation_mm: float
+    gauge_per_mm: Signed
+    saturation_mm: Positive
     lag_s: float
-    creep_fraction: float
+    creep_fraction: Share
     creep_s: float
     settling: float
-    settling_s: float
+    settling_s: Positive
     settling_spread: float
     drift_per_s: float
     noise: float
-    hysteresis: float
+    hysteresis: Share
     hysteresis_mm: float
     release_peak: float
     release_s: float
-    crosstalk: float
+    crosstalk: Share
     jump: float
     jump_run_spread: float
     jumps_per_s: float
-    jump_s: float
+    jump_s: Positive
 
 
 @dataclass(frozen=True)
 class Electronics:
     """Parameters of the voltage divider and the converter (ADC)."""
 
-    series_ohm: float
-    vref_v: float
-    adc_bits: int
-    rate_hz: float
+    series_ohm: Positive
+    vref_v: Positive
+    adc_bits: Annotated[int, Limits(1, 32)]
+    rate_hz: Positive
 
 
 class Sensors:
@@ -121,10 +123,9 @@ class Sensors:
         sensor, rate_hz = self._sensor, self._rate_hz
         strained = crosstalk(compression_mm, sensor.crosstalk)
         felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
-        before = None
-        if self._felt is not None and self._peak is not None:
-            before = self._felt, self._peak
-        peak = release_peak(felt, sensor.release_peak, sensor.release_s, rate_hz, before)
+        peak = release_peak(
+            felt, sensor.release_peak, sensor.release_s, rate_hz, self._felt, self._peak
+        )
         load = felt
         if sensor.hysteresis:
             held = play(felt, sensor.hysteresis_mm, self._held)
@@ -205,7 +206,8 @@ def release_peak(
     strength: float,
     time_s: float,
     rate_hz: float,
-    before: tuple[FloatArray, FloatArray] | None = None,
+    load: FloatArray | None = None,
+    peak: FloatArray | None = None,
 ) -> FloatArray:
     """Return the second peak that a sensor shows when it is released, in mm: shape (S, K).
 
@@ -222,13 +224,13 @@ def release_peak(
         Time constant of its decay.
     rate_hz
         Sampling rate.
-    before
+    load, peak
         Compression and second peak at the previous sample, each of shape (S, 1).
     """
     if strength == 0:
         return np.zeros_like(compression_mm)
-    load, peak = (compression_mm[:, :1], None) if before is None else before
-    released = np.maximum(-np.diff(compression_mm, prepend=load), 0.0)
+    before = compression_mm[:, :1] if load is None else load
+    released = np.maximum(-np.diff(compression_mm, prepend=before), 0.0)
     # The low-pass turns a sudden release into a peak of height 1 - decay; scale it to 1.
     height = 1 - np.exp(-1 / (rate_hz * time_s))
     rest = None if peak is None else peak * height / strength
@@ -241,8 +243,6 @@ def crosstalk(signal: FloatArray, share: float) -> FloatArray:
 
     Neighbours are glued together, so a pressed substructure strains the next one.
     """
-    if share == 0:
-        return signal
     mixed = signal.copy()
     mixed[1:] += share * signal[:-1]
     mixed[:-1] += share * signal[1:]
@@ -273,8 +273,6 @@ def base_line_jumps(
     recovery_s
         Time constant with which the base line returns.
     """
-    if size == 0 or jumps_per_s == 0:
-        return np.zeros(shape)
     jumped = generator.random(shape) < jumps_per_s / rate_hz
     steps = np.where(jumped, generator.normal(0.0, size, shape), 0.0)
     decay = np.exp(-1 / (rate_hz * recovery_s))

@@ -1,26 +1,28 @@
 """Model the phantom's two walls, and the wave that the cams drive through them."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.phantom.quantities import Limits, Positive, Share
 
 
 @dataclass(frozen=True)
 class Wall:
     """The silicone walls and the wave that the cams drive through them."""
 
-    lumen_mm: float
+    lumen_mm: Positive
     amplitude_mm: float
-    wavelength_mm: float
-    speed_mm_s: float
-    modulus_kpa: float
-    poisson_ratio: float
+    wavelength_mm: Positive
+    speed_mm_s: Positive
+    modulus_kpa: Positive
+    poisson_ratio: Annotated[float, Limits(high=0.5)]
     wall_mm: float
     sheet_mm: float
     unevenness_mm: float
-    unevenness_length_mm: float
+    unevenness_length_mm: Positive
     unevenness_spread: float
 
 
@@ -89,11 +91,11 @@ def cushion_stiffness(wall: Wall, contact_area_mm2: float) -> float:
 class Wave:
     """The shape of the wave and its irregularities, compared with a regular sine."""
 
-    skew: float
+    skew: Annotated[float, Limits(-0.95, 0.95)]
     sharpness: float
     period_spread: float
     amplitude_spread: float
-    missing_probability: float
+    missing_probability: Share
     run_spread: float
 
 
@@ -158,9 +160,7 @@ def crest_shape(wave: Wave, angle: FloatArray) -> FloatArray:
         outwards = 1 + (ahead - share) / (1 - share)
         angle = np.pi * np.where(ahead < share, ahead / share, outwards)
     shape = np.cos(angle)
-    if wave.sharpness != 1:
-        shape = np.sign(shape) * np.abs(shape) ** wave.sharpness
-    return shape
+    return np.sign(shape) * np.abs(shape) ** wave.sharpness
 
 
 def wave_height(
