@@ -67,6 +67,11 @@ class Board:
         return self._line is not None
 
     @property
+    def name(self) -> str:
+        """The board and its port, for messages."""
+        return f"the {self.identity.device} board at {self.port}"
+
+    @property
     def header(self) -> dict[str, str]:
         """Entries of a recording's header that describe this logger."""
         entries, device = self.identity.entries, self.identity.device
@@ -95,9 +100,8 @@ class Board:
         if self.silent_s <= patience_s:
             return None
         return BoardLostError(
-            f"the {self.identity.device} board at {self.port} has sent nothing for "
-            f"{patience_s:.0f} s (--patience); when a lease ends, the wave stops and the origami "
-            "unfolds by itself"
+            f"{self.name} has sent nothing for {patience_s:.0f} s (--patience); when a lease ends, "
+            "the wave stops and the origami unfolds by itself"
         )
 
     def read(self, timeout_s: float = 0.0) -> Iterator[Arrival]:
@@ -201,16 +205,13 @@ class Board:
             for _ in self.read(READ_TIMEOUT_S):
                 pass
         if not self.connected:
-            raise AcquisitionError(
-                f"the {self.identity.device} board at {self.port} was disconnected; plug it in, "
-                "and start again"
-            )
+            raise AcquisitionError(f"{self.name} was disconnected; plug it in, and start again")
         if self._refused:
-            raise RefusedError(f"the board at {self.port} refuses {command!r}: {self._refused}")
+            raise RefusedError(f"{self.name} refuses {command!r}: {self._refused}")
         if self._pending:
             raise NoAnswerError(
-                f"the board at {self.port} does not answer {command!r}; "
-                "try another cable, or press the reset button of the board"
+                f"{self.name} does not answer {command!r}; try another cable, or press the reset "
+                "button of the board"
             )
 
     def _send_pending(self) -> None:
@@ -234,8 +235,7 @@ class Board:
 
     def _lose(self) -> None:
         self._tell(
-            f"the {self.identity.device} board at {self.port} was unplugged; plug it back in "
-            "before --patience ends, or end with Ctrl-C"
+            f"{self.name} was unplugged; plug it back in before --patience ends, or end with Ctrl-C"
         )
         self._told = ""
         self._rest = [Arrival(piece, elapsed_s()) for piece in self.close()]

@@ -96,26 +96,25 @@ class FoldBoard:
         faulty = self.last is not None and self.last.state == _FAULT
         if faulty and self._told == NOT_SET_UP:
             return SurveyFaultError(
-                f"the fold board at {self._board.port} is not set up: its memory is new, emptied "
-                "or damaged, so it does not move; see that the origami is unfolded and its thread "
-                "slack, then set it up with capsule survey --fold-set-up"
+                f"{self._board.name} is not set up: its memory is new, emptied or damaged, so it "
+                "does not move; see that the origami is unfolded and its thread slack, then set "
+                "it up with capsule survey --fold-set-up"
             )
         if self._resets > MOST_RESETS:
             return SurveyFaultError(
-                f"the fold board at {self._board.port} was reset {self._resets} times; check its "
-                "supply and its cable"
+                f"{self._board.name} was reset {self._resets} times; check its supply and its cable"
             )
         if self._told == MEMORY_FAILS:
             return SurveyFaultError(
-                f"the fold board at {self._board.port} cannot write its memory, so it folds no "
-                "more and does not move after a restart; replace the board, and set the new one "
-                "up with capsule survey --fold-set-up"
+                f"{self._board.name} cannot write its memory, so it folds no more and does not "
+                "move after a restart; replace the board, and set the new one up with capsule "
+                "survey --fold-set-up"
             )
         if faulty and AWAKE.now_s() - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
             return SurveyFaultError(
-                f"the fold board at {self._board.port} has reported a fault for "
-                f"{FAULT_LASTS_S:.0f} s{reason}; check its thread, motor and end switches"
+                f"{self._board.name} has reported a fault for {FAULT_LASTS_S:.0f} s{reason}; check "
+                "its thread, motor and end switches"
             )
         return None
 
@@ -126,8 +125,8 @@ class FoldBoard:
         while self._board.pending or self.state != UNFOLDED:
             if AWAKE.now_s() > deadline_s:
                 return (
-                    f"warning: the fold board at {self._board.port} does not confirm that the "
-                    f"origami is unfolded: it is {self.state}; look before you pull the capsule out"
+                    f"warning: {self._board.name} does not confirm that the origami is unfolded: "
+                    f"it is {self.state}; look before you pull the capsule out"
                 )
             self.serve(LOOK_EVERY_S)
         return ""

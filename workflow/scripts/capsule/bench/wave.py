@@ -171,8 +171,8 @@ class Drive:
         if self._restarts > self._most_restarts:
             return AcquisitionError(
                 f"the wave stopped {self._restarts} times, and was started again "
-                f"{self._most_restarts} times: the peristalsis board at {self._board.port} was "
-                "reset or unplugged again and again; check its supply and its cable"
+                f"{self._most_restarts} times: {self._board.name} was reset or unplugged again and "
+                "again; check its supply and its cable"
             )
         if self._over.is_set():
             return None
@@ -258,11 +258,10 @@ class Drive:
 
         The clock does not count the time in which this program was stopped (Ctrl-Z).
         """
-        board = f"the peristalsis board at {self._board.port}"
         if not self._board.connected:
-            return f"{board} was unplugged, so no wave runs"
+            return f"{self._board.name} was unplugged, so no wave runs"
         if self._board.silent_s > SILENT_AFTER_S:
-            return f"{board} does not answer; check whether the wave still runs"
+            return f"{self._board.name} does not answer; check whether the wave still runs"
         if self._position is not None and self._position.state != RUNNING:
             return (
                 "no wave runs: the peristalsis board was reset, or this program was stopped or "
