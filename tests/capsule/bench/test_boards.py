@@ -203,18 +203,22 @@ def plugged(device, serial_number, location=None):
 
 # Kills: a board known by its name alone; clones mixed up, which share a number or have none.
 @pytest.mark.parametrize("number", ["85", None, "1"], ids=["its own", "none", "the same"])
-def test_a_board_is_known_again_under_another_name(number):
-    first = plugged("ttyACM0", number, "1-1.2")
+def test_a_board_is_known_again_under_another_name(monkeypatch, number):
+    there = []
+    monkeypatch.setattr(line.list_ports, "comports", lambda: there)
     second = plugged("ttyACM1", "17" if number == "85" else number, "1-1.3")
-    port = UsbPort("ttyACM0", [first, second])
-    assert port.current_name([first, second]) == "ttyACM0"
-    assert port.current_name([second]) == "ttyACM0"  # not there: wait for it
+    there += [plugged("ttyACM0", number, "1-1.2"), second]
+    port = UsbPort("ttyACM0")
+    assert port.current_name() == "ttyACM0"
+    there[:] = [second]
+    assert port.current_name() == "ttyACM0"  # not there: wait for it
     # The number tells it again, or the socket that it is plugged into.
-    assert port.current_name([plugged("ttyACM2", number, "1-1.2"), second]) == "ttyACM2"
+    there[:] = [plugged("ttyACM2", number, "1-1.2"), second]
+    assert port.current_name() == "ttyACM2"
     # Where the system does not tell the socket, the name is all that there is.
-    first, second = plugged("ttyACM0", None), plugged("ttyACM1", None)
-    assert UsbPort("ttyACM0", [first, second]).current_name([first, second]) == "ttyACM0"
-    assert UsbPort("socket://there:1", [first]).current_name([first]) == "socket://there:1"
+    there[:] = [plugged("ttyACM0", None), plugged("ttyACM1", None)]
+    assert UsbPort("ttyACM0").current_name() == "ttyACM0"
+    assert UsbPort("socket://there:1").current_name() == "socket://there:1"
 
 
 def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeypatch):

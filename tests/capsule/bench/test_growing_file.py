@@ -185,7 +185,7 @@ def resumed(final, *lines):
 
 
 # Kills: a replay that loses what the disk had lost, or keeps the lines of a judgement cut off.
-@pytest.mark.parametrize("left", [b"a\nb\nc\nd", b"a\nb\n", b"a\nb\nc\nother\n", b""])
+@pytest.mark.parametrize("left", [b"a\nb\nc\nd", b"a\nb\n", b"a\nb\nx", b"a\nb\nc\nother\n", b""])
 def test_a_resumed_file_goes_on_behind_the_lines_that_it_repeats(tmp_path, left):
     (tmp_path / "stream.csv.part").write_bytes(left)
     file = resumed(tmp_path / "stream.csv", "b\n", "c\n")

@@ -25,13 +25,13 @@ from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.survey.cycle import Cycle
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import FOLDED, FOLDING, Readings
+from capsule.survey.survey_log import FOLDED, FOLDING, UNKNOWN_FOLD, Readings
 from capsule.survey.way_back import Leg
 from support.bench.scripted import ENTRIES, FakeLine
 
 
 def log_to(told):
-    return SimpleNamespace(note=lambda text: None, tell=told.append)
+    return SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
 
 
 LOG = log_to([])
@@ -229,7 +229,8 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
 @pytest.mark.parametrize(
     ("make", "batches", "passed_s", "words"),
     [
-        (fold_of, [[]], 16, "board at .* has sent nothing for 15 s"),
+        # What is damaged tells nothing.
+        (fold_of, [["X"]], 16, "board at .* has sent nothing for 15 s"),
         (lambda of: Drive(of, WAVE, LOG), [[]], 16, "peristalsis board .* has sent nothing"),
         (
             lambda of: resumed(Drive(of, WAVE, LOG, restarts=3)),
@@ -265,8 +266,9 @@ def test_what_ends_a_survey(line, monkeypatch, make, batches, passed_s, words):
         raise made.trouble(15)
 
 
-# Kills: a motor that has to rest, taken for an origami that does not fold.
-def test_a_fold_motor_that_rests_is_no_fault(line):
+# Kills: a motor that has to rest, taken for an origami that does not fold; the last state of a
+# board that has fallen silent, taken for the present one.
+def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(line, monkeypatch):
     fold = FoldBoard(board(line, insists=True), LOG)
     line.frames = ["F,5,0,unfolded,unfolded"]
     line.send = line.sent.append  # it does not confirm
@@ -278,6 +280,9 @@ def test_a_fold_motor_that_rests_is_no_fault(line):
     line.frames = ["A,fold", "F,25,0,unfolded,folding"]
     fold.serve()
     assert fold.state == FOLDING
+    later_s = wave.AWAKE.now_s() + 2
+    monkeypatch.setattr(wave.AWAKE, "now_s", lambda: later_s)
+    assert fold.state == UNKNOWN_FOLD
 
 
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).

@@ -179,6 +179,15 @@ def test_a_board_that_does_not_come_back_ends_by_patience(bench, monkeypatch):
     assert bench.numbers() == [*range(30), 33]
 
 
+# Kills: a patience that begins anew with each return of a board that sends no sample.
+def test_a_board_that_comes_back_again_and_again_without_a_sample_ends_by_patience(
+    bench, monkeypatch
+):
+    plug_in_later(bench, monkeypatch, *(40 * [{}]))
+    with pytest.raises(BoardLostError, match=r"\(--patience\)"):
+        bench.run([*samples(0, 30), *((3.0 + number, LineLostError()) for number in range(40))])
+
+
 def test_another_board_behind_the_same_line_is_refused(bench):
     strangers = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
     script = [*samples(0, 30), (3.0, identity_frame(**OTHER)), *strangers]

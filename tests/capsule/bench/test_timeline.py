@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import Sample
-from capsule.bench.timeline import Slot, Timeline
+from capsule.bench.timeline import BoardClock, Slot, Timeline
 
 
 def sample(sequence, device_ms):
@@ -54,6 +54,13 @@ def test_after_a_restart_the_computers_clock_counts():
     place = timeline.place(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
     assert place == Slot(57, 37, by_computer_clock=True)
     assert timeline.place(sample(1, 200), 55.9) == Slot(58, 0, by_computer_clock=False)
+
+
+# Kills: a least delay that never ages, so that a slow clock falls behind by minutes a day.
+def test_a_board_whose_clock_is_slow_is_followed():
+    clock = BoardClock()
+    moments_s = [clock.moment_s(100 * number, 0.1005 * number) for number in range(10_000)]
+    assert moments_s[-1] == pytest.approx(0.1005 * 9_999)
 
 
 def test_a_board_that_kept_running_is_told_from_one_that_restarted():

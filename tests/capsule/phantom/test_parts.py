@@ -232,10 +232,17 @@ def crests(spread):
     return np.log([np.log(run.crests).std() for run in runs])
 
 
+def missing(spread):
+    wave = dataclasses.replace(PHANTOM.wave, missing_probability=0.1, run_spread=spread)
+    runs = [wave_train(wave, np.random.default_rng(run), PERIOD_S, 2000) for run in range(300)]
+    return np.log([np.mean(run.crests == 0) for run in runs])
+
+
 @pytest.mark.parametrize(
     ("logarithms", "spread", "rel"),
-    [(roughnesses, 0.5, 0.2), (jumps, 0.7, 0.2), (wanderings, 1.0, 0.3), (crests, 0.8, 0.2)],
-)
+    [(roughnesses, 0.5, 0.2), (jumps, 0.7, 0.2), (wanderings, 1.0, 0.3), (crests, 0.8, 0.2),
+     (missing, 0.5, 0.2)],
+)  # fmt: skip
 def test_some_runs_vary_more_than_others_by_as_much_as_is_set(logarithms, spread, rel):
     varying = logarithms(spread).std() ** 2 - logarithms(0.0).std() ** 2
     assert varying == pytest.approx(spread**2, rel=rel)

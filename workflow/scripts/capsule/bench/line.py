@@ -5,7 +5,6 @@ import errno
 import os
 import threading
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import serial
@@ -137,16 +136,12 @@ def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
         )
     missing = number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text
     if missing:
+        names = sorted(port.device for port in list_ports.comports())
         return BoardNotFoundError(
-            f"there is no port {port}; ports here: {', '.join(port_names()) or 'none'}; "
-            "plug the board in, or name its port with --port"
+            f"there is no port {port}; ports here: {', '.join(names) or 'none'}; plug the board "
+            "in, or name its port with --port"
         )
     return AcquisitionError(f"{port} cannot be opened: {text}")
-
-
-def port_names() -> list[str]:
-    """Return the names of this computer's serial ports."""
-    return sorted(port.device for port in list_ports.comports())
 
 
 class UsbPort:
@@ -156,23 +151,21 @@ class UsbPort:
     the USB socket that they are plugged into.
     """
 
-    def __init__(self, name: str, ports: Iterable[ListPortInfo] | None = None) -> None:
+    def __init__(self, name: str) -> None:
         self._name = name
         self._identity: tuple[object, ...] | None = None
         self._by_socket = False
-        ports = list(list_ports.comports() if ports is None else ports)
+        ports = list(list_ports.comports())
         for port in ports:
             if port.device == name and port.vid is not None:
                 alike = sum(_device(other) == _device(port) for other in ports)
                 self._by_socket = port.serial_number is None or alike > 1
                 self._identity = self._identify(port)
 
-    def current_name(self, ports: Iterable[ListPortInfo] | None = None) -> str:
+    def current_name(self) -> str:
         """Return the present name of the port; the first one if no single port has its device."""
-        if self._identity is None:
-            return self._name
-        ports = list_ports.comports() if ports is None else ports
-        same = [port.device for port in ports if self._identify(port) == self._identity]
+        there = list_ports.comports() if self._identity else []
+        same = [port.device for port in there if self._identify(port) == self._identity]
         return same[0] if len(same) == 1 else self._name
 
     def _identify(self, port: ListPortInfo) -> tuple[object, ...]:

@@ -61,7 +61,7 @@ class SimulatedBench:
             case cycles.FOLD:
                 self._lease_s = LEASE_S
                 self._journey.fold()
-            case cycles.HOLD if self._journey.folding:
+            case cycles.HOLD:
                 self._lease_s = LEASE_S
             case cycles.UNFOLD:
                 self._journey.unfold()
