@@ -10,6 +10,7 @@ from capsule.figures.draw_survey import draw_survey
 from capsule.figures.style import render_figure
 from capsule.page.packing import unpack
 from capsule.page.surveys import page_values, player, survey_values, title_of
+from capsule.survey.cycle import STATES
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support.surveys import DETECTOR, PLACES, head_mm, session_contents
@@ -81,12 +82,14 @@ def test_of_a_survey_without_places_the_page_says_where_it_went(about, told):
 
 
 def test_the_player_knows_where_the_head_was_and_when_nobody_knew(session, played):
-    time_s, at_mm = np.array(played["head"]).T
-    known = np.arange(10, 120, 5.0)
-    np.testing.assert_allclose(np.interp(known, time_s, at_mm), head_mm(known), atol=0.5)
-    (unknown,) = played["unknown"]
-    assert unknown == [pytest.approx(120.8), pytest.approx(211.2)]
-    assert [96.0, "finishing", "suspected, since suspected"] in played["states"]
+    at_mm, measured = unpacked(played["head"]), unpacked(played["measured"])
+    time_s = played["from_s"] + played["every_s"] * np.arange(at_mm.size)
+    known = (time_s > 10) & (time_s < 120)
+    np.testing.assert_allclose(at_mm[known], head_mm(time_s[known]), atol=0.5)
+    unknown = time_s[measured == 0]
+    assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
+    assert np.isin(measured, (0, 1)).all() and unknown.size == pytest.approx(90.4 / 0.8 + 1)
+    assert [96.0, STATES["finishing"], "suspected, since suspected"] in played["states"]
     assert np.nanmax(unpacked(played["score"])) == pytest.approx(np.nanmax(session.score), rel=0.01)
 
 

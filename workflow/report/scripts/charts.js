@@ -1,8 +1,6 @@
-// What all charts share: axes, lines, words and marks, rows below each other, and a matrix as shades.
+// What all charts share: axes, lines and marks, rows below each other, and a matrix as shades.
 
 const FONT = "12px system-ui, sans-serif";
-// Room at the right for the scale bar. It is the same in all charts, so that their time axes align.
-const MARGIN = 30;
 // Parts of its height at which a particle has contours.
 const CONTOURS = [0.25, 0.5, 0.75];
 
@@ -32,14 +30,8 @@ function evenly(count, first, step) {
   return Array.from({ length: count }, (_, index) => first + index * step);
 }
 
-/** Return the largest of 1, 2, 5, 10 ... that does not exceed a positive number. */
-function roundLength(most) {
-  const power = 10 ** Math.floor(Math.log10(most));
-  return power * [5, 2, 1].find((digit) => digit * power <= most * 1.0000001);
-}
-
-/** Draw a chart with the axes, cursor and size that all charts share; `draw` draws over it. */
-function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw, ...options }, data) {
+/** Draw a chart with the axes, cursor and size that all charts share. Over it are what `draw` draws, and marks. */
+function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw = () => {}, marks = [], ...options }, data) {
   const axis = {
     stroke: themeColour("soft"),
     grid: { stroke: themeColour("rule"), width: 1 },
@@ -52,10 +44,10 @@ function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw
   const made = {
     width: container.clientWidth,
     height,
-    hooks: draw ? { draw: [draw] } : {},
+    hooks: { draw: [draw, (chart) => marks.forEach((mark) => drawMark(chart, mark))] },
     series: [{}, line(themeColour("ink"), 1.75)],
     legend: { show: false },
-    padding: [10, MARGIN, 0, 0],
+    padding: [10, 12, 0, 0],
     cursor: { sync: { key: xLabel }, points: { show: false }, y: false, drag: { x: true, y: false } },
     ...options,
     scales: { ...options.scales, x: { time: false, ...options.scales?.x } },
@@ -68,106 +60,78 @@ function makeChart(container, height, yLabel, { xLabel = "time (s)", yAxis, draw
 }
 
 /** Return a line without marks at its points. */
-function line(colour, width, dash = []) {
-  return { stroke: colour, width, dash, points: { show: false } };
-}
-
-/** Draw over a chart in a colour of the theme. `draw` gets the context and the places of values, in pixels of the page. */
-function drawOver(chart, colour, draw) {
-  const { ctx } = chart;
-  const [x, y] = ["x", "y"].map((axis) => (value) => chart.valToPos(value, axis, true) / devicePixelRatio);
-  ctx.save();
-  ctx.scale(devicePixelRatio, devicePixelRatio);
-  ctx.strokeStyle = ctx.fillStyle = themeColour(colour);
-  ctx.font = FONT;
-  ctx.textAlign = "left";
-  ctx.textBaseline = "top";
-  draw(ctx, x, y);
-  ctx.restore();
-}
-
-/** Draw a line on a chart between two points, given in the chart's values. */
-function strokeLine(chart, from, to, { colour, width = 1, dash = [] }) {
-  drawOver(chart, colour, (ctx, x, y) => {
-    ctx.lineWidth = width;
-    ctx.setLineDash(dash);
-    ctx.stroke(new Path2D(`M${x(from[0])} ${y(from[1])}L${x(to[0])} ${y(to[1])}`));
-  });
-}
-
-/** Draw a dotted line at a value across a chart. */
-function strokeLevel(chart, value, colour) {
-  const { min, max } = chart.scales.x;
-  strokeLine(chart, [min, value], [max, value], { colour, dash: [2, 3] });
-}
-
-/** Write a text beside a vertical line at a value, on the side that has room. */
-function writeBeside(chart, text, value, line, colour) {
-  const { min, max } = chart.scales.x;
-  if (value < min || value > max) return;
-  drawOver(chart, colour, (ctx, x) => {
-    const wide = ctx.measureText(text).width + 5;
-    const at = [x(value) + wide <= x(max) ? x(value) + 5 : x(value) - wide, chart.bbox.top / devicePixelRatio + 2 + 15 * line];
-    // A halo keeps the text legible over lines.
-    ctx.strokeStyle = themeColour("paper");
-    ctx.lineWidth = 4;
-    ctx.strokeText(text, ...at);
-    ctx.fillText(text, ...at);
-  });
-}
-
-/** Draw a scale bar of a length at the right of a chart, upwards from a value. */
-function drawScaleBar(chart, length, unit, above) {
-  drawOver(chart, "ink", (ctx, x, y) => {
-    const right = x(chart.scales.x.max) + 7;
-    ctx.lineWidth = 2;
-    ctx.stroke(new Path2D(`M${right} ${y(above)}V${y(above + length)}`));
-    ctx.translate(right + 5, y(above));
-    ctx.rotate(-Math.PI / 2);
-    ctx.fillText(`${number(length)} ${unit}`, 0, 0);
-  });
+function line(colour, width) {
+  return { stroke: colour, width, points: { show: false } };
 }
 
 /**
- * Draw rows of values, one sensor below the other, with one scale for all and a scale bar.
- * `middles` are the values at the sensors' ticks. `across` draws over the chart: it gets the chart and the distance of the rows.
+ * Draw a mark over a chart: a line, and a text at its right, or at its left where there is no room. `x` and `y` are values of the
+ * chart, or the two ends of the line; without them it crosses the chart, and with null it is not drawn. Texts are in rows from the top.
  */
-function drawStacked(container, { time, rows, middles, unit, height, across = () => {}, ...options }) {
-  const centred = rows.map((row, sensor) => row.map((value) => (value === null ? null : value - middles[sensor])));
-  const distance = options.distance ?? (1.4 * highest(centred.map((row) => row.map(Math.abs))) || 1);
-  const shifted = centred.map((row, sensor) => row.map((value) => (value === null ? null : value - sensor * distance)));
-  const stacked = {
-    ...options,
-    scales: { ...options.scales, y: { range: [-(rows.length - 0.3) * distance, 0.8 * distance] } },
-    yAxis: {
-      splits: () => rows.map((_, sensor) => -sensor * distance),
-      values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
-    },
-    series: [{}, ...rows.map((_, sensor) => line(sensorLine(sensor).colour, 1.25))],
-    draw: (chart) => {
-      drawScaleBar(chart, roundLength(0.7 * distance), unit, -(rows.length - 1) * distance);
-      across(chart, distance);
-    },
+function drawMark(chart, { x, y, text = "", row = 0, colour = "accent", width = 2.5, dash = [] }) {
+  const pixels = (axis, ends) => {
+    const { min, max } = chart.scales[axis];
+    return [ends ?? [min, max]].flat().map((value) => chart.valToPos(value, axis, true) / devicePixelRatio);
   };
-  return makeChart(container, height, "sensor", stacked, [time, ...shifted]);
+  const [first, last] = pixels("x");
+  const [left, right = left] = pixels("x", x);
+  const [low, high = low] = pixels("y", y);
+  if (x === null || y === null || left > last || right < first) return;
+  const { ctx } = chart;
+  ctx.save();
+  ctx.scale(devicePixelRatio, devicePixelRatio);
+  ctx.strokeStyle = ctx.fillStyle = themeColour(colour);
+  ctx.lineWidth = width;
+  ctx.setLineDash(dash);
+  ctx.stroke(new Path2D(`M${left} ${low}L${right} ${high}`));
+  ctx.font = FONT;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "top";
+  const wide = ctx.measureText(text).width + 5;
+  const at = [left + wide <= last ? left + 5 : left - wide, chart.bbox.top / devicePixelRatio + 2 + 15 * row];
+  // A halo keeps the text legible over lines.
+  ctx.strokeStyle = themeColour("paper");
+  ctx.lineWidth = 4;
+  ctx.setLineDash([]);
+  ctx.strokeText(text, ...at);
+  ctx.fillText(text, ...at);
+  ctx.restore();
 }
 
-/** Draw the matrix as shades into a box of left, top, width and height; heights between sensors are interpolated. */
+/**
+ * Draw rows of values, one sensor below the other, each about its mean or about `middle`, all with one scale: rows are `distance` apart.
+ * A dotted line crosses each row at `level`. Heights of marks count rows; that of sensor s is at -s.
+ */
+function drawStacked(container, { time, rows, unit, height, middle, level = null, distance, marks = [], ...options }) {
+  const centred = rows.map((row) => {
+    const known = row.filter((value) => value !== null);
+    const about = middle ?? known.reduce((sum, value) => sum + value, 0) / Math.max(known.length, 1);
+    return row.map((value) => (value === null ? null : value - about));
+  });
+  const apart = distance ?? (1.4 * highest(centred.map((row) => row.map(Math.abs))) || 1);
+  const levels = rows.map((_, sensor) => (level === null ? null : (level - middle) / apart - sensor));
+  const stacked = {
+    ...options,
+    scales: { ...options.scales, y: { range: [0.3 - rows.length, 0.8] } },
+    yAxis: { splits: () => rows.map((_, sensor) => -sensor), values: (_, splits) => splits.map((at) => String(1 - at)) },
+    series: [{}, ...rows.map((_, sensor) => line(sensorColour(sensor), 1.25))],
+    marks: [...levels.map((y) => ({ y, colour: "soft", width: 1, dash: [2, 3] })), ...marks],
+  };
+  const shifted = centred.map((row, sensor) => row.map((value) => (value === null ? null : value / apart - sensor)));
+  return makeChart(container, height, `sensor (${significant(apart)} ${unit} apart)`, stacked, [time, ...shifted]);
+}
+
+/** Draw the matrix as shades into a box of left, top, width and height. */
 function shade(context, matrix, box) {
   // A single sensor becomes a band.
   const rows = matrix.length > 1 ? matrix : [matrix[0], matrix[0]];
-  const between = 24;
-  const lines = Array.from({ length: (rows.length - 1) * between + 1 }, (_, at) => {
-    const row = Math.min(Math.floor(at / between), rows.length - 2);
-    const part = at / between - row;
-    return rows[row].map((value, column) => (1 - part) * value + part * rows[row + 1][column]);
-  });
   const [red, green, blue] = themeColour("shade").match(/\d+/g).map(Number);
   const most = highest(rows) || 1;
-  const pixels = lines.flat().flatMap((value) => [red, green, blue, Math.round((235 * value) / most)]);
-  const canvas = element("canvas", { width: rows[0].length, height: lines.length });
+  const pixels = rows.flat().flatMap((value) => [red, green, blue, Math.round((235 * value) / most)]);
+  const canvas = element("canvas", { width: rows[0].length, height: rows.length });
   canvas.getContext("2d").putImageData(new ImageData(Uint8ClampedArray.from(pixels), canvas.width), 0, 0);
-  context.drawImage(canvas, ...box);
+  // From the middle of the first row to that of the last: between sensors, the browser interpolates.
+  context.drawImage(canvas, 0, 0.5, canvas.width, rows.length - 1, ...box);
 }
 
 /** Draw the contours of a particle (eq. G) at parts of its height: each surface's is an ellipse, and inner arcs are left out. */

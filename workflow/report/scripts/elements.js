@@ -55,25 +55,25 @@ function button(text, label, onClick) {
   return made;
 }
 
-/** Return a table in a scroll box. The first cell of each row is its header. */
-function textTable(className, label, caption, heads, rows) {
+/** Return a table in a scroll box. The name is its class, and tells screen readers what it holds. The first cell of a row is its header. */
+function textTable(name, caption, heads, rows) {
   const titles = heads.map((text) => element("th", { scope: "col" }, text));
   const body = rows.map(([first, ...others]) =>
     element("tr", {}, element("th", { scope: "row" }, first), ...others.map((content) => element("td", {}, content))),
   );
   const table = element(
     "table",
-    { class: className },
+    { class: name },
     element("caption", {}, element("span", {}, caption)),
     element("thead", {}, element("tr", {}, ...titles)),
     element("tbody", {}, ...body),
   );
-  return element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": `Table: ${label}` }, table);
+  return element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": `Table: ${name}` }, table);
 }
 
-/** Return a figure for a chart. The description tells screen readers what the canvas shows. */
-function chartFigure({ title, caption, description }) {
-  const canvas = element("div", { class: "canvas", role: "img", "aria-label": description });
+/** Return a figure for a chart. To screen readers, the caption tells what the canvas shows. */
+function chartFigure({ title, caption }) {
+  const canvas = element("div", { class: "canvas", role: "img", "aria-label": caption });
   const words = element("figcaption", {}, element("strong", {}, `${title}. `), caption);
   return { figure: element("figure", { class: "chart" }, words, canvas), canvas };
 }

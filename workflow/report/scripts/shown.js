@@ -9,10 +9,9 @@ async function readEvidence(name) {
   return { ...(await inflated(drawn)), ...(await inflated(judged)) };
 }
 
-/** Return the address of what is shown. */
+/** Return the address that names values, each by its key. */
 function addressOf(shown) {
-  const parts = Object.entries(shown).filter(([, value]) => value);
-  return `#${parts.map(([key, value]) => `${key}=${encodeURIComponent(value).replaceAll("%2F", "/")}`).join("&")}`;
+  return `#${Object.entries(shown).map(([key, value]) => `${key}=${encodeURIComponent(value).replaceAll("%2F", "/")}`).join("&")}`;
 }
 
 /** Open the folds around an element that the address names. */
@@ -28,21 +27,21 @@ function setUpShown(data, list) {
   const [viewer, title, schemes] = [byId("viewer"), byId("viewer-title"), byId("schemes")];
   const buttons = [byId("previous"), byId("next")];
   const choices = { recording: data.recordings, detector: data.detectors.map(({ name }) => name), scheme: data.schemes };
-  const plain = { recording: null, detector: choices.detector[0], scheme: choices.scheme[0] };
+  const plain = { recording: viewer.dataset.first, detector: choices.detector[0], scheme: choices.scheme[0] };
   let redraw = () => {};
-  let chosen = null;
 
   /** Return the valid parts of an address. */
-  const parse = (hash) => {
-    const named = [...new URLSearchParams(hash.slice(1))];
+  const parse = (address) => {
+    const named = [...new URLSearchParams(address.slice(1))];
     return Object.fromEntries(named.filter(([key, value]) => Object.hasOwn(choices, key) && choices[key].includes(value)));
   };
 
-  let shown = { ...plain, ...parse(location.hash) };
+  const named = parse(location.hash);
+  let shown = { ...plain, ...named };
 
   const neighbours = () => {
     const rows = list.fitting().filter((row) => carried.has(row.dataset.recording));
-    const current = rows.findIndex((row) => row.dataset.recording === chosen);
+    const current = rows.indexOf(list.of(shown.recording));
     return [rows[current - 1], rows[current + 1]];
   };
 
@@ -53,67 +52,56 @@ function setUpShown(data, list) {
 
   const draw = async () => {
     const turn = shown;
-    chosen = shown.recording ?? viewer.dataset.first;
+    if (schemes) schemes.elements.scheme.value = shown.scheme;
+    for (const part of document.querySelectorAll(".of-scheme")) part.hidden = part.dataset.scheme !== shown.scheme;
     updateButtons();
     document.querySelector("#recordings-table [aria-current]")?.removeAttribute("aria-current");
-    list.of(chosen).setAttribute("aria-current", "true");
+    list.of(shown.recording).setAttribute("aria-current", "true");
     viewer.setAttribute("aria-busy", "true");
-    const evidence = await readEvidence(chosen).catch(() => null);
+    const evidence = await readEvidence(shown.recording).catch(() => null);
     // If several choices were made quickly, only the last one counts.
     if (turn !== shown) return;
     viewer.removeAttribute("aria-busy");
-    if (evidence) redraw = showRecording(viewer, evidence, { ...shown, recording: chosen }, data);
+    if (evidence) redraw = showRecording(viewer, evidence, shown, data);
     else viewer.replaceChildren(element("p", { class: "note" }, TOO_OLD));
-  };
-
-  const update = (wanted) => {
-    shown = wanted;
-    if (schemes) schemes.elements.scheme.value = shown.scheme;
-    for (const part of document.querySelectorAll(".of-scheme")) part.hidden = part.dataset.scheme !== shown.scheme;
-    draw();
-  };
-
-  /** Show something else. The browser's Back button returns to the former state. Default values go without saying. */
-  const show = (wanted) => {
-    const next = { ...shown, ...wanted };
-    const named = Object.entries(next).filter(([key, value]) => value !== plain[key]);
-    if (addressOf(next) !== addressOf(shown)) history.pushState(null, "", addressOf(Object.fromEntries(named)));
-    update(next);
   };
 
   const bringIntoView = () => {
     // The row stands in the box of the table, right above.
-    list.bringIntoView(list.of(chosen));
+    list.bringIntoView(list.of(shown.recording));
     title.scrollIntoView({ block: "center" });
     title.focus({ preventScroll: true });
   };
 
-  addEventListener("hashchange", () => {
-    const wanted = { ...plain, ...parse(location.hash) };
+  /** Show something else. The address names it, where default values go without saying; the state in the history names all. */
+  const show = (wanted, change) => {
+    shown = { ...shown, ...wanted };
+    const said = Object.entries(shown).filter(([key, value]) => value !== plain[key]);
+    history[change](addressOf(shown), "", addressOf(Object.fromEntries(said)));
+    draw();
+  };
+
+  // The browser went to a former state; or it followed a link, which names the recording or the detector: all else stays.
+  addEventListener("popstate", ({ state }) => {
+    const wanted = parse(state ?? location.hash);
     // A link to an element of the page changes nothing.
-    const isElement = location.hash && !/^#(recording|detector|scheme)=/.test(location.hash);
-    if (isElement || addressOf(wanted) === addressOf(shown)) return;
-    update(wanted);
-    if (wanted.recording) bringIntoView();
-  });
-  // A link names the recording or the detector; all else stays.
-  document.addEventListener("click", (event) => {
-    const link = event.target.closest?.('a[href^="#recording="]');
-    if (!link || event.ctrlKey || event.metaKey || event.shiftKey || event.button) return;
-    event.preventDefault();
-    show(parse(link.getAttribute("href")));
-    bringIntoView();
+    if (!Object.keys(wanted).length) history.replaceState(addressOf(shown), "");
+    else show(wanted, "replaceState");
+    if (!state && wanted.recording) bringIntoView();
   });
   // A button keeps the focus, so nothing scrolls.
-  buttons.forEach((button, which) => button.addEventListener("click", () => show({ recording: neighbours()[which].dataset.recording })));
+  buttons.forEach((button, which) =>
+    button.addEventListener("click", () => show({ recording: neighbours()[which].dataset.recording }, "pushState")),
+  );
   if (schemes) {
     schemes.hidden = false;
-    schemes.addEventListener("change", () => show({ scheme: schemes.elements.scheme.value }));
+    schemes.addEventListener("change", () => show({ scheme: schemes.elements.scheme.value }, "pushState"));
   }
   onLook(viewer, () => redraw());
   viewer.querySelector("details").addEventListener("toggle", () => redraw());
   list.onChange = updateButtons;
   byId("chosen").hidden = false;
-  update(shown);
-  if (shown.recording) bringIntoView();
+  history.replaceState(addressOf(shown), "");
+  draw();
+  if (named.recording) bringIntoView();
 }

@@ -15,7 +15,7 @@ function setUpMeaning() {
   });
 }
 
-for (const scroll of document.querySelectorAll("main .scroll")) tableWithTools(scroll, scroll.querySelector("table").id);
+document.querySelectorAll("main table").forEach((table) => addTableTools(table, table.id));
 document.querySelectorAll("main figure[id]").forEach(addFigureTools);
 addEventListener("hashchange", openFolds);
 openFolds();

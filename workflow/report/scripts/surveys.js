@@ -2,75 +2,41 @@
 
 const AROUND_S = 30;
 
-/** Return the span of values that 90 % of the pieces of one minute do not exceed. */
-function usualSpan(rows, perMinute) {
-  const spans = [];
-  for (const row of rows) {
-    for (let from = 0; from + perMinute <= row.length; from += perMinute) {
-      const known = row.slice(from, from + perMinute).filter((value) => value !== null);
-      if (known.length) spans.push(Math.max(...known) - Math.min(...known));
-    }
-  }
-  spans.sort((a, b) => a - b);
-  return spans[Math.floor(0.9 * spans.length)] || 1;
-}
-
 /** Return a function that draws the readings about a time, each sensor about its mean. */
-function signalsDrawer(canvas, { rows: packed, from_s: from, every_s: every }) {
+function signalsDrawer(canvas, { rows: packed, from_s: from, every_s: every, distance }) {
   const rows = packed.map((each) => unpack(each)[0]);
-  const distance = 1.1 * usualSpan(rows, Math.max(Math.round((2 * AROUND_S) / every), 1));
   let chart = null;
   return (now) => {
     const first = Math.max(Math.floor((now - AROUND_S - from) / every), 0);
     const after = Math.max(Math.ceil((now + AROUND_S - from) / every) + 1, first + 2);
-    const pieces = rows.map((row) => Array.from({ length: after - first }, (_, at) => row[first + at] ?? null));
-    const middles = pieces.map((piece) => {
-      const known = piece.filter((value) => value !== null);
-      return known.reduce((sum, value) => sum + value, 0) / Math.max(known.length, 1);
-    });
     chart?.destroy();
     chart = drawStacked(canvas, {
       time: evenly(after - first, from + first * every, every),
-      rows: pieces,
-      middles,
+      rows: rows.map((row) => Array.from({ length: after - first }, (_, at) => row[first + at] ?? null)),
       distance,
       unit: "counts",
       height: 200,
       cursor: { show: false },
       scales: { x: { range: [now - AROUND_S, now + AROUND_S] } },
-      across: (made) => strokeLine(made, [now, made.scales.y.min], [now, made.scales.y.max], { colour: "ink", dash: [2, 2] }),
+      marks: [{ x: now, colour: "ink", width: 1, dash: [2, 2] }],
     });
   };
 }
 
-/** Return the index of the last entry that begins at or before a time; -1 before the first. */
-function lastAt(entries, time) {
-  return entries.findLastIndex(([from]) => from <= time);
-}
-
-/** Return the value of a line of points [s, value] at a time; null without a point. Beyond its ends, the line is constant. */
-function valueAt(points, time) {
-  if (!points.length) return null;
-  const before = lastAt(points, time);
-  if (before < 0) return points[0][1];
-  const [[from, value], next] = [points[before], points[before + 1]];
-  return next ? value + ((time - from) / (next[0] - from)) * (next[1] - value) : value;
-}
-
-/** Return a moment in words: when, what the capsule does, all else, and the last event. */
-function momentWords(player, time) {
-  const [, state, reason] = player.states[Math.max(lastAt(player.states, time + 1e-3), 0)];
-  const [head, threshold] = [valueAt(player.head, time), valueAt(player.threshold, time)];
-  const score = player.scores[Math.round((time - player.from_s) / player.judged_s)] ?? null;
-  const isMeasured = !player.unknown.some(([from, until]) => from - 1e-6 <= time && time <= until + 1e-6);
-  const where = head === null ? "Head anywhere" : `Head ${isMeasured ? "at" : "near"} ${number(head, 1)} mm`;
+/** Return a time in words: when, what the capsule does, all else, and the last event; and where the head is, null if anywhere. */
+function momentOf(player, time) {
+  const at = Math.round((time - player.from_s) / player.every_s);
+  const [head, threshold, score, measured] = player.known.map((values) => values[at] ?? null);
+  const where = head === null ? "Head anywhere" : `Head ${measured ? "at" : "near"} ${number(head, 1)} mm`;
   const judged = score === null ? "no score" : `score ${significant(score)}`;
   const held = threshold === null ? "" : `, threshold ${significant(threshold)}`;
+  const [, does, reason] = player.states.findLast(([from]) => from <= time + 1e-3) ?? player.states[0];
   return {
     when: `${Math.floor(time / 60)} min ${String(Math.floor(time % 60)).padStart(2, "0")} s`,
-    does: player.words[state],
-    rest: `${where}${isMeasured ? "" : ", position not measured"}; ${judged}${held}.`,
+    does,
+    rest: `${where}${measured ? "" : ", position not measured"}; ${judged}${held}.`,
     reason,
+    head,
   };
 }
 
@@ -99,30 +65,27 @@ function markPicture(stage, { size, map, evidence }, onTime) {
 async function setUpSurvey(node) {
   const { player: packed, title, places, frame } = JSON.parse(node.textContent);
   const player = await inflated(packed);
-  player.scores = unpack(player.score)[0] ?? [];
+  player.known = ["head", "threshold", "score", "measured"].map((name) => unpack(player[name])[0]);
   const id = `moment-${node.dataset.survey}`;
   const slider = element("input", { type: "range", min: player.from_s, max: player.until_s, step: player.step_s, id });
   const now = element("output", { class: "moment", for: id, "aria-live": "off" });
   const steps = element("div", { class: "steps" });
   const { figure, canvas } = chartFigure({
     title: "Readings",
-    caption:
-      "Half a minute before and after, in counts relative to the mean of that minute, one sensor below the other. All " +
-      "sensors have the scale of the bar.",
-    description: "",
+    caption: "Half a minute before and after, about the mean of that minute, one sensor below the other. All sensors have one scale.",
   });
   const box = element("div", { class: "player" }, element("label", { for: id }, `Moment of the survey ${title}`), slider, steps, now, figure);
   node.before(box);
 
   const show = () => {
     const time = Number(slider.value);
-    const { when, does, rest, reason } = momentWords(player, time);
+    const { when, does, rest, reason, head } = momentOf(player, time);
     slider.setAttribute("aria-valuetext", `${when}: the capsule ${does}. ${rest}`);
     now.replaceChildren(element("strong", {}, `${when}: ${does}.`), ` ${rest}`);
     if (reason) now.append(element("span", { class: "reason" }, `Last event: ${reason}.`));
     canvas.setAttribute("aria-label", `Readings of ${player.signals.rows.length} sensors about ${when}.`);
     drawSignals(time);
-    moveMarks(time, valueAt(player.head, time));
+    moveMarks(time, head);
   };
   const goTo = (time) => {
     if (time === undefined) return;

@@ -1,7 +1,5 @@
-// Colours of the theme, and the line of each sensor.
+// Colours of the theme.
 
-// One dash per sensor, with the colours s0 to s4 of report.css. Further sensors begin again at the first line.
-const DASHES = [[], [8, 3], [2, 2], [9, 3, 2, 3], [5, 2, 1, 2, 1, 2]];
 const probe = document.body.appendChild(element("i", { hidden: "" }));
 
 /** Return a colour of the page's theme. */
@@ -10,10 +8,9 @@ function themeColour(name) {
   return getComputedStyle(probe).color;
 }
 
-/** Return colour and dash of a sensor's line; sensors count from 0. */
-function sensorLine(sensor) {
-  const line = sensor % DASHES.length;
-  return { colour: themeColour(`s${line}`), dash: DASHES[line] };
+/** Return the colour of a sensor's line; sensors count from 0. Further ones begin again at the first of the five in report.css. */
+function sensorColour(sensor) {
+  return themeColour(`s${sensor % 5}`);
 }
 
 /** Call a function whenever the theme, also for printing, or the width of a part of the page changes. */

@@ -20,10 +20,8 @@ function titleOf(evidence, verdict) {
 /** Return a distance as a number with a bar, which makes the shortest distance easy to see. */
 function distanceCell(value, nearest, longest) {
   if (value === null) return UNKNOWN;
-  const bar = element("span", { class: "bar", "aria-hidden": "true" });
-  bar.style.width = `${(6 * value) / (longest || 1)}rem`;
-  const said = element("span", { class: "number" }, number(value, 4));
-  return element("span", { class: value === nearest ? "distance nearest" : "distance" }, said, bar);
+  const bar = element("progress", { value, max: longest || 1, "aria-hidden": "true" });
+  return element("span", { class: "distance" }, element(value === nearest ? "strong" : "span", {}, number(value, 4)), bar);
 }
 
 /** Return the table of distances to all templates, for each detector that uses them. */
@@ -36,35 +34,26 @@ function distancesTable(evidence, sizes) {
     ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
   ]);
   const caption = "RMSE to every template; the shortest distance is the verdict of the paper’s detector, template.";
-  return textTable("distances", "distances", caption, ["Template", ...shown.map(labelOf)], rows);
+  return textTable("distances", caption, ["Template", ...shown.map(labelOf)], rows);
 }
 
 /** Return the table of all detectors' verdicts. */
 function verdictsTable({ verdicts }) {
   const rows = verdicts.map((verdict) => [labelOf(verdict), element("strong", {}, verdictWords(verdict)), verdict.details]);
-  return textTable("verdicts", "verdicts", "Every detector’s verdict.", ["Detector", "Verdict", "Details"], rows);
+  return textTable("verdicts", "Every detector’s verdict.", ["Detector", "Verdict", "Details"], rows);
 }
 
 /** Return the table of the envelopes in numbers. */
 function peaksTable({ peaks, threshold }) {
   const rows = peaks.map(([value, at, above], sensor) => [`Sensor ${sensor + 1}`, number(value, 2), number(at, 1), number(above, 1)]);
   const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${number(threshold)} SD for (s)`];
-  return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
+  return textTable("envelopes", "The envelopes in numbers.", heads, rows);
 }
 
-/** Return the facts from the recording's file, fit and header. */
+/** Return the facts from the recording's file, header and fit. */
 function factsOf({ facts, fit }) {
-  const named = Object.entries(facts).flatMap(([name, text]) => (name === "SHA-256" && fit ? [[name, text], ["Fit", fit]] : [[name, text]]));
+  const named = Object.entries(fit ? { ...facts, Fit: fit } : facts);
   return named.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text || UNKNOWN)]);
-}
-
-/** Return the key of the lines: a sample of each sensor's line with its number. */
-function keyEntries(sensors) {
-  return Array.from({ length: sensors }, (_, sensor) => {
-    const { colour, dash } = sensorLine(sensor);
-    const sample = svgElement("line", { x1: 0, y1: 3, x2: 32, y2: 3, "stroke-dasharray": dash.join(" ") });
-    return element("li", {}, svgElement("svg", { viewBox: "0 0 32 6", "aria-hidden": "true", stroke: colour }, sample), `sensor ${sensor + 1}`);
-  });
 }
 
 /** Return links to the same recording with other detectors. */
@@ -89,19 +78,16 @@ function showRecording(viewer, evidence, shown, { detectors, sizes }) {
   const verdictOf = ({ name }) => evidence.verdicts.find((each) => each.detector === name);
   const detector = detectors.find(({ name }) => name === shown.detector);
   const verdict = verdictOf(detector);
-  const prepare = (judged) => (chart) => {
+  const prepare = (chart, ...judge) => {
     const made = { ...chart, ...chartFigure(chart) };
-    const [title, name] = judged ? [`${chart.title}, ${detector.name}`, `${detector.name} ${chart.title}`] : [chart.title, chart.title];
-    const png = () => {
-      const sensors = chart.hasKey ? evidence.peaks.length : 0;
-      saveChart(made.canvas.querySelector("canvas"), `${shown.recording}: ${title}`, sensors, `${shown.recording} ${name}`);
-    };
-    made.figure.prepend(toolBar(["PNG", `Save the chart as PNG: ${shown.recording}: ${title}`, png]));
+    const title = `${shown.recording}: ${[chart.title, ...judge].join(", ")}`;
+    const png = () => saveChart(made.canvas.querySelector("canvas"), title, [shown.recording, ...judge, chart.title].join(" "));
+    addTools(made.figure, ["PNG", `Save the chart as PNG: ${title}`, png]);
     return made;
   };
-  const open = (verdict ? judgedCharts(evidence, verdict, detector) : []).map(prepare(true));
-  open.push(prepare(false)(readingsChart(evidence)));
-  const folded = [envelopeChart(evidence), matrixChart(evidence)].map(prepare(false));
+  const judged = verdict ? judgedCharts(evidence, verdict, detector) : [];
+  const open = [...judged.map((chart) => prepare(chart, detector.name)), prepare(readingsChart(evidence))];
+  const folded = [envelopeChart(evidence), matrixChart(evidence)].map((chart) => prepare(chart));
   const fill = (part, ...content) => viewer.querySelector(part).replaceChildren(...content);
   const figures = (charts) => charts.map(({ figure }) => figure);
   byId("viewer-title").textContent = `${shown.recording}: ${titleOf(evidence, verdict)}`;
@@ -109,16 +95,12 @@ function showRecording(viewer, evidence, shown, { detectors, sizes }) {
   fill("h4 code", detector.name);
   fill(".verdict", ...judgement(verdict, detector));
   fill(".open", ...figures(open));
-  fill(".folded", ...figures(folded), tableWithTools(verdictsTable(evidence), `${shown.recording} verdicts`));
-  fill(
-    ".tables",
-    tableWithTools(distancesTable(evidence, sizes), `${shown.recording} distances`),
-    tableWithTools(peaksTable(evidence), `${shown.recording} envelopes`),
-  );
+  fill(".folded", ...figures(folded), verdictsTable(evidence));
+  fill(".tables", distancesTable(evidence, sizes), peaksTable(evidence));
+  viewer.querySelectorAll("table").forEach((table) => addTableTools(table, `${shown.recording} ${table.className}`));
   fill(".facts", ...factsOf(evidence));
   let drawn = [];
   const redraw = () => {
-    fill(".key", ...keyEntries(evidence.peaks.length));
     drawn.forEach((chart) => chart.destroy());
     // Draw no chart in a closed fold, because it has no width there.
     drawn = [...open, ...(viewer.querySelector("details").open ? folded : [])].map(({ draw, canvas }) => draw(canvas));

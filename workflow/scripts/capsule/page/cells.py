@@ -44,12 +44,11 @@ def cell_of(
 def rate_table(
     rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
 ) -> Cells:
-    """Return a table of rates: one row per size, one group of columns per measure.
+    """Return a table of rates: one row per size, one column per measure and scheme.
 
-    A group has one column per scheme. The rate of a size without a point is not known.
+    The rate of a size without a point is not known.
     """
     schemes = list(dict.fromkeys(rates["scheme"]))
-    titles = [words.scheme(name) for name in schemes]
     one_sided = set(rates.loc[rates["one_sided"], "size_mm"])
     unknown = {
         name: plain_cell(None, words.NOT_GIVEN if name == "paper" else words.UNKNOWN, scheme=name)
@@ -75,10 +74,8 @@ def rate_table(
         }
         for size_mm in sizes_mm
     ]
-    return {
-        "groups": [{"title": title, "schemes": titles} for title in measures.values()],
-        "rows": rows,
-    }
+    heads = [f"{title}, {words.scheme(name)}" for title in measures.values() for name in schemes]
+    return {"heads": heads, "rows": rows}
 
 
 def retest_rows(retest: pd.DataFrame) -> Cells:

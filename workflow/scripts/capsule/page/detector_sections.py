@@ -55,9 +55,7 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
         "confusion": confusion_rows(ours["confusion"], sizes_mm),
         "rates": _rates_by_size(tables, scheme, sizes_mm, tolerance_mm),
         "negatives": rate_table(
-            paper.negative_points(tables["confusion"]),
-            {"classified": "Share of the recordings without a nodule"},
-            sizes_mm,
+            paper.negative_points(tables["confusion"]), {"classified": "Share"}, sizes_mm
         ),
     }
 
@@ -66,7 +64,7 @@ def confusion_rows(confusion: pd.DataFrame, sizes_mm: Sequence[float]) -> list[C
     """Return the counts of verdicts: one row per true size, one cell per predicted size.
 
     A further cell counts the recordings without a verdict, if there are any. A cell has its
-    ``count``, its ``share`` of the row in tenths (for its shade), and whether it is ``right``.
+    ``count``, its ``share`` of the row in quarters (for its shade), and whether it is ``right``.
     """
     counts = {
         (row.size_mm, known_or_none(row.predicted_mm)): int(row.count)
@@ -81,7 +79,7 @@ def confusion_rows(confusion: pd.DataFrame, sizes_mm: Sequence[float]) -> list[C
         cells = [
             {
                 "count": count,
-                "share": round(10 * count / total) if total else 0,
+                "share": round(4 * count / total) if total else 0,
                 "right": actual == predicted,
             }
             for predicted, count in row.items()
@@ -101,7 +99,7 @@ def _rates_by_size(
     table = rate_table(pd.concat(points), measures, sizes_mm[1:])
     ours = sizing[sizing["scheme"] == scheme]
     errors_mm = ours.set_index("size_mm")["mean_absolute_error_mm"].astype(float).to_dict()
-    table["groups"].append({"title": "Mean absolute error", "schemes": [words.scheme(scheme)]})
+    table["heads"].append(f"Mean absolute error, {words.scheme(scheme)}")
     for row in table["rows"]:
         error_mm = known_or_none(errors_mm.get(row["size_mm"]))
         text = words.UNKNOWN if error_mm is None else f"{words.number(error_mm)} mm"

@@ -1,7 +1,6 @@
 """The page's section on surveys: what it says about each, and the data that replays it.
 
-Signals are thinned and packed (`capsule.page.packing`). A path becomes a few points with straight
-lines between them.
+Signals and judgements are thinned and packed (`capsule.page.packing`).
 """
 
 from collections import Counter
@@ -11,23 +10,19 @@ import numpy as np
 import pandas as pd
 
 from capsule import words
-from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.verdicts import OF_SURVEY, VerdictWord
 from capsule.kinds import Cells, Row
 from capsule.page.packing import deflated, pack, to_json
 from capsule.recordings.origin import is_simulated
 from capsule.survey.cycle import STATES
 from capsule.survey.files import Session, StoredPlace
-from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of, simplified
+from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of
 
 # Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.
 MOST_SAMPLES = 14_000
 MOST_JUDGEMENTS = 6000
 # At this interval a wave of 3.2 s still shows.
 _LEAST_S = 0.2
-_THRESHOLD = 0.002
-# Largest error of the head's position: in mm, and as a fraction (1 / parts) of the whole way.
-_HEAD_MM, _HEAD_PARTS = 0.4, 5000
 
 
 def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:
@@ -117,58 +112,48 @@ def _size(place: StoredPlace) -> str:
 def player(session: Session, track: Track) -> Cells:
     """Return the data that replays a survey.
 
-    Head and threshold are points [s, value], states [s, state, reason]; ``unknown`` are intervals
-    [s, s] in which the survey did not know the position.
+    What is known of the judgements lies on an even grid in time, packed: at grid times between two
+    of them head and threshold are on a straight line, and a score is that of the one before.
+    States are [s, what the capsule does, last event].
     """
+    from_s, until_s = float(track.time_s[0]), float(session.time_s[-1])
     step_s = float(np.median(np.diff(track.time_s)))
-    judged_s = max(step_s, float(np.ptp(track.time_s)) / MOST_JUDGEMENTS)
-    head_mm = max(_HEAD_MM, float(np.ptp(track.head_mm)) / _HEAD_PARTS)
+    every_s = max(step_s, (until_s - from_s) / MOST_JUDGEMENTS)
+    grid_s = np.arange(from_s, until_s + every_s / 2, every_s)
+    at = np.searchsorted(track.time_s, grid_s + every_s / 2, side="right") - 1
+    near = np.abs(track.time_s[at] - grid_s) <= every_s
+    head_mm, threshold = (
+        np.interp(grid_s, track.time_s, values) for values in (track.head_mm, track.threshold)
+    )
     return {
-        "from_s": float(track.time_s[0]),
+        "from_s": from_s,
         "step_s": round(step_s, 3),
-        "until_s": float(session.time_s[-1]),
-        "head": _points(track.time_s, track.head_mm, head_mm),
-        "unknown": _stretches(track.time_s, ~track.known),
+        "until_s": until_s,
+        "every_s": every_s,
+        "head": pack(head_mm[np.newaxis]),
+        "threshold": pack(threshold[np.newaxis]),
+        "score": pack(np.where(near, track.score[at], np.nan)[np.newaxis], 8),
+        "measured": pack(track.known[at].astype(float)[np.newaxis], 8),
         "states": [
-            [round(float(track.time_s[0]), 2), "starting", ""],
+            [round(from_s, 2), STATES["starting"], ""],
             *(
                 [
                     round(event.time_s, 2),
-                    event.after,
+                    STATES[event.after],
                     f"{event.event.replace('_', ' ')}, {event.reason}",
                 ]
                 for event in session.events
             ),
         ],
-        "words": STATES,
-        "judged_s": judged_s,
-        "score": _on_grid(track, track.score, judged_s),
-        "threshold": _points(track.time_s, track.threshold, _THRESHOLD, digits=4),
         "signals": _signals(session),
     }
 
 
-def _points(
-    time_s: FloatArray, values: FloatArray, tolerance: float, digits: int = 2
-) -> list[list[float]]:
-    """Return the fewest points that draw a line within the tolerance; none if it is not known."""
-    if np.isnan(values).any():
-        return []
-    enough = simplified(time_s, values, tolerance)
-    return [[round(float(time_s[at]), 2), round(float(values[at]), digits)] for at in enough]
-
-
-def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
-    """Return the intervals in which something was true, as [first, last] time in s."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
-    return [
-        [round(float(time_s[first]), 2), round(float(time_s[after - 1]), 2)]
-        for first, after in edges.reshape(-1, 2)
-    ]
-
-
 def _signals(session: Session) -> Cells:
-    """Return the readings, thinned to means of neighbouring samples; each sensor has its scale."""
+    """Return the readings, thinned to means of neighbouring samples; each sensor has its scale.
+
+    They are drawn at a distance that nine in ten of their ranges in a minute do not exceed.
+    """
     step_s = float(np.median(np.diff(session.time_s)))
     from_s, whole_s = float(session.time_s[0]), float(np.ptp(session.time_s))
     every_s = max(_LEAST_S, step_s, whole_s / MOST_SAMPLES)
@@ -176,12 +161,8 @@ def _signals(session: Session) -> Cells:
     bins = np.floor((session.time_s - from_s) / every_s + 1e-6).astype(int)
     means = pd.DataFrame(session.values.T).groupby(bins).mean().reindex(range(bins[-1] + 1))
     rows = [pack(row[np.newaxis], 8) for row in means.to_numpy().T]
-    return {"from_s": from_s, "every_s": every_s, "rows": rows}
-
-
-def _on_grid(track: Track, values: FloatArray, every_s: float) -> Cells:
-    """Return the judgements' values on an even grid in time, packed; NaN where none is near."""
-    grid_s = np.arange(track.time_s[0], track.time_s[-1] + every_s / 2, every_s)
-    at = np.searchsorted(track.time_s, grid_s + every_s / 2, side="right") - 1
-    near = np.abs(track.time_s[at] - grid_s) <= every_s
-    return pack(np.where(near, values[at], np.nan)[np.newaxis], 8)
+    of_minute = means.groupby(means.index * every_s // 60)
+    ranges = (of_minute.max() - of_minute.min()).to_numpy()
+    known = ranges[~np.isnan(ranges)]
+    distance = 1.1 * float(np.quantile(known, 0.9)) if known.size else 0.0
+    return {"from_s": from_s, "every_s": every_s, "rows": rows, "distance": distance or 1.0}
