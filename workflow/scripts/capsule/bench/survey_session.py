@@ -23,7 +23,7 @@ from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.kinds import Settings
 from capsule.phantom.files import read_phantom
-from capsule.phantom.simulated_bench import SOURCE, simulated_bench
+from capsule.phantom.simulated_bench import SOURCE, bench_with, nodules_of
 from capsule.survey.cycle import STATUSES
 
 
@@ -85,11 +85,12 @@ def _simulated(
 ) -> SurveyRun:
     """Survey a simulated gut."""
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
-    bench = simulated_bench(
+    seed, length_mm = about["seed"], length_mm_of(about)
+    bench = bench_with(
         phantom,
-        seed=about["seed"],
-        length_mm=length_mm_of(about),
-        nodules_mm=about["nodules"],
+        seed=seed,
+        length_mm=length_mm,
+        nodules=nodules_of(seed, length_mm, about["nodules"]),
         sensors=settings["recording"]["sensors"],
     )
     run = SurveyRun(options, about, settings, bench.header | {"session": options.out.name})

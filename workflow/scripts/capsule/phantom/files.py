@@ -8,7 +8,13 @@ import yaml
 
 from capsule.engine.project import CONFIG
 from capsule.errors import CapsuleError
-from capsule.phantom.parameters import Phantom, bench_table, parsed, phantom_from_table, with_values
+from capsule.phantom.parameters import (
+    Phantom,
+    bench_values,
+    parsed,
+    phantom_from_table,
+    with_values,
+)
 
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
 BENCHES = CONFIG / "benches"
@@ -49,7 +55,7 @@ def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> P
         if differing is not None:
             path = differing
             differences = yaml.safe_load(path.read_text(encoding="utf-8"))
-            phantom = phantom_from_table(bench_table(content, differences))
+            phantom = with_values(phantom, bench_values(content, differences))
     except (yaml.YAMLError, CapsuleError) as error:
         raise CapsuleError(f"{path}: {error}") from error
     return with_values(phantom, dict(map(parsed, changes)))

@@ -120,8 +120,8 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
     return built(Phantom, values)
 
 
-def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any]]:  # noqa: ANN401
-    """Return the full table of a bench whose file lists only the differences.
+def bench_values(table: Mapping[str, Any], bench: Any) -> dict[str, float | str]:  # noqa: ANN401
+    """Return the values in which a bench differs, by ``part.parameter``.
 
     Parameters
     ----------
@@ -130,11 +130,6 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any
     bench
         Content of the bench's file: ``explains``, a sentence on how this bench explains the
         paper's table, and the parts and parameters that differ.
-
-    Returns
-    -------
-    dict
-        ``{part: {parameter: entry}}``, with the bench's entries in place of the table's.
 
     Raises
     ------
@@ -146,14 +141,14 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any
             f"the file of a bench begins with '{EXPLAINS}:' and a sentence that explains the "
             "paper's table"
         )
-    changed = {part: dict(entries) for part, entries in table.items()}
+    values = {}
     for name, entry in _entries(bench_parts(bench)):
         part, key = name.split(".")
         usual = table[part][key]["unit"]
         if entry["unit"] != usual:
             raise CapsuleError(f"{name}: the unit is {usual}, not {entry['unit']}")
-        changed[part][key] = entry
-    return changed
+        values[name] = entry["value"]
+    return values
 
 
 def bench_parts(bench: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A simulated bench for surveys: a capsule in the simulated phantom, and its fold board."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -85,19 +86,10 @@ class SimulatedBench:
         return UNFOLDED if max(first, last) <= 0 else UNFOLDING
 
 
-def simulated_bench(
-    phantom: Phantom, *, seed: int, length_mm: float, nodules_mm: list[float], sensors: int
-) -> SimulatedBench:
-    """Return a bench with a gut of this length and nodules of these diameters."""
-    places_mm = nodule_places(seed, length_mm, len(nodules_mm))
-    nodules = [Nodule(at, size) for at, size in zip(places_mm, nodules_mm, strict=True)]
-    return bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
-
-
 def bench_with(
     phantom: Phantom, *, seed: int, length_mm: float, nodules: list[Nodule], sensors: int
 ) -> SimulatedBench:
-    """Return a bench with a gut of this length and nodules at given places."""
+    """Return a bench with a gut of this length and these nodules."""
     rate_hz = phantom.electronics.rate_hz
     straight_s = length_mm / phantom.advance.speed_mm_s
     samples = int(_DETOURS * straight_s * rate_hz) + _AT_LEAST
@@ -105,15 +97,12 @@ def bench_with(
     return SimulatedBench(journey, rate_hz, simulated_header(SOURCE, phantom, seed))
 
 
-def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
-    """Return places of nodules in mm from the start: random ones, or even ones if room is short."""
-    if count == 0:
-        return []
-    numbers = generator(seed, "survey", "nodules")
+def nodules_of(seed: int, length_mm: float, diameters_mm: Sequence[float]) -> list[Nodule]:
+    """Return nodules of these diameters at random places, or at even ones if room is short."""
+    count = len(diameters_mm)
     room_mm = length_mm - _FREE_MM * (count + 1)
-    if room_mm < 0:
-        evenly_mm: list[float] = np.linspace(0, length_mm, count + 2)[1:-1].tolist()
-        return evenly_mm
-    gaps_mm = np.sort(numbers.uniform(0, room_mm, count))
-    places_mm: list[float] = (gaps_mm + _FREE_MM * np.arange(1, count + 1)).tolist()
-    return places_mm
+    places_mm = np.linspace(0, length_mm, count + 2)[1:-1]
+    if room_mm >= 0:
+        gaps_mm = np.sort(generator(seed, "survey", "nodules").uniform(0, room_mm, count))
+        places_mm = gaps_mm + _FREE_MM * np.arange(1, count + 1)
+    return [Nodule(*each) for each in zip(places_mm.tolist(), diameters_mm, strict=True)]
