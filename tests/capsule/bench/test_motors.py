@@ -1,5 +1,6 @@
 """What the computer does for the boards with motors: leases, hangs, resets, refusals."""
 
+import itertools
 import signal
 import subprocess
 import sys
@@ -109,6 +110,20 @@ def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
     drive.look()
     assert line.sent == ["position"]
     assert wave.RENEW_AFTER_S + wave.LOOK_EVERY_S < 2.0  # as docs/bench.md says
+
+
+# Kills: a board that was away, taken to go on where it was since its clock is ahead of the old one.
+def test_a_wave_board_that_is_back_has_forgotten_its_phase_and_is_started_again(line, monkeypatch):
+    away = board(line)
+    drive = Drive(away, WAVE, LOG, restarts=3)
+    line.frames = ["P,10,10,0.6,25.0,running,"]
+    drive.serve()
+    monkeypatch.setattr(away, "_line", None)
+    monkeypatch.setattr(away, "come_back", lambda timeout_s: (line, IDENTITY))
+    drive.serve()
+    line.frames = ["P,3000,10,0.6,25.0,running,"]
+    drive.serve()
+    assert (drive.phase.known, away.pending[-1]) == (False, "start")
 
 
 # Kills: an answer that lay in the port while the wave stopped, taken for one that came just now;
@@ -221,6 +236,12 @@ def fold_of(board):
     return FoldBoard(board, LOG)
 
 
+# Kills: an end that does not wait until the origami is unfolded.
+def test_the_end_of_a_survey_waits_for_the_unfolding(line, monkeypatch):
+    monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count().__next__)
+    assert "does not confirm that the origami is unfolded" in fold_of(board(line)).leave_unfolded()
+
+
 RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
 
 
@@ -306,3 +327,13 @@ def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):
     line.send = lambda payload: line.frames.append("E,direction,the motor follows 800")
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
         Drive(board(line), WAVE, LOG).set_up()
+
+
+# Kills: a firmware that knows no leases, of which nobody is told.
+def test_a_board_without_leases_is_driven_with_a_warning(line):
+    told, obey = [], line.send
+    line.send = lambda payload: (
+        line.frames.append("E,lease,unknown") if "lease" in payload else obey(payload)
+    )
+    Drive(board(line), WAVE, log_to(told)).set_up()
+    assert "the wave will not stop if this computer fails" in told[0]
