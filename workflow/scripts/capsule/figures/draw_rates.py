@@ -13,46 +13,37 @@ from capsule.detectors.registry import PAPER
 from capsule.evaluation import paper
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.lead import leading
+from capsule.figures import style
 from capsule.figures.inputs import FigureInputs
-from capsule.figures.style import (
-    COLUMN_WIDTH_IN,
-    INK,
-    PAGE_WIDTH_IN,
-    PAPER_LOOK,
-    Drawing,
-    add_legend,
-    detector_looks,
-    new_figure,
-    say_nothing_to_show,
-    show_percent,
-)
 from capsule.kinds import Look
 
 # Look of all markers and whiskers; each detector has its own colour and shape.
 _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
 
-def detection_drawing(inputs: FigureInputs) -> Drawing:
+def detection_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of precision and recall per size, for each series."""
     table = paper.detection_points(series_rows(inputs, "detection"))
     return _of_sizes(inputs, table, {"precision": "precision", "recall": "recall"})
 
 
-def sizing_drawing(inputs: FigureInputs) -> Drawing:
+def sizing_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the exact and within-tolerance rates per size, for each series."""
     table = paper.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
     return _of_sizes(inputs, table, {"exact_rate": "exact size", "within_rate": within})
 
 
-def _of_sizes(inputs: FigureInputs, table: pd.DataFrame, panels: Mapping[str, str]) -> Drawing:
+def _of_sizes(
+    inputs: FigureInputs, table: pd.DataFrame, panels: Mapping[str, str]
+) -> style.Drawing:
     label, nodules_mm = "size of the nodule (mm)", inputs.evaluation.sizes_mm()[1:]
     return table, partial(
         draw_rates, table, panels, nodules_mm, label, inputs.evaluation.detectors()
     )
 
 
-def negatives_drawing(inputs: FigureInputs) -> Drawing:
+def negatives_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the verdicts on healthy recordings, for each series."""
     table = paper.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
@@ -85,52 +76,44 @@ def draw_rates(
     sizes_mm: Sequence[float],
     x_label: str,
     detectors: Sequence[str],
-    width_in: float = PAGE_WIDTH_IN,
+    width_in: float = style.PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw rates per size with their intervals, one panel per measure, whose title `panels` gives.
 
     Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
     """
-    narrow = width_in <= COLUMN_WIDTH_IN
-    looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
-    shape = (len(panels), 1) if narrow else (1, len(panels))
-    with new_figure(width_in, 1.75 * len(panels) + 0.85 if narrow else 2.6) as figure:
-        grid = figure.subplots(*shape, squeeze=False, sharey=True)
-        for axes, (measure, title) in zip(grid.flat, panels.items(), strict=True):
-            axes.set_title(title)
-            _draw_panel(axes, table[table["measure"] == measure], sizes_mm, looks)
-        for axes in grid[-1]:
-            axes.set_xlabel(x_label)
-        add_legend(figure, list(grid.flat), 1 if narrow else len(looks))
-    return figure
+    narrow = width_in <= style.COLUMN_WIDTH_IN
+    looks = style.detector_looks(detectors) | {paper.NAME: style.PAPER_LOOK}
+    known = table[table["size_mm"].isin(sizes_mm) & table["rate"].notna()]
+    return style.rates_figure(
+        (width_in, 1.75 * len(panels) + 0.85 if narrow else 2.6),
+        1 if narrow else len(panels),
+        {title: known[known["measure"] == measure] for measure, title in panels.items()},
+        partial(_draw_panel, sizes_mm=sizes_mm, looks=looks),
+        (x_label, ""),
+        columns=1 if narrow else len(looks),
+    )
 
 
 def _draw_panel(
     axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float], looks: Mapping[str, Look]
 ) -> None:
-    table = table[table["size_mm"].isin(sizes_mm)]
-    known = table[table["rate"].notna()]
-    if known.empty:
-        say_nothing_to_show(axes, "no recording to count")
-        return
     tick_of = {size_mm: position for position, size_mm in enumerate(sizes_mm)}
-    series = known.groupby(["detector", "scheme"], sort=False)
+    series = table.groupby(["detector", "scheme"], sort=False)
     for order, ((detector, scheme), rows) in enumerate(series):
         shift = 0.2 * (order - (series.ngroups - 1) / 2)
-        position = np.array([tick_of[size_mm] + shift for size_mm in rows["size_mm"]])
         value = rows["rate"].to_numpy()
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
         shown = words.scheme(scheme)
         label = shown if detector == paper.NAME else f"{detector} ({shown})"
+        position = rows["size_mm"].map(tick_of) + shift
         axes.errorbar(position, value, yerr=reach, label=label, **{**looks[detector], **_MARKS})
     one_sided = set(table.loc[table["one_sided"], "size_mm"])
-    axes.set_xticks(range(len(sizes_mm)))
-    axes.set_xticklabels(
-        "none" if size_mm == 0 else f"{size_mm:g}" + "*" * (size_mm in one_sided)
-        for size_mm in sizes_mm
-    )
+    names = [
+        f"{size_mm:g}" + "*" * (size_mm in one_sided) if size_mm else "none" for size_mm in sizes_mm
+    ]
+    axes.set_xticks(range(len(sizes_mm)), names)
     axes.set(xlim=(-0.6, len(sizes_mm) - 0.4), ylim=(-0.03, 1.05))
-    show_percent(axes.yaxis, 6)
+    style.show_percent(axes.yaxis, 6)
     axes.grid(axis="y")
-    axes.set_axisbelow(True)
-    axes.axhline(0, color=INK, linewidth=0.6)
+    axes.axhline(0, color=style.INK, linewidth=0.6)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from string import ascii_uppercase
 
 import numpy as np
 import pandas as pd
@@ -13,21 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from capsule import words
 from capsule.arrays import FloatArray, NumberArray
 from capsule.evaluation.paper import Evaluation
+from capsule.figures import style
 from capsule.figures.inputs import FigureInputs
-from capsule.figures.style import (
-    COLOURS_OF_HEIGHT,
-    COLUMN_WIDTH_IN,
-    DETECTOR_LOOKS,
-    INK,
-    PAGE_WIDTH_IN,
-    Drawing,
-    add_legend,
-    figure_style,
-    new_figure,
-    panels_in_rows,
-    say_nothing_to_show,
-    sensor_line,
-)
 from capsule.kinds import Look
 from capsule.method.preprocessing import PreprocessedRun
 
@@ -63,14 +51,14 @@ def draw_matrix(
     axes.set(xlim=(column[0], column[-1]), ylim=(row[-1], row[0]))
     axes.set_yticks(np.arange(1, sensors + 1))
     if np.isnan(matrix).any():
-        say_nothing_to_show(axes, "not known: no accepted recording")
+        style.say_nothing_to_show(axes, "not known: no accepted recording")
         return None
     if not matrix.any():
         axes.text(0.5, 0.5, "zero everywhere", transform=axes.transAxes, ha="center", va="center")
         return None
     column, heights = column[::step], heights[:, ::step]
-    filled = axes.contourf(column, row, heights, levels=levels, cmap=COLOURS_OF_HEIGHT)
-    axes.contour(column, row, heights, levels=levels[1:], colors=INK, linewidths=0.4)
+    filled = axes.contourf(column, row, heights, levels=levels, cmap=style.COLOURS_OF_HEIGHT)
+    axes.contour(column, row, heights, levels=levels[1:], colors=style.INK, linewidths=0.4)
     return filled
 
 
@@ -95,6 +83,11 @@ def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
     return typical
 
 
+def _of_sensors(name: str, rows: FloatArray) -> dict[str, FloatArray]:
+    """Return a row per sensor as columns of a table, such as ``reading_1``."""
+    return {f"{name}_{sensor}": row for sensor, row in enumerate(rows, start=1)}
+
+
 def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
     """Return the figure's data as a table, one row per sample."""
     columns = ["recording", "time_s"]
@@ -103,12 +96,12 @@ def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
         stages = {"reading": each.values, "envelope": each.envelope, "matrix": each.matrix}
         cells = {"recording": each.recording, "time_s": each.time_s}
         for name, rows in stages.items():
-            cells |= {f"{name}_{sensor}": row for sensor, row in enumerate(rows, start=1)}
+            cells |= _of_sensors(name, rows)
         frames.append(pd.DataFrame(cells))
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
 
 
-def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
+def preprocessing_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the stages of a typical run without and a typical run with a nodule."""
     typical = typical_recordings(inputs.evaluation)
     examples = [inputs.run(name, title) if name else None for title, name in typical]
@@ -117,32 +110,35 @@ def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
 
 
 def draw_preprocessing(
-    examples: Sequence[PreprocessedRun | None], threshold: float, width_in: float = PAGE_WIDTH_IN
+    examples: Sequence[PreprocessedRun | None],
+    threshold: float,
+    width_in: float = style.PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw the stages of pre-processing (eq. normalization to eq. extended), one column per run.
 
     None stands for a run that the archive does not have. The threshold is in standard deviations.
     """
     known = [example for example in examples if example is not None]
-    highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
-    tallest = max((float(np.nanmax(example.envelope)) for example in known), default=1.0)
-    levels = contour_levels(highest)
-    narrow = width_in <= COLUMN_WIDTH_IN
-    with new_figure(width_in, 4.4 if narrow else 4.7) as figure:
+    levels = contour_levels(max((float(np.max(each.matrix)) for each in known), default=0.0))
+    tallest = max((float(np.nanmax(each.envelope)) for each in known), default=1.0)
+    narrow, filled = width_in <= style.COLUMN_WIDTH_IN, None
+    with style.new_figure(width_in, 4.4 if narrow else 4.7) as figure:
         grid = figure.subplots(3, len(examples), squeeze=False, height_ratios=[1.15, 1, 1])
-        filled = None
-        for column, example in enumerate(examples):
-            signal, envelope, matrix = grid[:, column]
-            letter = chr(ord("A") + column)
+        for axes, label in zip(grid[:, 0], ("readings", "envelope (SD)", "sensor"), strict=True):
+            axes.set_ylabel(label)
+        for letter, example, column in zip(ascii_uppercase, examples, grid.T, strict=False):
+            signal, envelope, matrix = column
             if example is None:
-                for axes in (signal, envelope, matrix):
-                    say_nothing_to_show(axes, "no such recording")
+                for axes in column:
+                    style.say_nothing_to_show(axes, "no such recording")
                 continue
             signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
             _draw_signals(signal, example)
             for sensor, row in enumerate(example.envelope):
-                envelope.plot(example.time_s, row, **sensor_line(sensor))
-            envelope.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
+                look = style.sensor_line(sensor)
+                envelope.plot(example.time_s, row, label=f"sensor {sensor + 1}", **look)
+            look = {"label": f"threshold {threshold:g}", "color": style.INK, "linewidth": 0.6}
+            envelope.axhline(threshold, zorder=0, **look)
             envelope.set(ylim=(0, 1.05 * tallest))
             for axes in (signal, envelope):
                 axes.set_xlim(example.time_s[0], example.time_s[-1])
@@ -152,16 +148,8 @@ def draw_preprocessing(
             if not narrow:
                 envelope.set_title("RMS envelope and threshold")
                 matrix.set_title("matrix")
-        grid[0, 0].set_ylabel("readings")
-        grid[1, 0].set_ylabel("envelope (SD)")
-        grid[2, 0].set_ylabel("sensor")
         _add_height_bar(figure, filled, grid[2, :].tolist(), {"aspect": 9, "pad": 0.01})
-        if known:
-            for sensor in range(len(known[0].values)):
-                grid[0, 0].plot([], [], label=f"sensor {sensor + 1}", **sensor_line(sensor))
-            label = f"threshold {threshold:g}"
-            grid[0, 0].plot([], [], color=INK, linewidth=0.6, label=label)
-            add_legend(figure, [grid[0, 0]], 3 if narrow else 8, handlelength=2.8)
+        style.add_legend(figure, grid[1, :].tolist(), 3 if narrow else 8, handlelength=2.8)
     return figure
 
 
@@ -171,10 +159,9 @@ def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
     distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
     sensors = len(centred)
     for sensor, row in enumerate(centred):
-        line = {**sensor_line(sensor), "linestyle": "-", "linewidth": 0.6}
+        line = {**style.sensor_line(sensor), "linestyle": "-", "linewidth": 0.6}
         axes.plot(example.time_s, row - sensor * distance, **line)
-    axes.set_yticks([-sensor * distance for sensor in range(sensors)])
-    axes.set_yticklabels([str(sensor + 1) for sensor in range(sensors)])
+    axes.set_yticks(-distance * np.arange(sensors), np.arange(1, sensors + 1).astype(str))
 
 
 def _add_height_bar(
@@ -200,17 +187,17 @@ def draw_judged(
     """
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
-    with figure_style():
+    with style.figure_style():
         marks = []
         for number, (place, names) in enumerate(places_s.items()):
-            look = DETECTOR_LOOKS[number % len(DETECTOR_LOOKS)]
+            look = style.DETECTOR_LOOKS[number % len(style.DETECTOR_LOOKS)]
             line: Look = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
             label = f"place by {words.enumerate_words(names)}: {words.place(place, None)}"
             marks.append(signal.axvline(place, label=label, **line))
             for axes in (envelope, matrix):
                 axes.axvline(place, **line)
         if passing_s:
-            look = {"color": INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
+            look = {"color": style.INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
             signal.plot(passing_s, signal.get_yticks(), **look)
             (drawn,) = matrix.plot(passing_s, matrix.get_yticks(), label="the diagonal", **look)
             marks.append(drawn)
@@ -226,12 +213,12 @@ def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) ->
     frames = []
     for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
         cells = {"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)}
-        cells |= {f"sensor_{sensor}": row for sensor, row in enumerate(matrix, start=1)}
+        cells |= _of_sensors("sensor", matrix)
         frames.append(pd.DataFrame(cells))
     return pd.concat(frames, ignore_index=True)
 
 
-def templates_drawing(inputs: FigureInputs) -> Drawing:
+def templates_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the templates, each with the number of recordings that it averages."""
     sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
     draw = partial(draw_templates, sizes_mm, matrices, inputs.template_counts)
@@ -242,16 +229,16 @@ def draw_templates(
     sizes_mm: Sequence[float],
     matrices: Sequence[FloatArray],
     counts: Sequence[int],
-    width_in: float = PAGE_WIDTH_IN,
+    width_in: float = style.PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw every template T^b with one scale, and how many recordings it averages."""
-    narrow = width_in <= COLUMN_WIDTH_IN
+    narrow = width_in <= style.COLUMN_WIDTH_IN
     count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)
     highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)
     levels = contour_levels(highest, with_faint=True)
     height = -(-count // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
-    with new_figure(width_in, height) as figure:
-        panels = panels_in_rows(figure, count, across, "column (sample)", "sensor")
+    with style.new_figure(width_in, height) as figure:
+        panels = style.panels_in_rows(figure, count, across, "column (sample)", "sensor")
         filled = None
         for axes, size_mm, matrix, recordings in zip(
             panels, sizes_mm, matrices, counts, strict=True

@@ -103,7 +103,7 @@ def frame_of(figure: Figure) -> dict[str, Any]:
     points = 72 / figure.dpi
     told: dict[str, Any] = {"size": (figure.get_size_inches() * 72).round(2).tolist()}
     for name, axes in zip(("map", "evidence"), figure.axes, strict=False):
-        if len(axes.get_xticks()):
+        if axes.has_data():
             box = axes.get_window_extent()
             parts = np.array([box.x0, figure.bbox.height - box.y1, box.width, box.height])
             told[name] = {

@@ -8,7 +8,7 @@ the same bytes.
 import contextlib
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import matplotlib
@@ -68,14 +68,13 @@ _SETTINGS: dict[Any, object] = {
     "legend.frameon": False,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
-    "axes.titlecolor": INK,
     "axes.titlelocation": "left",
     # Where titles stand anyway; matplotlib need not search for it.
     "axes.titley": 1.0,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.unicode_minus": True,
+    "axes.axisbelow": True,
     "text.color": INK,
     "xtick.color": INK,
     "ytick.color": INK,
@@ -140,8 +139,8 @@ def _shorten_coordinates(svg: bytes) -> bytes:
 
 
 def say_nothing_to_show(axes: Axes, reason: str) -> None:
-    """Write a reason into empty axes."""
-    axes.set(xticks=[], yticks=[])
+    """Write a reason into empty axes, and hide their ticks: others may share these."""
+    axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False)
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", color=MUTED)
 
 
@@ -160,11 +159,11 @@ def sensor_line(sensor: int) -> Look:
 
 
 def panels_in_rows(
-    figure: Figure, count: int, across: int, x_label: str, y_label: str
+    figure: Figure, count: int, across: int, x_label: str, y_label: str, *, sharex: bool = True
 ) -> list[Axes]:
     """Return the panels of a figure with shared scales; only the outer ones are labelled."""
     rows = -(-count // across)
-    grid = figure.subplots(rows, across, squeeze=False, sharex=True, sharey=True).ravel()
+    grid = figure.subplots(rows, across, squeeze=False, sharex=sharex, sharey=True).ravel()
     for axes in grid[count:]:
         axes.set_visible(False)
     for axes in grid[max(count - across, 0) : count]:
@@ -173,6 +172,32 @@ def panels_in_rows(
     for axes in grid[:count:across]:
         axes.set_ylabel(y_label)
     return list(grid[:count])
+
+
+def rates_figure(
+    size_in: tuple[float, float],
+    across: int,
+    panels: Mapping[str, pd.DataFrame],
+    draw: Callable[[Axes, pd.DataFrame], None],
+    labels: tuple[str, str],
+    columns: int,
+    *,
+    sharex: bool = False,
+) -> Figure:
+    """Return a figure of rates: a panel for each title, drawn from its rows, or with a note.
+
+    `labels` are those of the axes, and `columns` are those of the legend.
+    """
+    with new_figure(*size_in) as figure:
+        shown = panels_in_rows(figure, len(panels), across, *labels, sharex=sharex)
+        for axes, (title, rows) in zip(shown, panels.items(), strict=True):
+            axes.set_title(title)
+            if rows.empty:
+                say_nothing_to_show(axes, "no recording to count")
+            else:
+                draw(axes, rows)
+        add_legend(figure, shown, columns)
+    return figure
 
 
 def show_percent(axis: Axis, ticks: int) -> None:
