@@ -116,8 +116,8 @@ def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has
     kind = learn_familiar(same, np.arange(60))
     # What must differ in the logarithms, the shares of a period and the logit.
     np.testing.assert_allclose(kind.spread, [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
-    assert kind.judge(replace(USUAL, period_s=3.3)).familiar is True
-    assert kind.judge(replace(USUAL, period_s=3.6)).familiar is False
+    assert kind.judge(replace(USUAL, period_s=3.48)).familiar is True
+    assert kind.judge(replace(USUAL, period_s=3.52)).familiar is False
 
 
 def test_fewer_places_than_the_rate_needs_can_tell_nothing():

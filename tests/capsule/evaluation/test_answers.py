@@ -13,7 +13,8 @@ from capsule.evaluation.answers import (
     recordings_to_show,
     set_specificity,
 )
-from capsule.evaluation.intervals import recordings_needed
+from capsule.evaluation.intervals import rate, recordings_needed
+from capsule.evaluation.lead import Lead
 from capsule.evaluation.more_recordings import learning_sentence, needed_sentence
 from support.evaluated import UNKNOWN, evaluated, rates_of
 
@@ -47,6 +48,11 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     assert answers.set_specificity is None
     ppv, npv = (each.value for each in answers.meaning)
     assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+    # Chosen as the best of two, its intervals are those of 97.5 %.
+    chosen = answers_of(rates, "template", "leave_one_out", Lead("template", False, 0.8, 2))
+    _, low, high = rate(3, 20, 0.975)
+    alarms = false_alarms(chosen.specificity)
+    assert (alarms.low, alarms.high) == pytest.approx((low, high))
 
 
 def test_a_detector_that_detects_nothing_still_says_how_often_that_is_right():

@@ -20,6 +20,12 @@ def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
     assert origin.origin_of(sources).kind == kind
 
 
+def test_each_recording_counts_once():
+    sources = ["bench 2", "imported from a.csv", "imported from a.csv", "Simulated", ""]
+    found = origin.origin_of(sources)
+    assert (found.simulated, found.imported, found.recorded, found.silent) == (1, 2, 1, 1)
+
+
 def test_the_combined_checksum_is_of_sorted_lines():
     first = origin.combined_checksum({"b": "22", "a": "11"})
     assert first == origin.combined_checksum({"a": "11", "b": "22"})

@@ -111,6 +111,8 @@ def test_a_missing_sample_keeps_its_place():
         (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
         # Three digits are lost, and an earlier reading is as short.
         (BARE + b"0.2,514,9\n0.3,514,1018\n0.4,514,1", "line 6 is cut off"),
+        (BARE + b"0.2,514,9\n0.3,514,1018\n0.4,514,10", "line 6 is cut off"),
+        (BARE + b"0.2,514,x", "line 4: 'x' is not a number"),
     ],
 )
 def test_what_cannot_be_read_says_why(content, reason):
