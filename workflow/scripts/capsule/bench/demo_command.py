@@ -187,16 +187,11 @@ def _make(chosen: argparse.Namespace, *targets: str) -> None:
 
 def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespace:
     """Return the options with which `capsule record` would record this run."""
-    places = {
-        "--raw": chosen.out / PLAYED,
-        "--logs": chosen.out / "logs",
-        "--templates": chosen.out / LEARNED[0],
-        "--config": chosen.out / OWN_CONFIG,
-    }
-    words_of_it = ["--unlabelled", "--detect", "--name", name]
-    words_of_it += ["--site", name, "--session", "demo", "--setup", name]
-    words_of_it += [str(word) for pair in places.items() for word in pair]
-    return options_of(words_of_it)
+    about = ["--name", name, "--site", name, "--session", "demo", "--setup", name]
+    options = options_of(["--unlabelled", "--detect", *about])
+    options.raw, options.logs = chosen.out / PLAYED, chosen.out / "logs"
+    options.templates, options.config = chosen.out / LEARNED[0], chosen.out / OWN_CONFIG
+    return options
 
 
 def _tell_truth(played: Run) -> None:

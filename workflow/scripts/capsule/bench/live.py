@@ -49,15 +49,6 @@ class LivePage:
             target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True
         ).start()
 
-    def open(self) -> None:
-        """Open the page in a browser, without waiting for it; a browser in text is left alone."""
-        try:
-            browser = webbrowser.get()
-        except webbrowser.Error:
-            return
-        if type(browser) is not webbrowser.GenericBrowser:
-            threading.Thread(target=browser.open, args=(self.address,), daemon=True).start()
-
     def show(self, state: State) -> None:
         """Take over the state."""
         values = json.dumps(state.as_values(), allow_nan=False)
@@ -124,11 +115,17 @@ class LivePage:
 
 @contextlib.contextmanager
 def opened_page(*, browser: bool = True) -> Iterator[LivePage]:
-    """Make a live page, tell its address, and open it in a browser; close it at the end."""
+    """Make a live page, tell its address, and open it in a browser; close it at the end.
+
+    It does not wait for the browser; one in text is left alone.
+    """
     page = LivePage()
     print(f"live page: {page.address}", flush=True)
     if browser:
-        page.open()
+        with contextlib.suppress(webbrowser.Error):
+            found = webbrowser.get()
+            if type(found) is not webbrowser.GenericBrowser:
+                threading.Thread(target=found.open, args=(page.address,), daemon=True).start()
     try:
         yield page
     finally:

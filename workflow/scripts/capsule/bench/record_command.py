@@ -91,8 +91,18 @@ def check(options: argparse.Namespace) -> None:
     modes = [options.size is not None, options.unlabelled, options.recover is not None]
     if sum(modes) != 1:
         raise WrongOptionError("give exactly one of --size MM, --unlabelled and --recover")
-    if fault := _fault_of_streams(options):
-        raise WrongOptionError(fault)
+    if options.stream_in and options.port:
+        raise WrongOptionError(
+            "--stream-in records from a stream, --port from a board: give one of the two"
+        )
+    if options.stream_channels and not options.stream_in:
+        raise WrongOptionError(
+            "--stream-channels chooses channels of --stream-in NAME, which is not given"
+        )
+    if options.stream_in and options.stream_in == options.stream_out:
+        raise WrongOptionError(
+            f"--stream-in and --stream-out both name {options.stream_in!r}: rename one"
+        )
 
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
@@ -153,17 +163,6 @@ def _add_stream_options(parser: argparse.ArgumentParser) -> None:
         "such as 2,3,4,5; sensor 1 first"
     )
     add("--stream-channels", metavar="LIST", help=channels)
-
-
-def _fault_of_streams(options: argparse.Namespace) -> str:
-    """Return which options contradict each other; empty if none do."""
-    if options.stream_in and options.port:
-        return "--stream-in records from a stream, --port from a board: give one of the two"
-    if options.stream_channels and not options.stream_in:
-        return "--stream-channels chooses channels of --stream-in NAME, which is not given"
-    if options.stream_in and options.stream_in == options.stream_out:
-        return f"--stream-in and --stream-out both name {options.stream_in!r}: rename one"
-    return ""
 
 
 def _stream_name(text: str) -> str:

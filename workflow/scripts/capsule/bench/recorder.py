@@ -32,11 +32,11 @@ from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_settings
-from capsule.errors import RecordingError
 from capsule.kinds import Settings
-from capsule.recordings.acceptance import no_evidence_after, readings_of
+from capsule.recordings.acceptance import check_recording
 from capsule.recordings.names import UNLABELLED
-from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample, read_recording
+from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample
+from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
@@ -358,18 +358,15 @@ def _check(
     tell: Callable[[str], None],
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
-    rules = settings["recording"]
-    try:
-        with recording.open("rb") as stream:
-            read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))
-        values, no_verdict = readings_of(read, settings)
-    except RecordingError as reason:
-        tell(f"warning: the workflow will reject this recording: {reason}")
-        return
-    if reason_in_part := no_evidence_after(read):
-        tell(f"warning: {reason_in_part}")
-    if no_verdict:
-        tell(f"warning: no detector will judge this recording: {no_verdict}")
-    elif learned and (final := learned(True)):
+    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+    name = f"{recording.parent.name}/{recording.stem}"
+    content = read_limited(recording, max_bytes)
+    check, values, _ = check_recording(name, content, max_bytes, settings, str(recording))
+    rejected = "the workflow will reject this recording: " if check["status"] == "rejected" else ""
+    if check["reason"]:
+        tell(f"warning: {rejected}{check['reason']}")
+    if check["no_verdict"]:
+        tell(f"warning: no detector will judge this recording: {check['no_verdict']}")
+    elif learned and not rejected and (final := learned(True)):
         for line in final.judge(values).lines():
             tell(line)

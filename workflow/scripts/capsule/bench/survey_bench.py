@@ -1,5 +1,6 @@
 """The bench of a survey on boards: logger, peristalsis board and fold board, on a line each."""
 
+import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
 
@@ -183,34 +184,22 @@ class BoardBench:
         self._drive.start()
         AWAKE.pause_s()  # what came before does not count
 
-    def leave(self) -> list[str]:
-        """Stop the wave and unfold the origami, at any time; return warnings."""
+    def leave(self) -> None:
+        """Stop the wave and unfold the origami, at any time; warn of a board that does not obey."""
         # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
-        warnings = [self._drive.leave(), self._fold.leave_unfolded()]
+        for leave in (self._drive.leave, self._fold.leave_unfolded):
+            if warning := leave():
+                print(warning, file=sys.stderr)
         self._boards["logger"].send("pause")
-        return [warning for warning in warnings if warning]
 
 
 def open_boards(
     ports: Mapping[str, str | None], baud: int, stop: StopRequest, at_end: ExitStack
 ) -> dict[str, Board]:
-    """Open all ports, and check which boards are behind them.
+    """Open the ports ``drive``, ``fold`` and ``logger``, and check which boards are behind them.
 
-    Parameters
-    ----------
-    ports : mapping of str to str or None
-        Ports by the names ``drive``, ``fold`` and ``logger``; None: search for the board.
-    baud : int
-        Bits per second.
-    stop : StopRequest
-        Request to stop, by Ctrl-C.
-    at_end : ExitStack
-        Closes the boards.
-
-    Returns
-    -------
-    dict of str to Board
-        Boards by the names ``fold``, ``peristalsis`` and ``logger``.
+    A port that is None is searched for. The boards are returned as ``fold``, ``peristalsis`` and
+    ``logger``; `at_end` closes them.
 
     Raises
     ------

@@ -82,8 +82,8 @@ class SurveyRun:
         return bool(self._heard)
 
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
-        """Run the survey to its end; one that was interrupted has `begun` before."""
-        self._begun = begun
+        """Run the survey to its end; a resumed one has `begun` at this time."""
+        self._begun = begun if self._heard else None
         self.loop.go_on(partial(self._look, bench, stop))
         self.loop.show()
         self.terminal.leave()

@@ -50,7 +50,11 @@ def survey(options: argparse.Namespace) -> None:
     # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
     stop = StopRequest()
     survey_it = _on_boards if "boards" in about else _simulated
-    run = survey_it(options, about, settings, stop)
+    try:
+        run = survey_it(options, about, settings, stop)
+    except KeyboardInterrupt:
+        print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
+        raise
     _tell_outcome(run, options.out, to_targets=bool(about["goto"]))
 
 
@@ -102,9 +106,9 @@ def _simulated(
 def _on_boards(
     options: argparse.Namespace, about: dict[str, Any], settings: Settings, stop: StopRequest
 ) -> SurveyRun:
-    """Survey on boards.
+    """Survey on boards; a resumed survey decides again on what is stored, and goes on from there.
 
-    A resumed survey reads the stored samples and continues where the capsule is.
+    Whatever ends it, the wave is stopped and the origami unfolded before the files are complete.
     """
     resumed = options.resume is not None
     # A board can have another port than in the killed session.
@@ -129,21 +133,12 @@ def _on_boards(
                     resumed=run.begun,
                     index_mm=about[INDEX],
                 )
-                _lead(run, bench, stop, about["begun"])
+                try:
+                    bench.start()
+                    run.go_on(bench, stop, datetime.fromisoformat(about["begun"]))
+                finally:
+                    bench.leave()
     return run
-
-
-def _lead(run: SurveyRun, bench: BoardBench, stop: StopRequest, begun: str) -> None:
-    """Run the survey; always stop the wave and unfold the origami at its end."""
-    try:
-        bench.start()
-        run.go_on(bench, stop, datetime.fromisoformat(begun) if run.begun else None)
-    except KeyboardInterrupt:
-        print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
-        raise
-    finally:
-        for warning in bench.leave():
-            print(warning, file=sys.stderr)
 
 
 @contextlib.contextmanager
