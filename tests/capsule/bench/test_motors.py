@@ -193,10 +193,42 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     assert len(told) == 3
 
 
-def bench_on(fold, peristalsis, **settings):
-    boards = {"fold": board(fold, insists=True), "peristalsis": board(peristalsis)}
-    boards["logger"] = board(Line(), Identity("logger", ENTRIES))
+def bench_on(fold, peristalsis, logger=None, **settings):
+    boards = {"fold": board(fold, Identity("fold", {}), insists=True)}
+    boards["peristalsis"] = board(peristalsis)
+    boards["logger"] = board(logger or Line(), Identity("logger", ENTRIES))
     return BoardBench(boards, WAVE, LOG, SimpleNamespace(reason=""), patience_s=60.0, **settings)
+
+
+# Kills: a fold that is begun after Ctrl-C, such as by the judgement that was just under way.
+@pytest.mark.parametrize(("reason", "sent"), [("", ["fold", "unfold"]), ("Ctrl-C", ["unfold"])])
+def test_after_ctrl_c_nothing_folds(line, reason, sent):
+    bench = bench_on(line, Line())
+    bench._stop.reason = reason
+    for command in ("fold", "unfold"):
+        bench.tell(command)
+    assert line.sent == sent
+
+
+FRAMES = {
+    "fold": ["F,10,0,unfolded,unfolded"],
+    "peristalsis": ["P,10,10,0.6,25.0,running,"],
+    "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
+}
+
+
+# Kills: a survey that misses one of its boards for ever, or all of them.
+@pytest.mark.parametrize("silent", FRAMES)
+def test_any_board_that_stays_silent_ends_a_survey(monkeypatch, silent):
+    now_s = 0.0
+    monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
+    lines = {name: Line() for name in FRAMES}
+    bench = bench_on(lines["fold"], lines["peristalsis"], logger=lines["logger"])
+    now_s = 61.0
+    for name in FRAMES.keys() - {silent}:
+        lines[name].frames = FRAMES[name]
+    with pytest.raises(BoardLostError, match=rf"{silent}.*\(--patience\)"):
+        bench.read(8)
 
 
 # Kills: a resumed survey that takes the count of a board that was reset for its phase.
