@@ -135,7 +135,6 @@ def long_survey():
         head_mm=np.where(judged, np.cumsum(numbers.lognormal(-3.3, 0.8, count)), np.nan),
         score=np.where(judged, numbers.gumbel(0.07, 0.02, count), np.nan),
         threshold=np.where(judged, 0.15 + time_s / 1e5, np.nan),
-        fold=np.full(count, "unfolded"),
     )
 
 

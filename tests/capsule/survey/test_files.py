@@ -19,7 +19,6 @@ def test_everything_that_the_files_hold_is_read():
         expected = [float(cell) if cell else np.nan for cell in cells]
         np.testing.assert_array_equal(getattr(session, name), expected)
     assert session.values.tolist() == [[row[at] for row in rows] for at in range(1, 5)]
-    assert list(session.fold) == [row[-1] for row in rows]
     assert [event.after for event in session.events] == [event[3] for event in EVENTS]
     assert np.isnan(session.events[0].score)
     assert session.events[1].score == 0.31
@@ -56,7 +55,6 @@ def test_a_place_says_whether_it_may_be_off_or_unlike_and_one_of_an_earlier_vers
         ("stream.csv", b"0.800,", b"nan,", "line 10: time_s is 'nan'"),
         ("stream.csv", b"0.800,", b"0.600,", "time_s does not increase from line to line"),
         ("stream.csv", b"0.800,", b"0.800,7,", "line 10 has 11 cells instead of 10"),
-        ("stream.csv", b"unfolded\n", b"up\x1b\n", r"fold is 'up\\x1b'"),
         ("stream.csv", b"0.15000", b"", "so nothing was judged"),
         ("stream.csv", b"time", b"\xff", "byte 1 is not UTF-8 text"),
         ("events.jsonl", b"}\n", b"\n", "line 1 is not an event"),

@@ -5,7 +5,6 @@ import csv
 import io
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from capsule import words
-from capsule.arrays import FloatArray, TextArray
+from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
 from capsule.recordings.names import displayed
@@ -23,7 +22,6 @@ from capsule.survey.cycle import STATUSES
 from capsule.survey.listed import ABOUT, EVENTS, FILES, LARGEST_BYTES, PLACES, STREAM
 from capsule.survey.survey_log import Event
 
-_WORD = re.compile("[a-z]{1,20}")
 _TEXTS = ("before", "event", "after", "reason")
 _SHOWN = 60
 
@@ -95,8 +93,6 @@ class Session:
         Values of each sample; NaN where a cell is empty.
     values : (S, K) array
         The readings.
-    fold : (K,) array of str
-        State of the origami from the fold board.
     events : sequence of Event
         All events.
     places : sequence of StoredPlace
@@ -111,7 +107,6 @@ class Session:
     head_mm: FloatArray
     score: FloatArray
     threshold: FloatArray
-    fold: TextArray
     events: Sequence[Event]
     places: Sequence[StoredPlace]
 
@@ -212,22 +207,17 @@ def _numbers(file: str, columns: Mapping[str, list[str]], name: str) -> FloatArr
 
 def _parse_stream(text: str) -> dict[str, Any]:
     named = ("time_s", "wave_mm", "head_mm", "score", "threshold")
-    columns = _columns(STREAM, text, ("sensor_1", *named, "fold"))
-    fold = columns["fold"]
-    if len(fold) < 2:
-        raise SessionError(f"{STREAM}: there are no samples")
+    columns = _columns(STREAM, text, ("sensor_1", *named))
     numbers = {name: _numbers(STREAM, columns, name) for name in named}
+    if numbers["time_s"].size < 2:
+        raise SessionError(f"{STREAM}: there are no samples")
     if not np.all(np.diff(numbers["time_s"]) > 0):
         raise SessionError(f"{STREAM}: time_s does not increase from line to line")
     if np.count_nonzero(~np.isnan(numbers["threshold"])) < 2:
         raise SessionError(f"{STREAM}: fewer than 2 lines have a threshold, so nothing was judged")
-    # A board of another version may report states that this program does not know.
-    if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
-        shown = displayed(min(unknown))[:_SHOWN]
-        raise SessionError(f"{STREAM}: fold is {shown!r}, which is not a state in small letters")
     sensors = [name for name in columns if name.startswith("sensor_")]
     values = np.array([_numbers(STREAM, columns, name) for name in sensors])
-    return {**numbers, "values": values, "fold": np.array(fold)}
+    return {**numbers, "values": values}
 
 
 def parse_event(number: int, line: str | bytes) -> Event:
