@@ -117,19 +117,16 @@ def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nod
 def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     ones = np.ones(sensors)
     particle = Particle(ones, 0.4 * ones, 60.0 * ones[1:], 20.0 * ones)
-    matrices = [
-        np.zeros((sensors, 500)),
-        render(particle, 60, 500),
-        np.full((sensors, 500), np.nan),
-    ]
-    figure = draw_templates(SIZES, matrices, [0, 3, 0], width)
+    matrices = np.zeros((sensors, 500)), render(particle, 60, 500), np.full((sensors, 500), np.nan)
+    templates = dict(zip(SIZES, matrices, strict=True))
+    figure = draw_templates(templates, [0, 3, 0], width)
     shown = texts(figure)
     assert "zero everywhere" in shown
     assert "not known: no accepted recording" in shown
     assert any(text.startswith("2.5 mm (") for text in shown)
     # Kills: a size without a template takes the ticks of all the others.
     assert len(figure.axes[1].get_xticks()) > 1
-    table = template_table(SIZES, matrices)
+    table = template_table(templates)
     assert len(table) == 3 * 500
     assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
 
@@ -246,15 +243,14 @@ def curves(detectors, sizes=(np.nan, 1.0)):
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
+def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
     table = curves({"template": 1, "beats": 1, "diagonal": 0.5})
     points = table[table["kind"] == "operating point"]
     assert set(points["false_positive_rate"]) == {0.25}
     assert set(points["detector"]) == set(table["detector"]) == {"template", "beats", "diagonal"}
     figure = draw_roc(table, ["template", "beats", "diagonal"], width)
     shown = texts(figure)
-    assert "score of template, beats" in shown and "score of diagonal" in shown
-    assert "verdicts of beats" in shown
+    assert "score of template" in shown and "verdicts of beats" in shown
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
         "any nodule",
         "1 mm",

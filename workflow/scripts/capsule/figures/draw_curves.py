@@ -42,47 +42,28 @@ def roc_drawing(inputs: FigureInputs) -> style.Drawing:
 def draw_roc(
     table: pd.DataFrame, detectors: Sequence[str], width_in: float = style.PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw the curves of any nodule and of each size against no nodule, one panel per curve.
-
-    Detectors with the same score share one curve, but each has its own operating point.
-    """
+    """Draw the curves of any nodule and of each size against no nodule, one panel per curve."""
     sizes = table["size_mm"]
     panels = {"any nodule": table[sizes.isna()]}
     panels |= {f"{size:g} mm": table[sizes == size] for size in sorted(sizes.dropna().unique())}
-    across = 2 if width_in <= style.COLUMN_WIDTH_IN else 3
-    height_in = width_in / across * -(-len(panels) // across) + 0.55
-    sharing: dict[tuple[float, ...], list[str]] = {}
-    curves = table[table["kind"] == "curve"]
-    for name, rows in curves.groupby("detector", sort=False):
-        sharing.setdefault(tuple(rows["true_positive_rate"]), []).append(str(name))
-    return style.rates_figure(
-        (width_in, height_in),
-        across,
-        panels,
-        partial(_draw_roc, looks=style.detector_looks(detectors), sharing=[*sharing.values()]),
-        ("false alarms", "nodules found"),
-        columns=1 if across == 2 else 3,
-        sharex=True,
-    )
+    draw = partial(_draw_roc, looks=style.detector_looks(detectors))
+    labels = ("false alarms", "nodules found")
+    return style.rates_figure(panels, draw, labels, width_in, square=True)
 
 
-def _draw_roc(
-    axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look], sharing: Sequence[Sequence[str]]
-) -> None:
-    """Draw the curves and operating points of a panel; `sharing` names detectors of one score."""
+def _draw_roc(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
     rates = ["false_positive_rate", "true_positive_rate"]
     axes.plot([0, 1], [0, 1], color=style.MUTED, linewidth=0.5)
-    curves, points = (table[table["kind"] == kind] for kind in ("curve", "operating point"))
-    for names in sharing:
-        curve = curves.loc[curves["detector"] == names[-1], rates].sort_values(rates[0])
-        look = {key: looks[names[-1]][key] for key in ("color", "linestyle")}
-        # The curve is a staircase: each rate holds for at most that many false alarms.
-        steps = np.vstack([[0, 0], curve]).T
-        axes.step(*steps, where="post", label=f"score of {', '.join(names)}", **look)
-    marks = {"linestyle": "none", "markersize": 4.5, "markeredgecolor": "white", "zorder": 3}
-    for name, alarms, found in points[["detector", *rates]].itertuples(index=False):
-        look = {**looks[name], **marks}
-        axes.plot(alarms, found, label=f"verdicts of {name}", markeredgewidth=0.6, **look)
+    point = {"linestyle": "none", "markersize": 4.5, "markeredgecolor": "white", "zorder": 3}
+    for (name, kind), rows in table.groupby(["detector", "kind"], sort=False):
+        if kind == "curve":
+            # The curve is a staircase: each rate holds for at most that many false alarms.
+            steps = np.vstack([[0, 0], rows[rates].sort_values(rates[0])]).T
+            look = {**looks[name], "marker": "", "label": f"score of {name}"}
+            axes.step(*steps, where="post", **look)
+        else:
+            look = {**looks[name], **point, "label": f"verdicts of {name}"}
+            axes.plot(*rows[rates].to_numpy().T, markeredgewidth=0.6, **look)
     axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
     for axis in (axes.xaxis, axes.yaxis):
         style.show_percent(axis, 3)
@@ -109,15 +90,9 @@ def draw_learning(
         sizes = f"{low:g} mm" if low == high else f"from {low:g} mm on"
         of_range = (known["size_from_mm"] == low) & (known["size_to_mm"] == high)
         panels[f"{sizes}: found" if high > 0 else "no nodule: specificity"] = known[of_range]
-    narrow = width_in <= style.COLUMN_WIDTH_IN
-    return style.rates_figure(
-        (width_in, 1.5 * len(panels) + 0.8 if narrow else 2.5),
-        1 if narrow else len(panels),
-        panels,
-        partial(_draw_learning, looks=style.detector_looks(detectors)),
-        ("recordings that teach\n(healthy ones)", ""),
-        columns=2 if narrow else 4,
-    )
+    draw = partial(_draw_learning, looks=style.detector_looks(detectors))
+    labels = ("recordings that teach\n(healthy ones)", "")
+    return style.rates_figure(panels, draw, labels, width_in)
 
 
 def _draw_learning(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:

@@ -24,33 +24,32 @@ _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "caps
 def detection_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of precision and recall per size, for each series."""
     table = paper.detection_points(series_rows(inputs, "detection"))
-    return _of_sizes(inputs, table, {"precision": "precision", "recall": "recall"})
+    return _drawing(inputs, table, {"precision": "precision", "recall": "recall"})
 
 
 def sizing_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the exact and within-tolerance rates per size, for each series."""
     table = paper.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
-    return _of_sizes(inputs, table, {"exact_rate": "exact size", "within_rate": within})
-
-
-def _of_sizes(
-    inputs: FigureInputs, table: pd.DataFrame, panels: Mapping[str, str]
-) -> style.Drawing:
-    label, nodules_mm = "size of the nodule (mm)", inputs.evaluation.sizes_mm()[1:]
-    return table, partial(
-        draw_rates, table, panels, nodules_mm, label, inputs.evaluation.detectors()
-    )
+    return _drawing(inputs, table, {"exact_rate": "exact size", "within_rate": within})
 
 
 def negatives_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the verdicts on healthy recordings, for each series."""
     table = paper.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
-    label, evaluation = "predicted size (mm)", inputs.evaluation
-    return table, partial(
-        draw_rates, table, panels, evaluation.sizes_mm(), label, evaluation.detectors()
-    )
+    return _drawing(inputs, table, panels, "predicted size (mm)", from_size=0)
+
+
+def _drawing(
+    inputs: FigureInputs,
+    table: pd.DataFrame,
+    panels: Mapping[str, str],
+    x_label: str = "size of the nodule (mm)",
+    from_size: int = 1,
+) -> style.Drawing:
+    sizes_mm, detectors = inputs.evaluation.sizes_mm()[from_size:], inputs.evaluation.detectors()
+    return table, partial(draw_rates, table, panels, sizes_mm, x_label, detectors)
 
 
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
@@ -82,17 +81,11 @@ def draw_rates(
 
     Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
     """
-    narrow = width_in <= style.COLUMN_WIDTH_IN
     looks = style.detector_looks(detectors) | {paper.NAME: style.PAPER_LOOK}
     known = table[table["size_mm"].isin(sizes_mm) & table["rate"].notna()]
-    return style.rates_figure(
-        (width_in, 1.75 * len(panels) + 0.85 if narrow else 2.6),
-        1 if narrow else len(panels),
-        {title: known[known["measure"] == measure] for measure, title in panels.items()},
-        partial(_draw_panel, sizes_mm=sizes_mm, looks=looks),
-        (x_label, ""),
-        columns=1 if narrow else len(looks),
-    )
+    of_title = {title: known[known["measure"] == measure] for measure, title in panels.items()}
+    draw = partial(_draw_panel, sizes_mm=sizes_mm, looks=looks)
+    return style.rates_figure(of_title, draw, (x_label, ""), width_in)
 
 
 def _draw_panel(

@@ -30,9 +30,7 @@ def contour_levels(highest: float, *, with_faint: bool = False) -> FloatArray:
 
     A faint height at a fifth of the first step shows low patterns.
     """
-    ticks = MaxNLocator(8).tick_values(0.0, highest if highest > 0 else 1.0)
-    levels: FloatArray = np.asarray(ticks)
-    levels = levels[levels >= 0]
+    levels: FloatArray = np.asarray(MaxNLocator(8).tick_values(0.0, highest or 1.0))
     return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
 
 
@@ -133,10 +131,18 @@ def draw_preprocessing(
                     style.say_nothing_to_show(axes, "no such recording")
                 continue
             signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
-            _draw_signals(signal, example)
-            for sensor, row in enumerate(example.envelope):
+            # The readings of each sensor stand below the other, with one scale for all.
+            readings = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
+            distance = 0.75 * float(np.nanmax(readings) - np.nanmin(readings))
+            for sensor, (values, heights) in enumerate(
+                zip(readings, example.envelope, strict=True)
+            ):
                 look = style.sensor_line(sensor)
-                envelope.plot(example.time_s, row, label=f"sensor {sensor + 1}", **look)
+                line = {"color": look["color"], "linewidth": 0.6}
+                signal.plot(example.time_s, values - sensor * distance, **line)
+                envelope.plot(example.time_s, heights, label=f"sensor {sensor + 1}", **look)
+            sensors = np.arange(len(readings))
+            signal.set_yticks(-distance * sensors, (sensors + 1).astype(str))
             look = {"label": f"threshold {threshold:g}", "color": style.INK, "linewidth": 0.6}
             envelope.axhline(threshold, zorder=0, **look)
             envelope.set(ylim=(0, 1.05 * tallest))
@@ -151,17 +157,6 @@ def draw_preprocessing(
         _add_height_bar(figure, filled, grid[2, :].tolist(), {"aspect": 9, "pad": 0.01})
         style.add_legend(figure, grid[1, :].tolist(), 3 if narrow else 8, handlelength=2.8)
     return figure
-
-
-def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
-    """Draw the readings of each sensor below the other, with one scale for all."""
-    centred = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
-    distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
-    sensors = len(centred)
-    for sensor, row in enumerate(centred):
-        line = {**style.sensor_line(sensor), "linestyle": "-", "linewidth": 0.6}
-        axes.plot(example.time_s, row - sensor * distance, **line)
-    axes.set_yticks(-distance * np.arange(sensors), np.arange(1, sensors + 1).astype(str))
 
 
 def _add_height_bar(
@@ -208,50 +203,49 @@ def draw_judged(
     return figure
 
 
-def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) -> pd.DataFrame:
-    """Return the templates as a table, one row per size and column of the matrix."""
-    frames = []
-    for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
-        cells = {"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)}
-        cells |= _of_sensors("sensor", matrix)
-        frames.append(pd.DataFrame(cells))
+def template_table(templates: Mapping[float, FloatArray]) -> pd.DataFrame:
+    """Return the templates by size in mm as a table, one row per column of a matrix."""
+    frames = [
+        pd.DataFrame(
+            {"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)}
+            | _of_sensors("sensor", matrix)
+        )
+        for size_mm, matrix in templates.items()
+    ]
     return pd.concat(frames, ignore_index=True)
 
 
 def templates_drawing(inputs: FigureInputs) -> style.Drawing:
     """Return the drawing of the templates, each with the number of recordings that it averages."""
-    sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
-    draw = partial(draw_templates, sizes_mm, matrices, inputs.template_counts)
-    return template_table(sizes_mm, matrices), draw
+    templates = inputs.templates
+    return template_table(templates), partial(draw_templates, templates, inputs.template_counts)
 
 
 def draw_templates(
-    sizes_mm: Sequence[float],
-    matrices: Sequence[FloatArray],
+    templates: Mapping[float, FloatArray],
     counts: Sequence[int],
     width_in: float = style.PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw every template T^b with one scale, and how many recordings it averages."""
     narrow = width_in <= style.COLUMN_WIDTH_IN
-    count, across = len(sizes_mm), min(len(sizes_mm), 2 if narrow else 3)
-    highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)
+    across = min(len(templates), 2 if narrow else 3)
+    highest = max(float(np.nanmax(matrix, initial=0.0)) for matrix in templates.values())
     levels = contour_levels(highest, with_faint=True)
-    height = -(-count // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
+    height = -(-len(templates) // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
     with style.new_figure(width_in, height) as figure:
-        panels = style.panels_in_rows(figure, count, across, "column (sample)", "sensor")
+        labels = ("column (sample)", "sensor")
+        panels = style.panels_in_rows(figure, len(templates), across, *labels)
         filled = None
-        for axes, size_mm, matrix, recordings in zip(
-            panels, sizes_mm, matrices, counts, strict=True
-        ):
+        for axes, (size_mm, matrix), count in zip(panels, templates.items(), counts, strict=True):
             column = np.arange(1, matrix.shape[1] + 1)
             filled = draw_matrix(axes, matrix, column, levels) or filled
             peak = float(np.max(matrix))
             if size_mm == 0:
                 axes.set_title("no nodule")
             elif narrow or np.isnan(peak):
-                axes.set_title(f"{size_mm:g} mm (n = {recordings})")
+                axes.set_title(f"{size_mm:g} mm (n = {count})")
             else:
-                axes.set_title(f"{size_mm:g} mm (mean of {recordings}, peak {peak:.2f})")
+                axes.set_title(f"{size_mm:g} mm (mean of {count}, peak {peak:.2f})")
         place = {"location": "bottom", "aspect": 40} if narrow else {"aspect": 25, "pad": 0.01}
         _add_height_bar(figure, filled, list(figure.axes), place)
     return figure

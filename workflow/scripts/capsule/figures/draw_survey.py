@@ -23,9 +23,6 @@ from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
-# The suspected places, and the interval in which the survey examined each.
-_Places = Sequence[tuple[StoredPlace, Pin]]
-
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
     AHEAD: {"color": style.BLUE, "linewidth": 1.1, "label": "travels ahead"},
@@ -34,7 +31,7 @@ _LOOKS: dict[str, Look] = {
 }
 _UNMEASURED: Look = {"linestyle": (0, (2.2, 1.4))}
 _PIN = {"color": style.INK, "markersize": 5, "markeredgewidth": 0.9, "linestyle": "none"}
-# By status, nodules first: they are shown before others if there is no room for all places.
+# By status, those first that are shown if there is no room for all places.
 _PIN_LOOKS: dict[str, Look] = {
     "confirmed": {**_PIN, "marker": "o", "markerfacecolor": style.INK},
     "undecided": {**_PIN, "marker": "D", "markerfacecolor": "#ffffff"},
@@ -59,7 +56,8 @@ class _Picture:
     """What the panels of a survey's picture show; `length_mm` is the length of the distance."""
 
     track: Track
-    places: _Places
+    # The suspected places, and the interval in which the survey examined each.
+    places: Sequence[tuple[StoredPlace, Pin]]
     length_mm: float
     # Length of the wave, and a crest before the drive moved it; NaN if no wave was felt.
     wavelength_mm: float
@@ -73,17 +71,8 @@ class _Picture:
 
 def track_table(track: Track) -> pd.DataFrame:
     """Return the data of a survey's picture, with a row per judgement."""
-    return pd.DataFrame(
-        {
-            "time_s": track.time_s,
-            "head_mm": np.round(track.head_mm, 2),
-            "measured": track.known,
-            "state": track.state,
-            "score": track.score,
-            "threshold": track.threshold,
-            "wave_mm": track.wave_mm,
-        }
-    )
+    table = pd.DataFrame(vars(track)).rename(columns={"known": "measured"})
+    return table.round({"head_mm": 2})
 
 
 def draw_unreadable(name: str, problem: str) -> Figure:
@@ -126,7 +115,12 @@ def draw_survey(
     known = track.head_mm[track.known]
     length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
     picture = _Picture(track, list(zip(session.places, pins, strict=False)), length_mm, *wave)
-    shown = _places_shown(picture.places)
+    # Nodules before others, those with more evidence first; then in the order of their numbers.
+    order = {status: rank for rank, status in enumerate(_PIN_LOOKS)}
+    ranked = sorted(
+        picture.places, key=lambda each: (order[each[0].status], -np.nan_to_num(each[0].height))
+    )
+    shown = sorted(ranked[:_ACROSS], key=lambda each: each[0].place)
     heights_in = [_MAP_IN, _ROW_IN] if shown else [_MAP_IN]
     with style.new_figure(style.PAGE_WIDTH_IN, sum(heights_in) + 0.35) as figure:
         figure.suptitle(title, x=0.01, ha="left", fontsize=8.5)
@@ -149,61 +143,54 @@ def draw_survey(
     return figure
 
 
-def _places_shown(places: _Places) -> _Places:
-    """Return the places that have room, nodules before others, in the order of their numbers."""
-    order = list(_PIN_LOOKS)
-    ranked = sorted(
-        places, key=lambda pair: (order.index(pair[0].status), -np.nan_to_num(pair[0].height))
-    )
-    return sorted(ranked[:_ACROSS], key=lambda pair: pair[0].place)
+def _draw_window(
+    axes: Axes,
+    picture: _Picture,
+    within_mm: tuple[float, float],
+    within_min: tuple[float, float],
+    tolerance_mm: float,
+) -> int:
+    """Draw a part of the head's path, and some of the wave's crests as faint diagonals.
 
-
-def _draw_path(
-    axes: Axes, picture: _Picture, within_min: tuple[float, float], tolerance_mm: float
-) -> None:
-    """Draw the head's path; each piece has the look of its group of states."""
+    Each piece of the path has the look of its group of states. Return n if every n-th crest is
+    drawn, and 0 without one.
+    """
+    axes.set(xlim=within_mm, ylim=within_min[::-1])
+    track, moments_min = picture.track, picture.time_min
     # The legend shows the first line of each group: a measured one, if there is one.
-    for run in sorted(runs_of(picture.track), key=lambda run: not run.known):
+    for run in sorted(runs_of(track), key=lambda run: not run.known):
         some = slice(run.first, run.last + 1)
-        time_min, head_mm = picture.time_min[some], picture.track.head_mm[some]
+        time_min, head_mm = moments_min[some], track.head_mm[some]
         if time_min[-1] < within_min[0] or time_min[0] > within_min[1]:
             continue
         enough = simplified(time_min, head_mm, tolerance_mm)
         look: Look = {**_LOOKS[run.group], **({} if run.known else _UNMEASURED)}
         axes.plot(head_mm[enough], time_min[enough], solid_capstyle="round", zorder=3, **look)
-
-
-def _draw_waves(
-    axes: Axes, picture: _Picture, within_mm: tuple[float, float], within_min: tuple[float, float]
-) -> int:
-    """Draw the wave's crests as faint diagonals; return n if every n-th crest is drawn, or 0."""
-    drive_mm = picture.track.wave_mm
-    known = ~np.isnan(drive_mm)
+    known = ~np.isnan(track.wave_mm)
     if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
         return 0
     # The wave moves evenly between judgements.
     time_min = np.linspace(*within_min, 200)
-    wave_mm = np.interp(time_min, picture.time_min[known], drive_mm[known]) + picture.crest_mm
+    wave_mm = np.interp(time_min, moments_min[known], track.wave_mm[known]) + picture.crest_mm
     # How many waves the panel's two sides are ahead of a crest: crests are at whole numbers.
     ahead = (np.array(within_mm) - wave_mm[:, np.newaxis]) / picture.wavelength_mm
     every = max(1, -(-int(np.ptp(ahead)) // _WAVES))
     crests = np.arange(np.ceil(ahead.min() / every), ahead.max() / every) * every
-    look: Look = {"colors": _WAVE, "linewidths": 0.5, "linestyles": "solid", "zorder": 1}
+    look = {"colors": _WAVE, "linewidths": 0.5, "linestyles": "solid", "zorder": 1}
     axes.contour(within_mm, time_min, ahead, levels=crests, **look)
     return every
 
 
 def _draw_map(axes: Axes, picture: _Picture) -> None:
     """Draw the path of the whole survey, some waves, and a pin for each place."""
-    span_min = (0.0, float(picture.time_min[-1]))
-    margin_mm = 0.02 * picture.length_mm
-    _draw_path(axes, picture, span_min, picture.length_mm / _POINTS_ACROSS)
+    length_mm, span_min = picture.length_mm, (0.0, float(picture.time_min[-1]))
+    within_mm = (-0.02 * length_mm, 1.02 * length_mm)
+    every = _draw_window(axes, picture, within_mm, span_min, length_mm / _POINTS_ACROSS)
     axes.plot([], [], color=style.MUTED, label="position not measured", **_UNMEASURED)
     _draw_pins(axes, picture)
-    if every := _draw_waves(axes, picture, (0.0, picture.length_mm), span_min):
+    if every:
         label = "crest of the wave" if every == 1 else f"crest of one wave in {every}"
         axes.plot([], [], color=_WAVE, linewidth=0.8, label=label)
-    axes.set(xlim=(-margin_mm, picture.length_mm + margin_mm), ylim=span_min[::-1])
     axes.set(xlabel="distance along the gut (mm)", ylabel="time (min)")
     axes.set_title("where the head was", color=style.MUTED)
 
@@ -220,16 +207,13 @@ def _draw_pins(axes: Axes, picture: _Picture) -> None:
         labels = spread_out(middles, _LABEL_PT / _MAP_PT * span_min, span_min)
         reach_mm = (0.075 if right else -0.075) * picture.length_mm
         for (place, _), middle, label in zip(some, middles, labels, strict=True):
-            at_mm = place.place_mm + reach_mm
-            leader: Look = {"color": style.MUTED, "linewidth": 0.5, "zorder": 2}
-            axes.plot([place.place_mm, at_mm], [middle, label], **leader)
-            word = str(OF_SURVEY[place.status])
-            axes.plot([at_mm], [label], zorder=4, label=word, **_PIN_LOOKS[place.status])
+            word, look = str(OF_SURVEY[place.status]), _PIN_LOOKS[place.status]
+            axes.plot([place.place_mm], [middle], zorder=4, label=word, **look)
             axes.annotate(
                 f"{place.place} {verdict_words(place)}",
-                (at_mm, label),
-                xytext=(5 if right else -5, 0),
-                textcoords="offset points",
+                (place.place_mm, middle),
+                (place.place_mm + reach_mm, label),
+                arrowprops={"arrowstyle": "-", "color": style.MUTED, "linewidth": 0.5},
                 ha="left" if right else "right",
                 va="center",
                 fontsize=7,
@@ -296,10 +280,9 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
         min(at_mm - _BEFORE_MM, *(head_mm - _MARGIN_MM)),
         max(at_mm + _BEHIND_MM, *(head_mm + _MARGIN_MM)),
     )
-    _draw_waves(axes, picture, within_mm, within_min)
+    _draw_window(axes, picture, within_mm, within_min, _PATH_MM)
     axes.axvline(at_mm, color=style.MUTED, linewidth=0.6, zorder=2)
-    _draw_path(axes, picture, within_min, _PATH_MM)
     axes.plot([at_mm], [within_min[0]], clip_on=False, zorder=4, **_PIN_LOOKS[place.status])
-    axes.set(xlim=within_mm, ylim=within_min[::-1], xlabel="distance (mm)")
+    axes.set_xlabel("distance (mm)")
     verdict = verdict_words(place).replace(", ", ",\n    ")
     axes.set_title(f"{place.place}  {verdict}", fontsize=7.5, pad=7)

@@ -83,7 +83,6 @@ _SETTINGS: dict[Any, object] = {
     "lines.linewidth": 1.0,
     "grid.color": "#d9d9d9",
     "grid.linewidth": 0.5,
-    "hatch.linewidth": 0.5,
     # Letters are outlines in SVG and embedded TrueType in PDF, so that no reader needs the font.
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
@@ -175,28 +174,29 @@ def panels_in_rows(
 
 
 def rates_figure(
-    size_in: tuple[float, float],
-    across: int,
     panels: Mapping[str, pd.DataFrame],
     draw: Callable[[Axes, pd.DataFrame], None],
     labels: tuple[str, str],
-    columns: int,
+    width_in: float,
     *,
-    sharex: bool = False,
+    square: bool = False,
 ) -> Figure:
     """Return a figure of rates: a panel for each title, drawn from its rows, or with a note.
 
-    `labels` are those of the axes, and `columns` are those of the legend.
+    `labels` are those of the axes. If both of these are rates, the panels are `square`.
     """
-    with new_figure(*size_in) as figure:
-        shown = panels_in_rows(figure, len(panels), across, *labels, sharex=sharex)
+    narrow = width_in <= COLUMN_WIDTH_IN
+    across = min(len(panels), 1 + square if narrow else 3)
+    row_in = width_in / across if square else 1.9
+    with new_figure(width_in, row_in * -(-len(panels) // across) + 0.7) as figure:
+        shown = panels_in_rows(figure, len(panels), across, *labels, sharex=square)
         for axes, (title, rows) in zip(shown, panels.items(), strict=True):
             axes.set_title(title)
             if rows.empty:
                 say_nothing_to_show(axes, "no recording to count")
             else:
                 draw(axes, rows)
-        add_legend(figure, shown, columns)
+        add_legend(figure, shown, 1 if narrow else 3)
     return figure
 
 
