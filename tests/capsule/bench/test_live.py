@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from capsule.bench.live import MOST_LISTENERS, LivePage
-from capsule.bench.state import State, sensor_remarks
+from capsule.bench.state import State
 from support.bench.scripted import ScriptedBench, sample_frame
 from support.browser import Browser, needed
 
@@ -145,11 +145,11 @@ def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, mo
     ],
 )
 def test_a_flat_or_weak_sensor_is_named(sensors, remarks):
-    samples = [None if n % 7 == 0 else sensors(n) for n in range(400)]
-    found = {each["sensor"]: each["remark"] for each in sensor_remarks(samples, 1023)}
-    assert found.keys() == remarks.keys()
-    assert all(found[sensor].startswith(f"{word}: ") for sensor, word in remarks.items())
-    assert not sensor_remarks(samples[:90], 1023), "too short to show a wave"
+    state = State(0.1)
+    for n in range(400):
+        assert n > 90 or not state.remarks(), "too short to show a wave"
+        state.add(None if n % 7 == 0 else sensors(n))
+    assert {sensor: words.split(":")[0] for sensor, words in state.remarks().items()} == remarks
 
 
 @pytest.mark.slow

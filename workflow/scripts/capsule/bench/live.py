@@ -31,23 +31,20 @@ _SCRIPTS = (
 )
 
 
-class LivePage:
+class LivePage(ThreadingHTTPServer):
     """A page on the loopback, under an address that nobody can guess."""
 
     def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), _Browser)
         self._news = threading.Condition()
         self._samples: list[tuple[float, ...] | None] = []
         self._count, self._version, self._values = 0, 0, "null"
         self._listeners: list[object] = []
         self._closed = False
-        browser = type("Browser", (_Browser,), {"page": self})
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0), browser)
-        self.host = f"127.0.0.1:{self._server.server_port}"
+        self.host = f"127.0.0.1:{self.server_port}"
         self.path = f"/{secrets.token_urlsafe(16)}/"
         self.address = f"http://{self.host}{self.path}"
-        threading.Thread(
-            target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True
-        ).start()
+        threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
 
     def show(self, state: State) -> None:
         """Take over the state."""
@@ -60,12 +57,12 @@ class LivePage:
 
     def close(self) -> None:
         """Send the last state, and end all events."""
-        self._server.shutdown()
+        self.shutdown()
         with self._news:
             self._closed = True
             self._news.notify_all()
             self._news.wait_for(lambda: not self._listeners, LAST_WORDS_S)
-        self._server.server_close()
+        self.server_close()
 
     def document(self) -> tuple[str, str]:
         """Return the page, and the policy that allows its own style and script alone."""
@@ -134,7 +131,7 @@ def opened_page(*, browser: bool = True) -> Iterator[LivePage]:
 
 class _Browser(BaseHTTPRequestHandler):
     timeout = TAKES_WITHIN_S
-    page: LivePage
+    server: LivePage
 
     def handle(self) -> None:
         """Answer, and say nothing of a browser that has left."""
@@ -142,7 +139,7 @@ class _Browser(BaseHTTPRequestHandler):
             super().handle()
 
     def do_GET(self) -> None:
-        page = self.page
+        page = self.server
         if self.headers.get("Host") != page.host:  # of a page elsewhere that found the port
             self.send_error(403)
         elif self.path == page.path:

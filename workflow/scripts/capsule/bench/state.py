@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -101,46 +101,33 @@ class State:
         values |= {"advice": self.judgement.advice if self.judgement else ""}
         values |= {"scores": self.judgement.scores if self.judgement else []}
         del values["recent"], values["judgement"]
-        values["remarks"] = sensor_remarks(list(self.recent), self.full_scale)
+        values["remarks"] = [
+            {"sensor": sensor, "remark": remark} for sensor, remark in self.remarks().items()
+        ]
         values["doing"] = STATES.get(self.doing, "")
         return plain(values)
+
+    def remarks(self) -> dict[int, str]:
+        """Return which sensors, from 1, are flat or weak against the usual wave, with the remedy.
+
+        A sensor swings from its 5th to its 95th percentile. The usual wave is the median swing of
+        the sensors that are not flat.
+        """
+        known = np.array([sample for sample in self.recent if sample is not None], float)
+        if len(known) < _LEAST_SAMPLES:
+            return {}
+        swing = np.subtract(*np.percentile(known, [95, 5], axis=0))
+        flat = swing < FLAT_SHARE * self.full_scale
+        usual = float(np.median(swing[~flat])) if not flat.all() else 0.0
+        remarks = {}
+        for sensor, each in enumerate(swing.tolist(), start=1):
+            if flat[sensor - 1]:
+                remarks[sensor] = "flat: check its connection"
+            elif each < _WEAK_SHARE * usual:
+                share = f"{100 * each / usual:.0f} % of the usual wave"
+                remarks[sensor] = f"weak: {share}; check its seat"
+        return remarks
 
 
 def _minutes(seconds: float) -> str:
     return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
-
-
-def sensor_remarks(
-    samples: Sequence[tuple[float, ...] | None], full_scale: float
-) -> list[dict[str, Any]]:
-    """Return which sensors are flat or weak against the usual wave, with the remedy.
-
-    A sensor swings from its 5th to its 95th percentile. The usual wave is the median swing of the
-    sensors that are not flat.
-
-    Parameters
-    ----------
-    samples : sequence of K tuples of S float, or None
-        The last samples; None is a missing one.
-    full_scale : float
-        The largest reading.
-
-    Returns
-    -------
-    list of dict
-        ``sensor``, from 1, and ``remark`` of each sensor that is flat or weak.
-    """
-    known = np.array([sample for sample in samples if sample is not None], float)
-    if len(known) < _LEAST_SAMPLES:
-        return []
-    swing = np.subtract(*np.percentile(known, [95, 5], axis=0))
-    flat = swing < FLAT_SHARE * full_scale
-    usual = float(np.median(swing[~flat])) if not flat.all() else 0.0
-    remarks = []
-    for sensor, each in enumerate(swing.tolist(), start=1):
-        if flat[sensor - 1]:
-            remarks.append({"sensor": sensor, "remark": "flat: check its connection"})
-        elif each < _WEAK_SHARE * usual:
-            share = f"{100 * each / usual:.0f} % of the usual wave"
-            remarks.append({"sensor": sensor, "remark": f"weak: {share}; check its seat"})
-    return remarks

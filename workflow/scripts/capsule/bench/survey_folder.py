@@ -58,30 +58,15 @@ class SessionFolder:
                 write_json(self.folder / ABOUT, self._about)
 
     def add_readings(
-        self,
-        time_s: FloatArray,
-        readings: Readings,
-        head_mm: float,
-        score: float,
-        threshold: float,
+        self, time_s: FloatArray, readings: Readings, judgement: tuple[float, float, float]
     ) -> None:
-        """Add samples to the stream, and the judgement of them to the last.
+        """Add samples and their times, (K,), to the stream, and their judgement to the last.
 
-        The cell of a missing value stays empty.
-
-        Parameters
-        ----------
-        time_s : (K,) array
-            Times of the samples.
-        readings : Readings
-            The samples since the last judgement.
-        head_mm : float
-            Position of the head; NaN if the samples do not show it.
-        score, threshold : float
-            The largest evidence that counts in the present state (NaN if there is none), and the
-            threshold above which it is suspicious.
+        The judgement is the position of the head in mm, the largest evidence that counts in the
+        present state, and the threshold above which it is suspicious. The cell of a value that is
+        NaN stays empty.
         """
-        judged = [_cell(head_mm, 2), _cell(score, 5), _cell(threshold, 5)]
+        judged = [_cell(value, digits) for value, digits in zip(judgement, (2, 5, 5), strict=True)]
         last = time_s.size - 1
         for number, (now_s, values, wave_mm) in enumerate(
             zip(time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)

@@ -155,13 +155,8 @@ class SurveyRun:
             self.state.add(None if np.isnan(column).all() else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
         suspects = self.pilot.suspects
-        self.disk.add_readings(
-            time_s,
-            readings,
-            self.pilot.sensing.head_mm,
-            suspects.newest_score,
-            suspects.threshold.threshold,
-        )
+        judgement = suspects.newest_score, suspects.threshold.threshold
+        self.disk.add_readings(time_s, readings, (self.pilot.sensing.head_mm, *judgement))
         self._note_events()
         return commands
 
