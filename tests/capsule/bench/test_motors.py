@@ -221,6 +221,7 @@ FRAMES = {
 @pytest.mark.parametrize("silent", FRAMES)
 def test_any_board_that_stays_silent_ends_a_survey(monkeypatch, silent):
     now_s = 0.0
+    wave.AWAKE.pause_s()  # other tests' pauses do not count
     monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
     lines = {name: Line() for name in FRAMES}
     bench = bench_on(lines["fold"], lines["peristalsis"], logger=lines["logger"])

@@ -65,7 +65,7 @@ def survey_by(clock: BenchClock, arguments: list[str]) -> None:
     AWAKE.__init__()
     survey_run.datetime = survey_session.datetime = BenchDatetime
     wave.HANGS_AFTER_S = math.inf  # the main thread waits for the bench, by the computer's clock
-    survey_bench.LOOK_EVERY_S = fold.LOOK_EVERY_S = LOOK_EVERY_S
+    survey_bench.LOOK_EVERY_S = fold.READ_TIMEOUT_S = LOOK_EVERY_S
     cli.main(["survey", *arguments])
 
 

@@ -8,6 +8,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import connect
+from capsule.bench.line import READ_TIMEOUT_S
 from capsule.bench.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
@@ -26,7 +27,6 @@ MOST_RESETS = 3
 NOT_SET_UP = "not set up"
 # The refusal of a board that cannot keep how far its thread is wound.
 MEMORY_FAILS = "the memory cannot be written"
-LOOK_EVERY_S = 0.02
 # At the end of a survey, the origami should be unfolded within this time.
 UNFOLDS_WITHIN_S = 12.0
 
@@ -128,7 +128,7 @@ class FoldBoard:
                     f"warning: {self._board.name} does not confirm that the origami is unfolded: "
                     f"it is {self.state}; look before you pull the capsule out"
                 )
-            self.serve(LOOK_EVERY_S)
+            self.serve(READ_TIMEOUT_S)
         return ""
 
     def _note_state(self, state: FoldState) -> None:

@@ -9,7 +9,7 @@ from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.identification import differences
-from capsule.bench.line import Arrival
+from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Back, Damaged, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
@@ -20,7 +20,6 @@ START_AGAIN_S = 0.5
 SILENT_AFTER_S = 2.5
 ASK_AGAIN_S = 1.0
 LAST_FRAMES_S = 0.5
-LOOK_EVERY_S = 0.05
 
 
 class Source:
@@ -163,7 +162,7 @@ class Logger:
         deadline_s = AWAKE.now_s() + LAST_FRAMES_S
         self._board.want("pause")
         while self._board.connected:
-            self._receive(LOOK_EVERY_S)
+            self._receive(READ_TIMEOUT_S)
             if not self._board.pending or AWAKE.now_s() > deadline_s:
                 break
         for piece in self._board.close():

@@ -17,10 +17,9 @@ from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.identification import connect
-from capsule.bench.line import BAUD
+from capsule.bench.line import BAUD, READ_TIMEOUT_S
 from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import (
-    LOOK_EVERY_S,
     SILENT_AFTER_S,
     Logger,
     Source,
@@ -120,7 +119,7 @@ class Recorder:
     def _look(self) -> str:
         """Read and write what is new, and serve the wave; return why the recording ends."""
         # Read first: samples that came while this program was stopped are in the port.
-        self._source.serve(LOOK_EVERY_S)
+        self._source.serve(READ_TIMEOUT_S)
         self._date()
         self._write()
         self._part.sync()
