@@ -6,7 +6,7 @@ import pytest
 from capsule.evaluation.lead import Lead
 from capsule.page import cards
 from capsule.page.packing import inflated
-from capsule.page.sketches import Felt, felt_sketch, score_strip
+from capsule.page.sketches import felt_sketch, score_strip
 from capsule.recordings.quality import NO_FAULT
 from support.evaluated import index_of
 from support.sections import section
@@ -102,7 +102,7 @@ def test_a_card_says_what_to_do_and_why(name, words):
 
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
-    felt = Felt.of(inflated(Described()["a"]["drawn"]))
+    felt = inflated(Described()["a"]["drawn"])
     assert len(felt_sketch(felt, diagonal=True)["passed"]) == 4
     assert felt_sketch(felt, diagonal=False)["passed"] == []
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from capsule.evaluation.answers import Estimate
-from capsule.page.first_screen import MOST_PREVALENT, meaning_values
+from capsule.page.detector_sections import MOST_PREVALENT, meaning_values
 
 
 # Kills: the ratio of the odds upside down, the wrong "no nodule" verdicts taken for the right ones.

@@ -10,7 +10,7 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
-from capsule.page.sketches import Felt, felt_sketch, score_strip
+from capsule.page.sketches import felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
 from capsule.recordings.quality import NO_FAULT
@@ -100,11 +100,11 @@ def with_sketches(
     The scores of labelled places, which taught the detector nothing, are ascending. Without signals
     ``felt`` is None, without a score ``strip``.
     """
-    felt = Felt.of(inflated(described[card["names"][0]]["drawn"])) if card["names"] else None
+    drawn = inflated(described[card["names"][0]]["drawn"]) if card["names"] else None
     score, threshold = card["row"]["score"], card["row"]["threshold"]
     judged = words.is_known(score) and words.is_known(threshold)
     return card | {
-        "felt": felt_sketch(felt, diagonal=card["word"] in _FOUND) if felt else None,
+        "felt": felt_sketch(drawn, diagonal=card["word"] in _FOUND) if drawn else None,
         "strip": score_strip(healthy, nodules, threshold, score) if judged else None,
     }
 

@@ -9,7 +9,6 @@ from capsule.page import (
     comparison,
     detector_sections,
     evidence,
-    first_screen,
     overview,
     provenance,
     recordings,
@@ -26,8 +25,6 @@ def page_values(tables: Tables) -> Cells:
     listed = recordings.page_values(tables)
     data = listed["data"] | {"schemes": [each["scheme"] for each in compared["compared"]]}
     accepted = [row for row in listed["recordings"] if row["accepted"]]
-    of_detectors = detector_sections.page_values(tables)
-    ours = of_detectors["ours"]
     shown = cards.page_values(tables)
     # The viewer begins with the recording of the first card.
     on_cards = [name for card in shown["cards"] for name in card["names"]]
@@ -35,11 +32,9 @@ def page_values(tables: Tables) -> Cells:
     return {
         "archive": overview.archive_name(index),
         **overview.overview(index, tables.passed_over, tables.held_out),
-        **of_detectors,
+        **detector_sections.page_values(tables),
         "confounded": overview.confounded_values(tables.confounded),
         **shown,
-        "first": first_screen.page_values(tables, ours),
-        "meaning": first_screen.meaning_values(ours, judged["prevalence"]),
         **compared,
         **comparison.bench_values(tables.benches, [lead, *evaluation.detectors()]),
         "more": more_recordings(tables, tables.learning, lead),

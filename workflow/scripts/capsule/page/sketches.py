@@ -4,12 +4,10 @@ The templates draw them with the page's colours; no drawing needs a script.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from capsule import words
-from capsule.arrays import FloatArray
 from capsule.evaluation.answers import Estimate
 from capsule.kinds import Cells, Row
 from capsule.page.packing import unpack
@@ -25,67 +23,49 @@ _LEAST_RANGE = 0.6
 _MARKS, _MARK = (6.0, 24.0), 13.0
 
 
-@dataclass(frozen=True)
-class Felt:
-    """What each sensor felt over time.
+def felt_sketch(drawn: Row, *, diagonal: bool) -> Cells:
+    """Return the drawing of what each sensor felt, with the diagonal if all sensors passed it.
 
-    The rows are the depth of the beats in usual depths, or without beats the envelopes in SD.
-    `passed_s` is when each sensor passes the place with the most evidence.
+    `drawn` is what `capsule.page.plot_data` draws of a recording. The rows are the depths of its
+    beats in usual depths, or without beats the envelopes in SD.
     """
-
-    time_s: FloatArray
-    rows: FloatArray
-    in_depths: bool
-    passed_s: Sequence[float | None]
-
-    @classmethod
-    def of(cls, drawn: Row) -> "Felt":
-        """Return it from what `capsule.page.plot_data` draws of a recording."""
-        beats = drawn["beats"]
-        packed = beats or drawn["envelope"]
-        rows = unpack(packed)
-        step_s = beats["step_s"] if beats else packed["every"] * drawn["interval_s"]
-        time_s = (beats["first_s"] if beats else 0.0) + step_s * np.arange(rows.shape[1])
-        passed_s = beats["passed_s"] if beats else [None] * len(rows)
-        return cls(time_s, rows, beats is not None, passed_s)
-
-
-def felt_sketch(felt: Felt, *, diagonal: bool) -> Cells:
-    """Return the drawing of what each sensor felt, with the diagonal if all sensors passed it."""
-    base = 1.0 if felt.in_depths else float(np.nanmin(felt.rows))
-    most = max(float(np.nanmax(felt.rows)) - base, _LEAST_RANGE)
-    last_s = float(felt.time_s[-1]) or 1.0
-    height = _TOP + ROW * len(felt.rows)
+    beats = drawn["beats"]
+    felt = unpack(beats or drawn["envelope"])
+    if beats:
+        first_s, step_s, passed_s = (beats[name] for name in ("first_s", "step_s", "passed_s"))
+    else:
+        first_s, step_s = 0.0, drawn["envelope"]["every"] * drawn["interval_s"]
+        passed_s = [None] * len(felt)
+    time_s = first_s + step_s * np.arange(felt.shape[1])
+    base = 1.0 if beats else float(np.nanmin(felt))
+    most = max(float(np.nanmax(felt)) - base, _LEAST_RANGE)
+    last_s = float(time_s[-1]) or 1.0
     across = _scale(0.0, last_s, LEFT, RIGHT)
 
     def down(sensor: int, value: float) -> float:
         return round(_TOP + ROW * (sensor + 0.95) - 0.85 * ROW * (value - base) / most, 1)
 
     rows, passed = [], []
-    for sensor, values in enumerate(felt.rows):
+    for sensor, (values, at) in enumerate(zip(felt, passed_s, strict=True)):
         known = ~np.isnan(values)
+        known_s, values = time_s[known], values[known]
         points = [
-            f"{across(at)} {down(sensor, value)}"
-            for at, value in zip(felt.time_s[known], values[known], strict=True)
+            f"{across(when)} {down(sensor, value)}"
+            for when, value in zip(known_s, values, strict=True)
         ]
         line, low = "M" + "L".join(points), down(sensor, base)
-        start, end = (across(float(felt.time_s[known][which])) for which in (0, -1))
-        area = f"{line}L{end} {low}L{start} {low}Z"
-        rows.append(
-            {"base": low, "line": line, "area": area, "deepest": float(values[known].max())}
-        )
-        at = felt.passed_s[sensor]
+        area = f"{line}L{across(known_s[-1])} {low}L{across(known_s[0])} {low}Z"
+        rows.append({"base": low, "line": line, "area": area, "deepest": float(values.max())})
         if at is not None and 0 <= at <= last_s:
-            value = float(np.interp(at, felt.time_s[known], values[known]))
-            passed.append((across(at), down(sensor, value)))
+            passed.append((across(at), down(sensor, float(np.interp(at, known_s, values)))))
     step = next((each for each in _STEPS_S if last_s / each <= 7), _STEPS_S[-1])
     return {
         "width": RIGHT + 50,
-        "height": height + 18,
+        "height": _TOP + ROW * len(felt) + 18,
         "rows": rows,
-        "in_depths": felt.in_depths,
+        "in_depths": beats is not None,
         "ticks": [(across(at), at) for at in range(0, int(last_s) + 1, step)],
-        "passed": passed if diagonal and len(passed) == len(felt.rows) else [],
+        "passed": passed if diagonal and len(passed) == len(felt) else [],
     }
 
 
