@@ -148,15 +148,13 @@ def test_a_number_has_its_unit_and_its_interval(value, low, cell):
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
-    rates = dict(zip(comparison.RATES, ("0.95", "0.1", "0.4"), strict=True))
     rows = [
-        {"detector": detector, "part": part, "of the benches the": "worst", "bench": part, **rates}
+        {"detector": detector, "part": part}
         for detector in ("diagonal", "other")
         for part in ("chose", "judged only")
     ]
-    (shown,) = comparison.bench_values(rows, ["diagonal", "template"])["bench_rows"]
-    assert (shown["detector"], shown["bench"]) == ("diagonal", "judged only")
-    assert shown["rates"] == ["95 %", "10 %", "40 %"]
+    shown = comparison.bench_rows(rows, ["diagonal", "template"])
+    assert shown == [{"detector": "diagonal", "part": "judged only"}]
 
 
 @pytest.mark.parametrize("scheme", ["held_out", "leave_one_out", "resubstitution"])
@@ -211,4 +209,4 @@ def test_more_passes_are_rows_and_sizes_are_columns():
     assert made["sizes"] == ["no nodule", "2 mm"]
     assert [row["passes"] for row in made["rows"]] == [1, 2]
     assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
-    assert retest_rows(pd.DataFrame(columns=["detector"]))["rows"] == []
+    assert retest_rows(pd.DataFrame(columns=COLUMNS["retest"]))["rows"] == []

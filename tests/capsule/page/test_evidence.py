@@ -71,7 +71,7 @@ def test_the_fit_is_said_in_words():
 
 def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_template():
     rows = [
-        ROW | {"recording": "0mm/r01", "size_mm": 0.0, "nodule_at_mm": None},
+        ROW | {"recording": "0mm/r01", "size_mm": 0.0, "size": "no nodule", "nodule_at_mm": None},
         ROW | {"recording": "3mm/r01"},
     ]
     first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]

@@ -86,14 +86,14 @@ def test_no_label_stands_where_a_reader_of_the_paper_looks():
     ("symbol", "parts"),
     [
         ("", []),
-        ("N", [("base", "N")]),
-        ("sigma^ver", [("base", "\u03c3"), ("sup", "ver")]),
-        ("sigma_ite", [("base", "\u03c3"), ("sub", "ite")]),
-        ("Delta mu^hor", [("upright", "\u0394"), ("base", "\u03bc"), ("sup", "hor")]),
+        ("N", [("i", "N")]),
+        ("sigma^ver", [("i", "\u03c3"), ("sup", "ver")]),
+        ("sigma_ite", [("i", "\u03c3"), ("sub", "ite")]),
+        ("Delta mu^hor", [("span", "\u0394"), ("i", "\u03bc"), ("sup", "hor")]),
     ],
 )
 def test_a_symbol_is_shown_in_parts(symbol, parts):
-    assert [(part["kind"], part["text"]) for part in provenance.typeset(symbol)] == parts
+    assert provenance.typeset(symbol) == parts
 
 
 def text(verdicts=VERDICTS, sources=("simulated",) * 4, changes=(), columns=(), **top):
@@ -110,7 +110,7 @@ def text(verdicts=VERDICTS, sources=("simulated",) * 4, changes=(), columns=(), 
         for (name, true, _), source in zip(verdicts, sources, strict=False)
     ]
     rows += [["2mm/bad", 2.0, "rejected", "empty", "bench 2", "bb", UNKNOWN]]
-    return section("methods", **page_of(judged, *rows, settings=config), software="")
+    return section("methods", **page_of(judged, *rows, settings=config), project="", programs=[])
 
 
 def test_the_numbers_are_those_of_the_archive_and_the_configuration():
@@ -193,9 +193,8 @@ def entries():
 def test_every_reference_is_cited_and_every_citation_has_a_reference(entries):
     versions = page_files.read_versions(REPORT)
     made = datetime.datetime(2024, 6, 3, tzinfo=datetime.UTC)
-    software = provenance.how_made({}, versions, made, ProjectState("1.2.0", None, False))[
-        "software"
-    ]
+    state = ProjectState("1.2.0", None, False)
+    software = " ".join(provenance.how_made({}, versions, made, state)["programs"])
     paragraph = text(columns={"estimate_low_mm": 1.5})
     assert set(re.findall(r"\[(\w+)\]", f"{paragraph} {software}")) == set(entries)
     for name, version in versions:

@@ -80,8 +80,6 @@ def rate_table(
 
 def retest_rows(retest: pd.DataFrame) -> Cells:
     """Return how often a nodule is reported, by the number of passes that are judged together."""
-    if retest.empty:
-        return {"sizes": [], "rows": []}
     sizes_mm, empty = sorted(retest["size_mm"].unique()), plain_cell(None, words.UNKNOWN)
     rows = []
     for (detector, passes), group in retest.groupby(["detector", "passes"], sort=False):

@@ -21,7 +21,6 @@ BASELINE = "baseline: calls everything a nodule"
 REFERENCE = plain_cell(None, "reference")
 # The part of a bench that neither taught a detector nor chose anything about it.
 JUDGED_ONLY = "judged only"
-RATES = ("specificity", "recall at 1 mm", "recall from 2 mm")
 Judgements = Mapping[str, pd.DataFrame]
 
 
@@ -216,16 +215,7 @@ def _cells(
     return cells
 
 
-def bench_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
+def bench_rows(rows: Sequence[Row], detectors: Sequence[str]) -> list[Row]:
     """Return the rows of benches that only judged, of the detectors that judge this archive."""
-    shown = [
-        {
-            "detector": row["detector"],
-            "which": row["of the benches the"],
-            "bench": row["bench"],
-            "rates": [words.percent(float(row[name])) for name in RATES],
-        }
-        for row in rows
-        if row["detector"] in detectors and row.get("part") == JUDGED_ONLY
-    ]
-    return {"bench_rows": shown}
+    only = [row for row in rows if row.get("part") == JUDGED_ONLY]
+    return [row for row in only if row["detector"] in detectors]

@@ -208,7 +208,6 @@ def _rates_by_size(
 
 def _methods(rates: Rates, ours: Answers) -> Cells:
     """Return what workflow/report/sections/methods.html.j2 says in lists of words."""
-    labelled = rates.index[(rates.index["status"] == "accepted") & rates.index["size_mm"].notna()]
     judging = list(map(detector_row, rates.settings["detectors"]))
     thresholds = {
         row.name: _threshold(rates.verdicts(row.name, ours.scheme)["threshold"].dropna())
@@ -216,18 +215,10 @@ def _methods(rates: Rates, ours: Answers) -> Cells:
         if row.fixed_threshold is None
     }
     return {
-        "of_each": [
-            f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(size_mm)}"
-            for size_mm, count in labelled.groupby("size_mm").size().items()
-        ],
         "detectors": [
             f"{row.name} ({row.sentence}{thresholds.get(row.name, '')})" for row in judging
         ],
         "learned": bool(thresholds),
-        "found": [
-            f"{words.percent(each.value)} ({each.bounds()}) at {words.size(size_mm)}"
-            for size_mm, each in ours.found.items()
-        ],
         "bounded": rates.evaluation.predictions["estimate_low_mm"].notna().any(),
     }
 

@@ -90,9 +90,7 @@ def evidence_among_others(
             f"{words.plural(numbers['accepted_moves'], 'step')} improved it; lag {numbers['lag']}"
         )
     return {
-        "title": {None: "unlabelled", 0.0: "no nodule"}.get(
-            row["size_mm"], f"{row['size']} nodule"
-        ),
+        "title": f"{row['size']} nodule" if row["size_mm"] else row["size"],
         "nodule_at_mm": row["nodule_at_mm"],
         "fitted": fitted,
         "fit": said,

@@ -9,7 +9,7 @@ from capsule.engine.project_state import ProjectState
 from capsule.kinds import Cells, Settings
 from capsule.page.tables import Tables
 from capsule.recordings.origin import combined_checksum
-from capsule.words import enumerate_words, setting
+from capsule.words import setting
 
 # Each program's entry in references.bib.
 REFERENCES = {
@@ -26,7 +26,7 @@ REFERENCES = {
 
 _LABEL = re.compile(r"\beq\. (\S+)")
 _GREEK = {"Delta": "\u0394", "mu": "\u03bc", "sigma": "\u03c3"}
-_SCRIPTS = {"": "base", "^": "sup", "_": "sub"}
+_TAGS = {"": "i", "^": "sup", "_": "sub"}
 
 
 def page_values(tables: Tables) -> Cells:
@@ -48,11 +48,10 @@ def how_made(
     state: ProjectState,
 ) -> Cells:
     """Return the page's values on the code that made it and the date."""
-    programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return {
         "project": state.text(),
         "commit": (state.commit or "")[:8],
-        "software": f"The results were made by {state.text()}, with {enumerate_words(programs)}.",
+        "programs": [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions],
         "code_checksum": combined_checksum(code),
         "versions": versions,
         "made": made.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -109,13 +108,13 @@ def cited(where: str, equations: Sequence[str]) -> str:
     return _LABEL.sub(lambda match: f"Eq. {equations.index(match[1]) + 1}", where)
 
 
-def typeset(symbol: str) -> list[dict[str, str]]:
-    """Return the parts of a symbol such as ``Delta mu^hor``, for HTML.
+def typeset(symbol: str) -> list[tuple[str, str]]:
+    """Return the parts of a symbol such as ``Delta mu^hor``, each with its element of HTML.
 
-    ``^`` raises and ``_`` lowers what follows; ``upright`` is the sign of a difference.
+    ``^`` raises and ``_`` lowers what follows; the sign of a difference stays upright.
     """
-    parts = []
-    for script, name in re.findall(r"([\^_]?)([A-Za-z]+)", symbol):
-        kind = "upright" if name == "Delta" else _SCRIPTS[script]
-        parts.append({"kind": kind, "text": _GREEK.get(name, name)})
-    return parts
+    parts = re.findall(r"([\^_]?)([A-Za-z]+)", symbol)
+    return [
+        ("span" if name == "Delta" else _TAGS[script], _GREEK.get(name, name))
+        for script, name in parts
+    ]

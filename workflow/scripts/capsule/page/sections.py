@@ -36,7 +36,7 @@ def page_values(tables: Tables) -> Cells:
         "confounded": overview.confounded_values(tables.confounded),
         **shown,
         **compared,
-        **comparison.bench_values(tables.benches, [lead, *evaluation.detectors()]),
+        "benches": comparison.bench_rows(tables.benches, [lead, *evaluation.detectors()]),
         "more": more_recordings(tables, tables.learning, lead),
         "settings": settings,
         "references": tables.references,

@@ -35,7 +35,6 @@ def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells
     return {
         "shown": [{**survey, "data": _data(survey)} for survey in readable],
         "problems": [*problems, *passed_over.items()],
-        "any_simulated": any(survey["simulated"] for survey in readable),
     }
 
 
