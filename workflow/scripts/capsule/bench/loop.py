@@ -1,15 +1,17 @@
-"""The loop of a recording or a survey, and what it can do without: no fault of that ends it."""
+"""What a recording and a survey share: the loop, what no fault of may end it, and their files."""
 
+import contextlib
 import math
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
-from capsule.bench.growing_file import FrameLog
+from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.live import SHOW_EVERY_S, LivePage
 from capsule.bench.state import State
+from capsule.bench.survey_folder import SessionFolder
 from capsule.bench.terminal import Terminal
 
 
@@ -62,3 +64,17 @@ class Loop:
             text = f"{self._run} goes on without {what}: {type(fault).__name__}: {fault}"
             print(f"warning: {text}", file=sys.stderr, flush=True)
             self._log.note(f"{text}\n{traceback.format_exc()}")
+
+
+@contextlib.contextmanager
+def kept(files: GrowingFile | SessionFolder, begun: Callable[[], bool]) -> Iterator[None]:
+    """Finish the files of a run at its end; after a fault, keep what it has begun, as it is."""
+    try:
+        yield
+    except BaseException:
+        if begun():
+            files.close()
+        else:
+            files.discard()
+        raise
+    files.finish()

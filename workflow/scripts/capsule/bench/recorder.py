@@ -26,7 +26,7 @@ from capsule.bench.logger import (
     check_fits,
     moment_text,
 )
-from capsule.bench.loop import Loop
+from capsule.bench.loop import Loop, kept
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Drive, Wave
@@ -88,8 +88,7 @@ class Recorder:
         AcquisitionError
             The wave does not start, samples cannot be written, or there is none.
         """
-        part = self._part
-        try:
+        with kept(self._part, lambda: self.state.samples > 0):
             try:
                 if self._drive and not self._stop.reason:
                     self._drive.start()
@@ -103,25 +102,16 @@ class Recorder:
             if not self.state.samples:
                 none = "the run ended before the first sample; nothing is archived"
                 raise self._trouble or AcquisitionError(none)
-        except AcquisitionError:
-            with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
-                self._write()
-            if self.state.samples:
-                part.close()
-            else:
-                part.discard()
-            raise
-        part.finish()
         if self._trouble:
-            kept = f"the samples before that are archived in {part.final}"
-            raise BoardLostError(f"{self._trouble}; {kept}")
+            archived = f"the samples before that are archived in {self._part.final}"
+            raise BoardLostError(f"{self._trouble}; {archived}")
 
     def _look(self) -> str:
         """Read and write what is new, and serve the wave; return why the recording ends."""
         # Read first: samples that came while this program was stopped are in the port.
         self._source.serve(READ_TIMEOUT_S)
-        self._date()
         self._write()
+        self._date()
         self._part.sync()
         if self._drive:
             self._drive.serve(self.state.samples * self.state.period_s)

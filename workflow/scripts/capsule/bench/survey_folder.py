@@ -2,7 +2,7 @@
 
 import contextlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray, plain
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
-from capsule.bench.growing_file import RESUME, GrowingFile, writing
+from capsule.bench.growing_file import RESUME, FrameLog, GrowingFile, writing
 from capsule.kinds import Settings
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.recordings.recording import Recording, column_names, format_recording
@@ -41,7 +41,14 @@ class SessionFolder:
     """
 
     def __init__(
-        self, folder: Path, about: Settings, sensors: int, *, resumed: bool, raw: Path | None = None
+        self,
+        folder: Path,
+        about: Settings,
+        sensors: int,
+        tell: Callable[[str], None] = print,
+        *,
+        resumed: bool = False,
+        raw: Path | None = None,
     ) -> None:
         if not resumed:
             _begin(folder, about)
@@ -49,6 +56,7 @@ class SessionFolder:
         columns = stream_columns(sensors) + "\n"
         self._stream = GrowingFile(folder / STREAM, columns, RESUME, resumed=resumed)
         self._events = GrowingFile(folder / EVENTS, "", RESUME, resumed=resumed)
+        self.log = FrameLog(folder / BOARDS_LOG, tell)
 
     def note_index(self, index_mm: float | None) -> None:
         """Store the phase of the wave at the index, once it is known."""
@@ -119,11 +127,12 @@ class SessionFolder:
         """Rename the files to their final names."""
         self._stream.finish()
         self._events.finish()
+        self.log.close()
 
     def close(self) -> None:
         """Close the files under their unfinished names."""
-        self._stream.close()
-        self._events.close()
+        for file in (self._stream, self._events, self.log):
+            file.close()
 
     def discard(self) -> None:
         """Remove a session that holds no sample."""

@@ -15,13 +15,13 @@ from capsule import words
 from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.clock import StopRequest
-from capsule.bench.growing_file import FrameLog
+from capsule.bench.live import LivePage
 from capsule.bench.logger import moment_text
 from capsule.bench.loop import Loop
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
-from capsule.bench.survey_folder import BOARDS_LOG, SessionFolder
+from capsule.bench.survey_folder import SessionFolder
 from capsule.bench.terminal import Terminal
 from capsule.detectors.unlike import because, unlike
 from capsule.kinds import Settings
@@ -49,6 +49,7 @@ class SurveyRun:
         about: Settings,
         settings: Settings,
         header: Mapping[str, str],
+        page: LivePage | None,
     ) -> None:
         sensors, detector = settings["recording"]["sensors"], settings["diagonal"]
         self._header, self._rate_hz = header, float(header["rate_hz"])
@@ -62,12 +63,18 @@ class SurveyRun:
             title = f"{title}, simulated"
             self._length_mm = math.inf  # the bench knows itself where the gut ends
         self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm_of(about))
-        resumed, raw = options.resume is not None, about["raw"] and Path(about["raw"])
-        self.disk = SessionFolder(options.out, about, sensors, resumed=resumed, raw=raw)
+        self._terminal = Terminal(sys.stdout)
+        self.disk = SessionFolder(
+            options.out,
+            about,
+            sensors,
+            self._terminal.note,
+            resumed=options.resume is not None,
+            raw=about["raw"] and Path(about["raw"]),
+        )
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
-        self.terminal = Terminal(sys.stdout)
-        self.log = FrameLog(options.out / BOARDS_LOG, self.terminal.note)
-        self.loop = Loop("the survey", self.state, self.log)
+        self._loop = Loop("the survey", self.state, self.disk.log)
+        self._loop.show_on(self._terminal, page)
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
@@ -84,9 +91,9 @@ class SurveyRun:
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end; a resumed one has `begun` at this time."""
         self._begun = begun if self._heard else None
-        self.loop.go_on(partial(self._look, bench, stop))
-        self.loop.show()
-        self.terminal.leave()
+        self._loop.go_on(partial(self._look, bench, stop))
+        self._loop.show()
+        self._terminal.leave()
         self._write_places()
 
     def _look(self, bench: Bench, stop: StopRequest) -> str:
@@ -193,9 +200,9 @@ class SurveyRun:
         self._told = len(self.pilot.log)
         self.disk.add_events(events)
         for event in events:
-            if not self._repeating and not self.terminal.redraws:
+            if not self._repeating and not self._terminal.redraws:
                 at = f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm"
-                self.terminal.note(f"{at}  {event.after:<11} {event.reason}")
+                self._terminal.note(f"{at}  {event.after:<11} {event.reason}")
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":

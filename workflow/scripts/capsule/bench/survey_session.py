@@ -3,7 +3,7 @@
 import argparse
 import contextlib
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,8 +13,9 @@ from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, Surv
 from capsule.bench.board import Board
 from capsule.bench.clock import StopRequest
 from capsule.bench.fold import set_up_fold
-from capsule.bench.live import opened_page
+from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import check_fits, moment_text
+from capsule.bench.loop import kept
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import INDEX, check_new, read_about, read_stored
 from capsule.bench.survey_run import SurveyRun, length_mm_of
@@ -51,7 +52,8 @@ def survey(options: argparse.Namespace) -> None:
     stop = StopRequest()
     survey_it = _on_boards if "boards" in about else _simulated
     try:
-        run = survey_it(options, about, settings, stop)
+        with opened_page() if options.live else contextlib.nullcontext() as page:
+            run = survey_it(options, about, settings, stop, page)
     except KeyboardInterrupt:
         print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
         raise
@@ -85,7 +87,11 @@ def _ports(options: argparse.Namespace) -> dict[str, str | None]:
 
 
 def _simulated(
-    options: argparse.Namespace, about: dict[str, Any], settings: Settings, stop: StopRequest
+    options: argparse.Namespace,
+    about: dict[str, Any],
+    settings: Settings,
+    stop: StopRequest,
+    page: LivePage | None,
 ) -> SurveyRun:
     """Survey a simulated gut."""
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
@@ -97,14 +103,18 @@ def _simulated(
         nodules=nodules_of(seed, length_mm, about["nodules"]),
         sensors=settings["recording"]["sensors"],
     )
-    run = SurveyRun(options, about, settings, bench.header | {"session": options.out.name})
-    with _completed(run, options):
+    run = SurveyRun(options, about, settings, bench.header | {"session": options.out.name}, page)
+    with kept(run.disk, lambda: run.begun):
         run.go_on(bench, stop)
     return run
 
 
 def _on_boards(
-    options: argparse.Namespace, about: dict[str, Any], settings: Settings, stop: StopRequest
+    options: argparse.Namespace,
+    about: dict[str, Any],
+    settings: Settings,
+    stop: StopRequest,
+    page: LivePage | None,
 ) -> SurveyRun:
     """Survey on boards; a resumed survey decides again on what is stored, and goes on from there.
 
@@ -118,8 +128,8 @@ def _on_boards(
         boards = {} if resumed else open_boards(ports, options.baud, stop, at_end)
         if not resumed:
             about |= _known_with(boards, settings, wave, options.out.name)
-        run = SurveyRun(options, about, settings, about["header"])
-        with _completed(run, options):
+        run = SurveyRun(options, about, settings, about["header"], page)
+        with kept(run.disk, lambda: resumed or run.begun):
             if resumed:
                 run.repeat(*read_stored(options.out, settings["recording"], run.pilot.every))
             if not run.pilot.cycle.over:
@@ -127,7 +137,7 @@ def _on_boards(
                 bench = BoardBench(
                     boards,
                     wave,
-                    run.log,
+                    run.disk.log,
                     stop,
                     patience_s=options.patience,
                     resumed=run.begun,
@@ -139,23 +149,6 @@ def _on_boards(
                 finally:
                     bench.leave()
     return run
-
-
-@contextlib.contextmanager
-def _completed(run: SurveyRun, options: argparse.Namespace) -> Iterator[None]:
-    """Show the survey while it runs, and complete its files at the end."""
-    try:
-        with opened_page() if options.live else contextlib.nullcontext() as page:
-            run.loop.show_on(run.terminal, page)
-            yield
-    except BaseException:
-        if run.begun or options.resume:
-            run.disk.close()
-        else:
-            run.log.close()
-            run.disk.discard()
-        raise
-    run.disk.finish()
 
 
 def _known_with(
