@@ -14,8 +14,6 @@ from capsule.bench.state import State
 from support.bench.scripted import ScriptedBench, sample_frame
 from support.browser import Browser, needed
 
-pytestmark = pytest.mark.boards
-
 
 @pytest.fixture
 def page():

@@ -77,6 +77,14 @@ def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
     assert len(bench.rows()) == rows
 
 
+# Kills: a switch whose wire is broken, taken for one that the capsule has pressed.
+@pytest.mark.parametrize(("before", "said"), [(0, "broken"), (30, "the capsule reached")])
+def test_an_end_stop_that_was_never_open_is_told_from_one_that_was_reached(bench, before, said):
+    pressed = [(n / 10, encode(f"D,{n},{100 * n},{n},2,3,4,1")) for n in range(before, before + 2)]
+    bench.run([*samples(0, before), *pressed])
+    assert said in bench.recorder.state.ended
+
+
 # Kills: a header with the time at which the command was typed.
 def test_a_recording_started_with_its_first_sample(bench):
     # Read together, 9 s after the first one was taken.

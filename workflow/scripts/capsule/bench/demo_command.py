@@ -94,7 +94,7 @@ def demo(chosen: argparse.Namespace) -> None:
         name = run_name(seed)
         played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
         how = "in real time" if chosen.speed == 1 else f"{chosen.speed:g} times as fast"
-        tell(
+        print(
             f"Everything here is simulated and goes to {chosen.out}/. A simulated board plays a "
             f"run over an unknown place, {how}. Ctrl-C ends the run early and "
             f"keeps it. Meanwhile the detectors learn from {sum(LABELLED.values())} labelled "
@@ -113,13 +113,13 @@ def demo(chosen: argparse.Namespace) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     recorded.rename(path)
     _tell_truth(played)
-    tell(f"The verdicts came {_since(begun_s)} after the start. Now the workflow makes the report.")
+    print(f"The verdicts came {_since(begun_s)} after the start. Now the report is made.")
     _make(chosen, REPORT)
     report = chosen.out / REPORT
-    tell(f"The report came {_since(begun_s)} after the start: {report}. To judge the run again:")
-    tell(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
+    print(f"The report came {_since(begun_s)} after the start: {report}. To judge the run again:")
+    print(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
     if chosen.open and not webbrowser.open(report.resolve().as_uri()):
-        tell("The demo cannot open a browser; open the report yourself.")
+        print("The demo cannot open a browser; open the report yourself.")
 
 
 class Learning:
@@ -156,7 +156,7 @@ class Learning:
         """
         if self._final is None and (wait or self._snakemake.poll() is not None):
             if self._snakemake.poll() is None:
-                tell("The detectors still learn; the verdicts come in a moment.")
+                print("The detectors still learn; the verdicts come in a moment.")
             if self._snakemake.wait() and wait:
                 _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
             if wait or self._snakemake.returncode == 0:
@@ -164,11 +164,6 @@ class Learning:
                 settings = read_settings(self._chosen.out / OWN_CONFIG)
                 self._final = FinalVerdict(templates, learned, settings)
         return self._final
-
-
-def tell(text: str) -> None:
-    """Print a line at once."""
-    print(text, flush=True)
 
 
 def _since(begun_s: float) -> str:
@@ -197,9 +192,9 @@ def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespa
 def _tell_truth(played: Run) -> None:
     if played.nodule_mm:
         at = words.number(played.nodule_at_mm, 1)
-        tell(f"The truth: a nodule of {played.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
+        print(f"The truth: a nodule of {played.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
     else:
-        tell("The truth: there is no nodule.")
+        print("The truth: there is no nodule.")
 
 
 class PlayedRun(Source):
