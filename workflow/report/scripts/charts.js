@@ -98,6 +98,11 @@ function drawMark(chart, { x, y, text = "", row = 0, colour = "accent", width = 
   ctx.restore();
 }
 
+/** Return the axis of rows of sensors: sensor s is at -s, and its number begins with 1. */
+function sensorAxis(rows) {
+  return { splits: () => rows.map((_, sensor) => -sensor), values: (_, splits) => splits.map((at) => String(1 - at)) };
+}
+
 /**
  * Draw rows of values, one sensor below the other, each about its mean or about `middle`, all with one scale: rows are `distance` apart.
  * A dotted line crosses each row at `level`. Heights of marks count rows; that of sensor s is at -s.
@@ -113,7 +118,7 @@ function drawStacked(container, { time, rows, unit, height, middle, level = null
   const stacked = {
     ...options,
     scales: { ...options.scales, y: { range: [0.3 - rows.length, 0.8] } },
-    yAxis: { splits: () => rows.map((_, sensor) => -sensor), values: (_, splits) => splits.map((at) => String(1 - at)) },
+    yAxis: sensorAxis(rows),
     series: [{}, ...rows.map((_, sensor) => line(sensorColour(sensor), 1.25))],
     marks: [...levels.map((y) => ({ y, colour: "soft", width: 1, dash: [2, 3] })), ...marks],
   };
@@ -125,7 +130,7 @@ function drawStacked(container, { time, rows, unit, height, middle, level = null
 function shade(context, matrix, box) {
   // A single sensor becomes a band.
   const rows = matrix.length > 1 ? matrix : [matrix[0], matrix[0]];
-  const [red, green, blue] = themeColour("shade").match(/\d+/g).map(Number);
+  const [red, green, blue] = themeColour("accent").match(/\d+/g).map(Number);
   const most = highest(rows) || 1;
   const pixels = rows.flat().flatMap((value) => [red, green, blue, Math.round((235 * value) / most)]);
   const canvas = element("canvas", { width: rows[0].length, height: rows.length });
@@ -167,20 +172,16 @@ function drawMatrix(container, evidence, particle) {
   const rows = matrixOf(evidence);
   const { interval_s: interval, envelope } = evidence;
   const time = evenly(rows[0].length, 0, envelope.every * interval);
-  const range = rows.length > 1 ? [1, rows.length] : [0.5, 1.5];
+  const range = rows.length > 1 ? [1 - rows.length, 0] : [-0.5, 0.5];
   const options = {
-    scales: { y: { dir: -1, range } },
-    yAxis: {
-      splits: () => rows.map((_, sensor) => sensor + 1),
-      values: (_, splits) => splits.map(String),
-      grid: { show: false },
-    },
+    scales: { y: { range } },
+    yAxis: { ...sensorAxis(rows), grid: { show: false } },
     series: [{}, line("transparent", 1)],
     draw: (chart) => {
       const { ctx } = chart;
       const { left, top, width, height } = chart.bbox;
       const x = (sample) => chart.valToPos(sample * interval, "x", true);
-      const y = (sensor) => chart.valToPos(1 + sensor, "y", true);
+      const y = (sensor) => chart.valToPos(-sensor, "y", true);
       const clip = (from, to) => {
         ctx.beginPath();
         ctx.rect(from, top, to - from, height);

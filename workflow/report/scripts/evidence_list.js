@@ -111,7 +111,7 @@ function gutChart(evidence, { threshold, predicted_mm: predicted }) {
     marks: [
       { y: threshold, colour: "ink", width: 1, dash: [2, 3] },
       { x: best, y: [range[0], most], text: `${predicted ? "found" : "highest"} ${number(best, 1)} mm` },
-      { x: truth, y: [range[0], high], text: truth === null ? "" : `true ${number(truth, 1)} mm`, row: 1, colour: "healthy", dash: [7, 4] },
+      { x: truth, y: [range[0], high], text: truth === null ? "" : `true ${number(truth, 1)} mm`, row: 1, colour: "good-ink", dash: [7, 4] },
     ],
   };
   return {

@@ -41,7 +41,7 @@ function momentOf(player, time) {
 }
 
 /** Put a line at a time and a mark at the head over a survey's picture. Return a function that moves them to a time and a head. */
-function markPicture(stage, { size, map, evidence }, onTime) {
+function markPicture(stage, { size, map }, onTime) {
   const overlay = svgElement("svg", { class: "overlay", "aria-hidden": "true", viewBox: `0 0 ${size.join(" ")}` });
   stage.append(overlay);
   if (!map) return () => {};
@@ -55,9 +55,8 @@ function markPicture(stage, { size, map, evidence }, onTime) {
   return (time, head) => {
     const x = left + ((head - low) / (high - low)) * width;
     const y = top + ((time / 60 - first) / (last - first)) * height;
-    const now = (box) => svgElement("line", { x1: box[0], x2: box[0] + box[2], y1: y, y2: y, class: "now" });
-    const lines = [map, evidence].filter(Boolean).map(({ box }) => now(box));
-    overlay.replaceChildren(...lines, svgElement("circle", { cx: x, cy: y, r: 4, class: "head" }));
+    const now = svgElement("line", { x1: left, x2: size[0], y1: y, y2: y, class: "now" });
+    overlay.replaceChildren(now, svgElement("circle", { cx: x, cy: y, r: 4, class: "head" }));
   };
 }
 

@@ -21,7 +21,7 @@ function titleOf(evidence, verdict) {
 function distanceCell(value, nearest, longest) {
   if (value === null) return UNKNOWN;
   const bar = element("progress", { value, max: longest || 1, "aria-hidden": "true" });
-  return element("span", { class: "distance" }, element(value === nearest ? "strong" : "span", {}, number(value, 4)), bar);
+  return element("span", {}, element(value === nearest ? "strong" : "span", {}, number(value, 4)), bar);
 }
 
 /** Return the table of distances to all templates, for each detector that uses them. */

@@ -85,18 +85,21 @@ def confounded_values(found: Sequence[Confounded]) -> Cells | None:
         "names": KEYS,
         "follows": in_words(found),
         "sizes": [words.size(size) for size in sizes_mm],
-        "keys": [{"name": KEYS[each.key], "rows": _rows(each, sizes_mm)} for each in found],
+        "rows": [row for each in found for row in _rows(each, sizes_mm)],
     }
 
 
 def _rows(key: Confounded, sizes_mm: Sequence[float]) -> list[Cells]:
-    """Return a row a value: the value in words, and its recordings of each size."""
+    """Return a row a value: the key and the value in words, and its recordings of each size."""
     named = [(_words(key.key, value), of) for value, of in key.counts.items()]
     if len(named) > MOST_VALUES:
         rarer = named[MOST_VALUES - 1 :]
         together = sum((of for _, of in rarer), Counter())
         named[MOST_VALUES - 1 :] = [(f"{len(rarer)} rarer values", together)]
-    return [{"value": value, "counts": [of[size] for size in sizes_mm]} for value, of in named]
+    return [
+        {"name": KEYS[key.key], "value": value, "counts": [of[size] for size in sizes_mm]}
+        for value, of in named
+    ]
 
 
 def _words(key: str, value: str) -> str:
