@@ -139,15 +139,25 @@ def xdf(*streams, unit="counts"):
     return write
 
 
-def workbook(times, change=None, number_format="General"):
-    """Return what writes a sheet; `change` makes the cells of a sample."""
+def workbook(times, change=None, number_format="General", form="General", more=()):
+    """Return what writes a sheet; `change` makes the cells of a sample.
+
+    The first format is that of the times, and `form` that of the readings. `more` holds the texts
+    of cells, and remarks on cells, by their places.
+    """
 
     def write(folder):
         book = openpyxl.Workbook()
         book.active.append(["time", *SENSORS])
         for t, sample in zip(times, COUNTS.T.astype(int).tolist(), strict=True):
             book.active.append([t, *(map(change, sample) if change else sample)])
-            book.active.cell(book.active.max_row, 1).number_format = number_format
+            for column, each in enumerate([number_format, *[form] * 4], start=1):
+                book.active.cell(book.active.max_row, column).number_format = each
+        for place, text in more:
+            if book.active[place].value is None:
+                book.active[place] = text
+            else:
+                book.active[place].comment = openpyxl.comments.Comment(text, "lab")
         book.save(folder / "run.xlsx")
         return folder / "run.xlsx"
 
@@ -220,7 +230,7 @@ AT_NOON = {"started": "2026-03-04T12:00:00Z"}
 ALL = (TIME_S, COUNTS)
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
 SECONDS = [2.0 * n for n in range(4)]
-RATES = {(name, "sampling_rate"): 10.0 for name in LATER}
+RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
 # The last sensor ends a sample earlier.
 OWN = {f"t{n + 1}": TIME_S[:465] + 2.0 * n for n in range(4)} | LATER
 OWN |= {"t4": OWN["t4"][:-1], "S4": OWN["S4"][:-1]}
@@ -329,11 +339,14 @@ SAID = {
         )
     ),
     "one start for each data set": Said(
-        hdf(LATER, RATES | {(n, "started"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}),
+        hdf(
+            LATER,
+            RATES_OF_ALL | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)},
+        ),
         LATER_READ,
     ),
     "one start by its clock for each data set": Said(
-        hdf(LATER, RATES | {(n, "start_time"): 2.0 * at for at, n in enumerate(LATER)}),
+        hdf(LATER, RATES_OF_ALL | {(n, "start_ms"): 2000 * at for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
     "an interval and a rate in words": Said(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
@@ -501,7 +514,12 @@ UNITS = {
     ),
     "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
     "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
-    "a form": (workbook(TIME_S.tolist(), number_format='0.00" kPa"'), "says ' kPa'"),
+    "a form": (workbook(TIME_S.tolist(), form='0.00" kPa"'), "names kPa of"),
+    "a form of few letters": (workbook(TIME_S.tolist(), form='#,##0 "g"'), "names g of"),
+    **{
+        f"the cell {place}": (workbook(TIME_S.tolist(), more=[(place, text)]), f"says '{text}'")
+        for place, text in (("C1", "pressure in kPa"), ("G1", "all in kPa"), ("H5", "kPa"))
+    },
 }
 SCALES = {
     "beside the arrays": (timed(scale_factor=0.01), "scale_factor = 0.01"),
@@ -509,11 +527,14 @@ SCALES = {
     "of a data set": (attributed("V", "scale", value=0.01), "scale = 0.01"),
     "of a compound": (hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}), "scale_factor = 0.01"),
     "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "scale = 0.01"),
+    "of a structure beside": (timed(info={"scale_factor": 0.01}), "scale_factor = 0.01"),
+    "of a converter": (attributed("V", "bit_volts", value=0.01), "bit_volts = 0.01"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
 TIMED_RATES = {
     "a number": (timed(fs=50.0), "in no unit the rate that the file states, fs = 50"),
     "words": (timed(Fs="0.05 kHz"), "in no unit the rate that the file states, Fs = 50"),
+    "a structure": (timed(info={"fs": 50.0}), "in no unit the rate that the file states, fs = 50"),
     "another sheet": (beside(["Sampling rate", "50 Hz"]), "the file states, Sampling rate = 50"),
     "each column": (
         attributed("V", "rate", value=[10.0, 10.0, 10.0, 5.0]),
@@ -523,6 +544,10 @@ TIMED_RATES = {
 RATES = {
     "two": (matlab(V=COUNTS.T, fs=10.0, freq=50.0), "fs = 10 and freq = 50"),
     "one of a filter": (matlab(V=COUNTS.T, freq=50.0), "freq = 50"),
+    "two in structures": (
+        matlab(V=COUNTS.T, fs=10.0, info={"fs": 50.0}),
+        "fs = 10 and another fs = 50",
+    ),
     "an interval, too": (matlab(V=COUNTS.T, fs=10.0, dt=0.02), "fs = 10 and 1 / dt = 50"),
     "one of a group of TDMS": (
         tdms(SENSORS, about={"sampling_rate": 50.0}, **APART),
@@ -550,6 +575,16 @@ ASKED = {
         matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"),
         "the file names the unit 'cs'",
         "--time none --rate 10",
+    ),
+    "a start of each data set under another name": (
+        hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enumerate(SENSORS)}),
+        "sensor 1 names its start, 'delay: 0.0', which is no date such as",
+        "",
+    ),
+    "stamps of chunks": (
+        xdf((5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4, [*SENSORS])),
+        "its usual step of 0.0001 s is 1e+04 Hz, but the file states nominal_srate = 10",
+        "--time none",
     ),
     "a stamp that jumps": (
         xdf((TIME_S + 2e5 * (TIME_S == 30), [*SENSORS])),

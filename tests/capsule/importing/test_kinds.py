@@ -343,6 +343,30 @@ READ = {
         options="--time 1 --sensors 2 3 4 5",
         note="line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
     ),
+    **{
+        f"a remark behind the first samples, {head!r}": Read(
+            lines(TIME_S, *COUNTS, ["start", *[""] * 524], head=head)
+        )
+        for head in ("", "time_s,S1,S2,S3,S4,note")
+    },
+    **{
+        f"thousands behind {mark!r}": Read(
+            lines(
+                TIME_S,
+                *([f"{4 * value:,.0f}".replace(",", mark) for value in row] for row in COUNTS),
+                sign=";",
+                head="time_s;S1;S2;S3;S4",
+            ),
+            values=4 * COUNTS,
+            options="--unit counts",
+        )
+        for mark in (" ", "\u00a0", "\u2009", "'")
+    },
+    "first line without its time": Read(
+        lines(TIME_S, *COUNTS, head="")[2:],
+        values=COUNTS[:, 1:],
+        note="note: line 1, '469,497,532,540', is passed over: it is no whole sample",
+    ),
     "a mark of missing samples in a comment": Read(
         f"# fill value: {COUNTS[0, 0]:g}\n" + PLAIN,
         values=np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS),
@@ -478,6 +502,7 @@ ASKED = {
             ("Pressure in mmHg", "mmHg"),
             ("Vertical Units,kPa", "kPa"),
             ("# signals in nT", "nT"),
+            ("# force in N", "N"),
         )
     },
     **{
@@ -576,6 +601,9 @@ ASKED = {
             '# {"unit": "kPa", "fs": 10}',
             "# fs=10 Hz, unit=kPa",
             "# values are mV",
+            "# field in microtesla",
+            "# readings in grams force",
+            "# normal stress / kPa",
             "REM all in mmHg",
         )
     },
@@ -588,6 +616,10 @@ ASKED = {
         for name, words in {
             "P{}kPa": "the file says 'P{}kPa', and of no",
             "S{} (kPa) filtered": "the file says 'S{} (kPa) filtered', and of no",
+            "S{} kPa (raw)": "the file says 'S{} kPa (raw)', and of no",
+            "kg_{}": "the file says 'kg_{}', and of no",
+            "force_N_{}": "the file says 'force_N_{}', and of no",
+            "S{}_V_gain10": "the file names a scaling of 'S{}_V_gain10' and all",
             "S{} x10 (V)": "the file names a scaling of 'S{} x10 (V)' and all",
             "10*S{}": "the file names a scaling of '10*S{}' and all",
             "S{} in 0.1 mV": "the file names in 0.1 mV of",
@@ -616,6 +648,8 @@ ASKED = {
             ("t (10 us)", "10 us", 1e5),
             ("time_us_x10", "us_x10", 1e5),
             ("time (us)/10", "us)/10", 1e5),
+            ("filetime", "filetime", 1e7),
+            ("pts", "pts", 90_000),
         )
     },
     **{
@@ -633,6 +667,12 @@ ASKED = {
             ("# t: ticks, S1-S4: counts", "ticks", 100),
             ('# {"time_unit": "cs"}', "cs", 100),
             ("# times are centiseconds", "centiseconds", 100),
+            ("# first column in cs", "cs", 100),
+            ("# timestamps in units of 100 ns", "100 ns", 1e7),
+            ("# 1 tick = 10 us", "1 tick = 10 us", 1e5),
+            ("# time resolution 0.1 ms", "time resolution 0.1 ms", 1e4),
+            ("# time_scale: 0.01", "time_scale: 0.01", 100),
+            ("# time in hundredths of a second", "hundredths", 100),
         )
     },
     "two units of time": Asked(
@@ -671,6 +711,22 @@ ASKED = {
         "--unit counts --thousands point",
         options="--unit counts",
         values=4 * COUNTS,
+    ),
+    "named counts with points": Asked(
+        lines(
+            TIME_S * 1000,
+            *([german(v) for v in 4 * row] for row in COUNTS),
+            head="ms;" + ";".join(f"{name} (counts)" for name in SENSORS),
+            sign=";",
+        ),
+        "the file names counts, but readings from 1.692 to 2.164 are none; give --thousands point",
+        "--unit counts --thousands point",
+        values=4 * COUNTS,
+    ),
+    "two units": Asked(
+        "# unit: kPa\n" + lines(TIME_S, *COUNTS, head="t,S1_raw,S2_raw,S3_raw,S4_raw"),
+        "the file says 'unit: kPa', and of no column",
+        "--unit counts",
     ),
     "counts with points": Asked(
         lines(
@@ -855,6 +911,36 @@ def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
     files[1].write_text(files[1].read_text().partition("\n")[2])
     refused = import_files(tmp_path, *given).refused
     assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("# Start Time: {:%Y-%m-%d %H:%M:%S}", ""),
+        ("# t0 = {:%S} s", ""),
+        ("# Date: {:%Y-%m-%d}\n# Time: {0:%H:%M:%S}", "'Date: 2024-05-06; Time: 12:00:00', which"),
+        ("# started: {:%d.%m.%Y %H:%M:%S}", "'06.05.2024 12:00:00', which is no date such as"),
+        ("# delay: {:%S} s", "'delay: 00 s', which is no date such as"),
+        ("# recording started at {:%H:%M:%S}", "'recording started at 12:00:00', which"),
+    ],
+)
+def test_the_start_of_each_sensor_is_read_or_quoted(tmp_path, line, told):
+    files = [tmp_path / f"{n}.csv" for n in range(4)]
+    for n, (path, row) in enumerate(zip(files, COUNTS, strict=True)):
+        head = line.replace("{0:", "{:").format(*[NOON + timedelta(seconds=2 * n)] * 2)
+        path.write_text(lines(TIME_S[:465], row[20 * n :][:465], head=f"{head}\ntime_s,reading"))
+    imported = import_files(tmp_path, *files, "--per-sensor", "--name", "r")
+    if told:
+        assert f"sensor 1 names its start, {told}" in imported.refused
+    else:
+        np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 60:465])
+
+
+def test_a_unit_in_the_name_of_a_file_is_asked_for(tmp_path):
+    path = tmp_path / "run_mmHg.csv"
+    path.write_text(PLAIN)
+    assert "the file says 'its name: run mmHg'" in import_files(tmp_path, path).refused
+    assert import_files(tmp_path, path, "--unit", "counts").the_recording().header["unit"]
 
 
 def test_many_files_are_one_table_and_each_note_is_told_once(tmp_path):

@@ -8,6 +8,7 @@ import struct
 import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from capsule.errors import CapsuleError
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
+    MARK,
     UNIT,
     as_remarks,
     as_text,
@@ -24,7 +26,9 @@ from capsule.importing.stated import (
     facts,
     is_scale,
     scalings,
+    starts,
     states_rate,
+    unsure_start,
 )
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.times import later
@@ -78,6 +82,19 @@ def array_tables(
         most = keys.sensor_count if is_about_all else 1
         if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
+    # What a group without a series of its own, as ``info``, says holds for all beside it.
+    bearing = {""}
+    for path in [path for path, array in arrays.items() if array.size > keys.sensor_count]:
+        while path not in bearing:
+            bearing.add(path)
+            path = path.rpartition(separator)[0]
+    for path in [path for path in about if path not in bearing and path not in arrays]:
+        said, parent = about[path], path
+        while parent not in bearing:
+            parent = parent.rpartition(separator)[0]
+        for name, value in said.items():
+            if is_scale(name) or states_rate(name):
+                about[parent][name] = [as_text(about[parent].get(name, value)), as_text(value)]
     for path, (parent, _, name) in places.items():
         for key in (f"{name}_unit", f"{name}_units"):
             if key in about[parent]:
@@ -106,6 +123,12 @@ def array_tables(
         )
         for part in parts:
             label = parent if len(parts) == 1 and parent else part[0][0].replace("\n", ", ")
+            unsure = [unsure_start(_not_starts(about[path])) for path, _ in part]
+            if len({*unsure}) > 1:
+                part = [
+                    (path, replace(each, started=text or each.started))
+                    for (path, each), text in zip(part, unsure, strict=True)
+                ]
             channels = with_own_times([each for _, each in part], keys)
             compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
             own = [about[path] for path, _ in part]
@@ -114,6 +137,13 @@ def array_tables(
             if unit := attribute(around, *_TIME_UNIT):
                 notes["time unit"] = unit
             yield Table(channels, VARIABLE, label, notes=notes, remarks=remarks)
+
+
+def _not_starts(said: Mapping[str, Any]) -> list[str]:
+    """Return the statements on a series that tell no start which is understood, as words."""
+    return as_remarks(
+        {key: value} for key, value in said.items() if not starts({key: as_text(value)})
+    )
 
 
 def _scopes(
@@ -290,7 +320,7 @@ def _scaled(path: str, array: np.ndarray, said: dict[str, Any]) -> np.ndarray:
 
     The scalings that are applied are taken out of the attributes.
     """
-    marks = [np.ravel(said[key]) for key in ("_FillValue", "missing_value") if key in said]
+    marks = [np.ravel(value) for key, value in said.items() if MARK.fullmatch(key)]
     scaling = [key for key in _APPLIED if key in said]
     limits = {key: np.ravel(said[key]) for key in _LIMITS if key in said}
     is_unsigned = decoded(said.get("_Unsigned", "")) == "true" and array.dtype.kind == "i"
@@ -355,4 +385,5 @@ def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
         how["started"] = later(session, how.get("start_s", 0.0)) or session
         channels = array_channels(name, values, **how)
         if channels and (times or start):
-            yield Table(with_stamps(channels), VARIABLE, name)
+            words = as_remarks([dict(group.attrs)])
+            yield Table(with_stamps(channels), VARIABLE, name, remarks=words)

@@ -8,10 +8,10 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import is_scale, mentions_unit, scales, speaks_of_scaling
+from capsule.importing.stated import is_scale, mentioned_unit, scales, speaks_of_scaling
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.text import STAMP_NAME
-from capsule.importing.times import WRAPS, text_kind, unwrapped
+from capsule.importing.times import NO_TIME, WRAPS, text_kind, unwrapped
 from capsule.importing.units import (
     LEAST_COUNT,
     NUMBER,
@@ -30,7 +30,6 @@ _COUNTER_NAMES = re.compile(
     re.IGNORECASE,
 )
 _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
-NO_TIME = "none"
 # What follows the number of a sensor and is short, or a share, or a multiple: no name, but a unit.
 _BEHIND_NUMBER = re.compile(
     r"\D*[0-9]+[\s_/,:;-]*"
@@ -210,19 +209,36 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     noted = table.notes.get("unit", "")
     for at, index in enumerate(sensors):
         is_adc = split_unit(table.names[index])[0].lower().startswith("adc")
-        texts[at] = texts[at] or ("counts" if is_adc else noted)
+        texts[at] = texts[at] or noted or ("counts" if is_adc else "")
     units = [unit_of(text) or "" for text in texts]
+    mentions = [
+        name
+        for name, unit in zip((table.names[at] for at in sensors), units, strict=True)
+        if (word := mentioned_unit(name, is_name=True)) and (not unit or unit_of(word) != unit)
+    ]
+    # In a text or a workbook, nothing tells which of two units is nearer.
+    if table.lines is not None and is_unit(noted) and unit_of(noted) not in units:
+        mentions.append(f"unit: {noted}")
     if not any(texts):
-        heads = [*(table.names[at] for at in sensors), table.label]
-        words = [name for name in heads if mentions_unit(name, is_name=True)]
-        for mention in [*words, *filter(mentions_unit, table.remarks)][:1]:
-            raise QuestionError(
-                f"the file says {displayed(mention)[:60]!r}, and of no column that this is its "
-                "unit; give the unit of the readings with --unit, or convert them first"
-            )
-        values = np.concatenate([table.checked_numbers(table.channels[index]) for index in sensors])
+        mentions += [table.label] if mentioned_unit(table.label, is_name=True) else []
+        mentions += filter(mentioned_unit, table.remarks)
+    for mention in [] if "" in units and any(texts) else mentions[:1]:
+        raise QuestionError(
+            f"the file says {displayed(mention)[:60]!r}, and of no column that this is its "
+            "unit; give the unit of the readings with --unit, or convert them first"
+        )
+    values = np.concatenate([table.channels[index].values for index in sensors])
+    known = values[~np.isnan(values)]
+    if not any(texts):
+        for index in sensors:
+            table.checked_numbers(table.channels[index])
         with naming(f"column {table.column_label(table.channels[sensors[0]])}"):
-            return _by_values(values[~np.isnan(values)], keys.full_scale)
+            return _by_values(known, keys.full_scale)
+    if {*units} == {"counts"} and np.any(known % 1.0) and known.max() < LEAST_COUNT:
+        raise QuestionError(
+            f"the file names {texts[0]}, but readings from {known.min():g} to {known.max():g} are "
+            "none; give --thousands point if points separate thousands, or else --unit"
+        )
     if units[0] not in WRITTEN or len({*units}) > 1:
         alike = len({*texts}) == 1
         named = ", ".join(

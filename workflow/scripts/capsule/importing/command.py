@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -18,7 +19,9 @@ from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import Keys, checked_keys, keep_map, lab_schema
 from capsule.importing.runs import Reading, as_map, joined, read_columns, runs_of
-from capsule.importing.table import QuestionError, choose_tables, naming
+from capsule.importing.stated import mentioned_unit
+from capsule.importing.table import QuestionError, Table, choose_tables, naming
+from capsule.importing.units import unit_of
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
 from capsule.recordings.recording import Recording, column_names, format_recording
@@ -224,7 +227,7 @@ class Importer:
                     sums.append(sha256)
                     for table in tables if alone else tables[:1]:
                         with naming(table.place):
-                            readings.append(read_columns(table, keys))
+                            readings.append(read_columns(_with_name(table, file), keys))
         except QuestionError as question:
             raise self._whole_question(question, files, keys) from None
         return readings, ", ".join(sums)
@@ -348,6 +351,16 @@ def _tell(text: str, stream: TextIO | None = None) -> None:
     except BrokenPipeError:
         # The stream's buffer keeps the text, and Python writes it again when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _with_name(table: Table, file: Path) -> Table:
+    """Return a table with its file's name as a remark, if that holds the sign of a unit."""
+    words = file.stem.replace("_", " ")
+    unit = mentioned_unit(words)
+    is_foreign = not unit.islower() and unit_of(unit) is None
+    if not is_foreign or "format_version" in table.notes:
+        return table
+    return replace(table, remarks=[*table.remarks, f"its name: {words}"])
 
 
 def _expanded(given: Path) -> list[Path]:

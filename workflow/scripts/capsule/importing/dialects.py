@@ -44,6 +44,7 @@ _NUMBERS = {
         ("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
     }.items()
 }
+_GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[\s'\u2019][0-9]{3})+(?:[.,][0-9]+)?")
 
 
 class Dialect(NamedTuple):
@@ -95,7 +96,9 @@ class Dialect(NamedTuple):
         if text.lower() in self.missing:
             return float("nan")
         if not _NUMBERS[self.style].fullmatch(text):
-            return np.inf
+            # Blanks and apostrophes separate thousands, unless they are between two columns.
+            grouped = self.delimiter not in ("none", "space") and _GROUPED.fullmatch(text)
+            return float(re.sub("[^0-9.+-]", "", text.replace(",", "."))) if grouped else np.inf
         if self.style[1] != "none":
             text = text.replace("," if self.style[1] == "comma" else ".", "")
         value = float(text.replace(",", "."))
@@ -205,7 +208,11 @@ def table_in(rows: Sequence[list[str]], way: Dialect, sensors: int) -> Dialect |
     whole = (there >= sensors) | ((there > 0) & ~np.isinf(numbers).any(axis=1))
     # A word in a column of numbers is a name or a mark, and its row not the first sample.
     is_word = np.isinf(numbers) & is_wide[:, None]
-    is_named = (is_word & (np.mean(is_word[is_wide], axis=0) < 0.5)).any(axis=1)
+    # Behind the last column of numbers, it is a remark on a sample.
+    is_number = np.isfinite(numbers).sum(axis=0) > is_word.sum(axis=0)
+    last = int(np.flatnonzero(is_number).max(initial=-1))
+    is_head = (np.mean(is_word[is_wide], axis=0) < 0.5) & (np.arange(width) <= last)
+    is_named = (is_word & is_head).any(axis=1)
     first = int(np.argmax((there >= sensors) & ~is_named))
     while first > 0 and whole[first - 1] and not is_named[first - 1]:
         first -= 1

@@ -12,8 +12,8 @@ import re
 import zipfile
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterator
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -171,6 +171,9 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
         remark = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
         stamps = Channel("time_stamps", times, "s")
         how: dict[str, Any] = {"started": started, "start_s": float(times[0]), "stamps": stamps}
+        # Where the stamps are those of chunks, their usual step contradicts it.
+        if (nominal_hz := float(str(_first(info.get("nominal_srate")) or 0))) > 0:
+            how["rates_hz"] = {"nominal_srate": nominal_hz}
         channels = []
         for number, values in enumerate(data.T, start=1):
             channel = described[number - 1] if number <= len(described) else {}
@@ -213,7 +216,7 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
 
     # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
     book = load_workbook(io.BytesIO(content), data_only=True)
-    sheets = {}
+    sheets, units, remarks = {}, {}, list(filter(None, vars(book.properties).values()))
     for sheet in book.worksheets:
         if sheet.max_row * sheet.max_column > _MOST_CELLS:
             raise CapsuleError(
@@ -221,17 +224,18 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
                 "columns, too many for one session; delete the cells that hold no readings"
             )
         texts = sheets[sheet.title] = [list(map(_cell_text, row)) for row in sheet.values]
+        units[sheet.title] = list(map(_shown_unit, sheet.columns))
+        cells = (cell for row in sheet.iter_rows() for cell in row)
+        remarks += [cell.comment.text for cell in cells if cell.comment]
+        remarks += [part.text for part in (sheet.oddHeader.center, sheet.oddFooter.center)]
         # What stands over several columns holds for each of them.
         for area in sheet.merged_cells.ranges:
             if area.min_row == area.max_row:
                 row, first = texts[area.min_row - 1], area.min_col - 1
                 row[first : area.max_col] = [row[first]] * (area.max_col - first)
-    tables = []
-    for table in read_sheets(sheets, keys):
-        # The form of a number can show a unit, as in 0.00" kPa".
-        forms = {cell.number_format for cell in book[table.label][book[table.label].max_row]}
-        bare = (re.sub(r'[0#.,\\"]+', "", form).replace("%", "(%)") for form in forms)
-        tables.append(replace(table, remarks=[*table.remarks, *bare]))
+    tables = list(
+        read_sheets(sheets, units, [text for text in remarks if isinstance(text, str)], keys)
+    )
     if not has_formulas:
         return tables
     formulas = load_workbook(io.BytesIO(content))
@@ -259,6 +263,14 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
                     "was never calculated; open the file in Excel or LibreOffice, and save it"
                 )
     return tables
+
+
+def _shown_unit(column: Iterable[Any]) -> str:
+    """Return the unit that the form of a column's numbers shows, as in ``0.00" kPa"``."""
+    forms = Counter(cell.number_format for cell in column if isinstance(cell.value, int | float))
+    form = forms.most_common(1)[0][0] if forms else ""
+    words = re.findall(r'"([^"]*)"|\\(.)|\[[$]([^\]-]*)|(%)', form.partition(";")[0])
+    return "".join(map("".join, words)).strip()
 
 
 def _cell_text(value: object) -> str:

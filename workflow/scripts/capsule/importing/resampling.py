@@ -34,6 +34,9 @@ _LEAST_FACTOR = 12
 # Significant digits that are kept.
 _DIGITS = 6
 _LEAST_RATIO = 0.5
+# Samples of nearly the same rate that are off by less than this share of an interval are taken as
+# they are: a filter would smooth them.
+_SAME = 1e-3
 # Most samples of the fine grid, and of the filter on it: readings of an hour at 10 kHz.
 _MOST_FINE = 36_000_000
 # Most new samples: a day at 10 Hz. A month between two lines would fill the memory.
@@ -134,6 +137,10 @@ def _within(
     """Return readings (S, K) without gaps, filtered, at other times (M,)."""
     if at.size <= DEGREE:
         return np.array([np.interp(instants, at, row) for row in values])
+    nearest = np.searchsorted((at[:-1] + at[1:]) / 2, instants)
+    off = np.abs(instants - at[nearest]).max() * rate_hz
+    if abs(old_hz / rate_hz - 1) < _SAME and off < _SAME:
+        return values[:, nearest]
     # The clock may jitter and the rates may have no common multiple, so first interpolate on a fine
     # even grid, whose rate is a multiple of the new rate.
     spline = make_interp_spline(at, values, k=DEGREE, axis=1)

@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.columns import NO_TIME, choose_columns, reading_unit
+from capsule.importing.columns import choose_columns, reading_unit
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
-from capsule.importing.stated import not_applied
+from capsule.importing.stated import not_applied, starts, unsure_start
 from capsule.importing.table import (
     Channel,
     QuestionError,
@@ -23,7 +23,7 @@ from capsule.importing.table import (
     naming,
     without_first,
 )
-from capsule.importing.times import Clock, later, read_time
+from capsule.importing.times import NO_TIME, Clock, later, read_time
 from capsule.importing.units import WRITTEN
 from capsule.recordings.names import displayed
 from capsule.recordings.recording import Recording
@@ -167,10 +167,10 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
             f"the sensors' files have different units, {' and '.join(sorted(units))}; "
             "give one with --unit"
         )
-    clocks = [
-        replace(each.clock, started=each.clock.started or each.table.notes.get("started", ""))
-        for each in readings
-    ]
+    clocks = list(map(_told_clock, readings))
+    unsure = [unsure_start(each.table.remarks) for each in readings]
+    if not any(each.started or each.first_s for each in clocks) and len({*unsure}) > 1:
+        clocks = [replace(each, started=text) for each, text in zip(clocks, unsure, strict=True)]
     clock, values, resampled = at_same_instants(clocks, [each.values[0] for each in readings], keys)
     if not any(each.started or each.first_s for each in clocks):
         begun = (
@@ -179,6 +179,13 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
         begun += "name it in the first line of each, as # started: 2026-03-04T12:00:02.5Z"
         clock = replace(clock, remark=both(clock.remark, begun))
     return replace(readings[0], columns=columns, clock=clock, values=values, resampled=resampled)
+
+
+def _told_clock(reading: Reading) -> Clock:
+    """Return the clock of a sensor's file, with the start that a line of it tells."""
+    told, clock = starts(reading.table.notes), reading.clock
+    first_s = clock.first_s + told.get("start_s", 0.0)
+    return replace(clock, started=clock.started or told.get("started", ""), first_s=first_s)
 
 
 def runs_of(

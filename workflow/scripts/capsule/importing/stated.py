@@ -4,7 +4,6 @@ A statement is a name with a value: an attribute, a property, a field of a struc
 text. Scopes hold the statements on a thing, and those on what is around it, nearest first.
 """
 
-import contextlib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -15,8 +14,20 @@ from capsule.importing.units import SECONDS, is_unit, unit_of
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
-# Names of the time of the first sample by the file's clock.
-_START = ("start_time", "start_s", "t0", "x0", "wf_start_offset")
+# Names of the time of the first sample: a number by the file's clock, or a date and time.
+_START = re.compile(
+    r"(?:(?:acquisition|recording|record|log|measurement|session)[ _]?)?(?:t[ _]?)?"
+    r"(?:start(?:ed)?|began|begin|onset)(?:[ _]?(?:time|date|at|stamp|timestamp))*"
+    r"(?:[ _(]+(?P<unit>[mnuµμ]?s)\)?)?|[tx]_?0(?:_s)?|wf_start_(?:offset|time)|first_timestamp",
+    re.IGNORECASE,
+)
+# A remark with a number that can tell such a time, or another one.
+_UNSURE_START = re.compile(
+    r"(?!its name).*(start|begin|began|onset|delay|latency|trigger|epoch|date|recorded|created|"
+    r"first sample|offset_m?s\b|\bt(ime)?[ _-]?offset|time ?stamp).*[0-9].*|"
+    r".*[0-9]{1,2}:[0-9]{2}.*",
+    re.IGNORECASE,
+)
 # A number of this name can be the frequency of a filter or of a wave, too.
 UNSURE_RATE = re.compile("freq(uency)?", re.IGNORECASE)
 # Names of a sampling rate, and of the time between two samples; with its unit or without.
@@ -37,41 +48,63 @@ _LONGEST_INTERVAL_S = 5.0
 # Names of what turns stored numbers into readings.
 _SCALE = re.compile(
     r"(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier|"
-    r"lsb[_ ([].*|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?",
+    r"lsb[_ ([].*|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?|bit_?volts|(.*2|to_)volts",
     re.IGNORECASE,
 )
 # Other words for a scaling, which may be that of the recorder.
 _SCALING = re.compile(
     r"(?!(wf_start|time|clock|utc|zone|trigger)[_ ])(\w+[_ ])?(scal|gain|offset|multipl|factor|lsb|"
-    r"calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|sensitiv).*",
+    r"calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|sensitiv|cal$|bias|intercept|baseline|"
+    r"polynom|coeff|transform|quantum|(physical|digital)_?(max|min)|exponent|power$|(unit_?)?prefix).*",
     re.IGNORECASE,
 )
 # Units of readings that are no other words, wherever they stand, but not beside a number: a
 # supply of 5 V, or "supply (V): 5", is no unit of the readings. In names, it is that of a sensor.
 _MENTIONED = (
-    r"(?:[kMhmGu\u00b5n]?Pa|[mkh]?bar(?=\W*$)|mbar|mm[Hh]g|cm[Hh]2[Oo]|in[Hh]g|psi|PSI|[Tt]orr|"
+    r"(?:[kMhmGu\u00b5n]?Pa|[kh]pa|KPA|[mkh]?bar(?=\W*$)|mbar|[Mm][Mm] ?[Hh][Gg]|[cm]m[Hh]2[Oo]|"
+    r"in[Hh]g|psi|PSI|[Tt]orr|"
     r"[mkcdnu\u00b5]N|N/(?:m|mm|cm)[\u00b22]?|k?gf|lbf|ozf|[Nn]ewtons?|(?:[Kk]ilo)?[Pp]ascals?|"
-    r"[Gg]rams?(?:[ -]force)?|[mu\u00b5nk]V|(?:[Mm]illi|[Mm]icro|[Kk]ilo)?-?[Vv]olts?|"
-    r"(?:[Kk]ilo|[Mm]ega)?-?[kKM]?(?:[Oo]hms?|\u2126|\u03a9)|[mnu\u00b5p]A|[pnu\u00b5]F|microstrain|"
-    r"\u00b5\u03b5|[mu\u00b5n]T|[Tt]esla|[Gg]auss|\u00b0C|dB|[Pp]ercent|"
-    r"(?<=[\[(])(?:V|N|g|A|%)(?=[\])])|(?<=[:=] )V(?=[;,)]|$))"
+    r"[Gg]rams?(?:[ -]force)?|[mu\u00b5nkcd]V|(?:[Mm]illi|[Mm]icro|[Kk]ilo|[Cc]enti)?-?[Vv]olts?|"
+    r"(?:[Kk]ilo|[Mm]ega|[Mm]illi)?-?[kKMm]?(?:[Oo]hms?|\u2126|\u03a9)|[mnu\u00b5p]A|[fpnu\u00b5]F|"
+    r"microstrain|\u00b5\u03b5|[mu\u00b5n]T|(?:[Mm]icro|[Mm]illi)?-?[Tt]esla|[Gg]auss|\u00b0C|dB|"
+    r"[Pp]ercent|(?:[Mm]icro)?siemens|"
+    r"(?<=[\[(])(?:V|N|g|A|T|%)(?=[\]),])|(?<=[:=] )V(?=[;,)]|$)|"
+    r"(?:(?<=\bin )|(?<=^)|(?<=/ ))(?:N|g|A|T|%)(?=\W*$| of))"
 )
 _MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\]] ?[:=] ?[0-9])")
-_MENTION_IN_NAME = re.compile(rf"(?<![A-Za-z]){_MENTIONED}(?![A-Za-z])")
+_MENTION_IN_NAME = re.compile(
+    rf"(?<![A-Za-z]){_MENTIONED}(?![A-Za-z])|(?<=[a-z]{{3}}[_ ])N(?=_?[0-9]+$)|"
+    r"^(?:k?g|[mu]m|cm|k?Hz|bar|deg[CF]?|rad|oz|mG|[mu]S|ppm|%(?:FS)?|mm/s|l/min|[mu]?V(?:pp|rms)|"
+    r"dBV|kcounts|ticks|norm(?:ali[sz]ed)?|log)[\s_.-]+[0-9]+$"
+)
 # A unit of time, as in "column 1: time [cs]"; one behind a number can be a duration.
 _TIME_MENTION = re.compile(
-    r"(?:^|[,;:{\"\d])\W{0,3}(?:times?|t|zeit|time ?stamps?)(?:[ _]units?)?\W{1,6}"
-    r"(?:(?:is|are|in|as) )*\W?((?:1/[0-9]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
+    r"(?:^|[,;:{\"\d])\W{0,3}(?:times?|t|x|zeit|time ?stamps?|(?:first column|column 1)"
+    r"(?= in ))(?:[ _]units?)?\W{1,6}(?:(?:is|are|in|as|units of) )*\W?"
+    r"((?:1/[0-9]+ ?|(?<=units of )[0-9.]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
+    re.IGNORECASE,
+)
+# Words for the step of a clock, other than one by 1.
+_TIME_STEP = re.compile(
+    r"(?!.*[:=\s]1(?:[.]0*)?(?: ?[mnuµμ]?s)?$)(?:.*\b(?:ticks?|jiffies)\b.*|"
+    r".*\btime[ _-]?(?:base|scal(?:e|ing)|factor|resolution|step)s?\b.*[0-9].*|"
+    r".*resolution of (?:the )?time.*[0-9].*|.*\b(?:tenths|hundredths|thousandths) of a s.*|"
+    r"\w+\W+1/[0-9]+ ?s(?:ec\w*)?)",
     re.IGNORECASE,
 )
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
 _PROSE = re.compile(
-    r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|offset|multipl\w+|factor|lsb|amplif\w+|attenuat\w+|"
-    r"divi(de|sor)\w*|subtract\w*|normali[sz]ed|resolution|sensitivity|ticks?)\b.*|"
-    r".*\b(tenth|hundredth|thousandth)s\b.*|"
+    r"(?=.*[0-9]).*(?<![A-Za-z])(scal(ed?|ings?)|gain|offset|multipl[a-z]+|factor|lsb|amplif[a-z]+|"
+    r"attenuat[a-z]+|divi(de|sor)[a-z]*|subtract[a-z]*|resolution|sensitivity|ticks?)(?![A-Za-z]).*|"
+    r".*\b(tenths|hundredths|thousandths|normali[sz]ed)\b.*|"
+    r".*\b1 ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
     r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"
     r"[0-9.]+ ?[*] ?\w+)([\s)].*)?",
     re.IGNORECASE,
+)
+# Names of a mark of missing samples.
+MARK = re.compile(
+    r"_?fill.?value|(missing|nan|invalid).?values?|no.?data(.?values?)?", re.IGNORECASE
 )
 # A remark of the form ``key: value``.
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
@@ -155,10 +188,29 @@ def facts(scopes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
     told: dict[str, Any] = {"unit": unit, "started": date or attribute(scopes, "started")}
     told["rates_hz"] = stated_rates(scopes)
-    with contextlib.suppress(ValueError):
-        start_s = float(attribute(scopes[:1], *_START))
-        told |= {"start_s": start_s} if np.isfinite(start_s) else {}
+    for key, value in starts({name: as_text(each) for name, each in scopes[0].items()}).items():
+        told[key] = told.get(key) or value
     return {key: value for key, value in told.items() if value or key == "start_s"}
+
+
+def starts(said: Mapping[str, str]) -> dict[str, Any]:
+    """Return the start that the statements on a series tell, as attributes of `Channel`."""
+    told: dict[str, Any] = {}
+    for name, value in said.items():
+        match = _START.fullmatch(name)
+        number = _QUANTITY.fullmatch(value.strip())
+        unit = unit_of(number[2]) if number else None
+        seconds = SECONDS.get(unit or (match and match["unit"]) or "s", 0.0)
+        if match and number and unit is not None and seconds:
+            told["start_s"] = float(number[1]) * seconds
+        elif match:
+            told["started"] = value
+    return told
+
+
+def unsure_start(remarks: Iterable[str]) -> str:
+    """Return the remarks that may tell the start of a series; empty if none does."""
+    return "; ".join(text for text in remarks if _UNSURE_START.fullmatch(text[:_LONGEST_REMARK]))
 
 
 def is_scale(name: str) -> bool:
@@ -179,15 +231,18 @@ def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     return {name: value for name, value in told.items() if value and scales(name, value)}
 
 
-def mentions_unit(text: str, *, is_name: bool = False) -> bool:
-    """Return whether words, or the name of a column, hold the word for a unit of readings."""
-    return bool((_MENTION_IN_NAME if is_name else _MENTION).search(text[:_LONGEST_REMARK]))
+def mentioned_unit(text: str, *, is_name: bool = False) -> str:
+    """Return the word for a unit of readings in words or a name; empty if there is none."""
+    match = (_MENTION_IN_NAME if is_name else _MENTION).search(text[:_LONGEST_REMARK])
+    return match[0] if match else ""
 
 
 def mentioned_time_unit(text: str) -> str:
     """Return the word for a unit that words tell of a time; empty if there is none."""
     match = _TIME_MENTION.search(text[:_LONGEST_REMARK])
-    return match[1] if match and is_unit(match[1]) else ""
+    if match and is_unit(match[1]):
+        return match[1]
+    return text.strip()[:60] if _TIME_STEP.fullmatch(text[:_LONGEST_REMARK].strip()) else ""
 
 
 def as_remarks(scopes: Iterable[Mapping[str, Any]]) -> list[str]:

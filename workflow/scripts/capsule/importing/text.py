@@ -28,6 +28,7 @@ from capsule.importing.dialects import (
 from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
+    MARK,
     NOTE,
     facts,
     scales,
@@ -71,8 +72,8 @@ _UNIT_LINE = re.compile(
 # The step of a counter, which is the unit of a time that names none.
 _TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
 _TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
-# Keys of comments that tell a mark of missing samples.
-_MARK = re.compile(r"_?fill.?value|(missing|nan|invalid|no.?data).?values?", re.IGNORECASE)
+# Words of a column that are looked through for a unit.
+_MOST_WORDS = 20
 # Number and cells of each row.
 _Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 
@@ -89,7 +90,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
     comments, stamps = dict[int, str](), dict[int, str]()
     lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=TRIED // 2)]
-    marks = [value for key, value in _notes(comments).items() if _MARK.fullmatch(key)]
+    marks = [value for key, value in _notes(comments).items() if MARK.fullmatch(key)]
     keys = replace(keys, missing=[*(keys.missing or ()), *marks]) if marks else keys
     tried = {number: labels_of(line) for number, line in _bare(known[:TRIED], stamps)}
     logged = stamps.keys() | {number for number, labels in tried.items() if labels}
@@ -135,6 +136,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
         # A recording of this project tells all that was done to it.
         remarks=[] if "format_version" in notes else remarks,
         reading=reading,
+        remark="" if labels else _partial_first(known, dialect),
     )
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
@@ -180,11 +182,18 @@ def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any
     return columns
 
 
-def read_sheets(sheets: Mapping[str, Sequence[list[str]]], keys: Keys) -> Iterator[Table]:
+def read_sheets(
+    sheets: Mapping[str, Sequence[list[str]]],
+    units: Mapping[str, Sequence[str]],
+    remarks: Sequence[str],
+    keys: Keys,
+) -> Iterator[Table]:
     """Yield the table in the rows of each sheet, by its title; empty if there is none.
 
     Empty rows and rows above the names are left out. What a sheet without a table says of units,
     rates and scales holds for the others. All rows of a sheet have the same number of cells.
+    `units` holds those that the forms of a sheet's numbers show, one for each column; `remarks`
+    what the workbook says beside its cells.
     """
     numbered = {
         title: [
@@ -204,7 +213,7 @@ def read_sheets(sheets: Mapping[str, Sequence[list[str]]], keys: Keys) -> Iterat
         if way is None:
             yield Table((), "sheet", title)
         else:
-            yield _sheet(numbered[title], way, keys, title, beside)
+            yield _sheet(numbered[title], way, keys, title, beside, units[title], remarks)
 
 
 def _sheet(
@@ -213,6 +222,8 @@ def _sheet(
     keys: Keys,
     title: str,
     beside: Sequence[list[str]],
+    units: Sequence[str],
+    remarks: Sequence[str],
 ) -> Table:
     """Return the table in the rows of a sheet, and what the rows of other sheets say of it."""
     above, below = rows[: way.first], rows[way.first :]
@@ -223,9 +234,10 @@ def _sheet(
     said = {
         n: ": ".join(dict.fromkeys(filter(None, cells))) for n, cells in above if len({*cells}) <= 3
     }
+    beside = [*beside, *(cells[width:] for _, cells in above)]
     unnamed = [cells for _, cells in above if cells[:width] not in named]
-    remarks = [": ".join(filter(None, cells)) for cells in [*beside, *unnamed]]
-    told = [_notes({0: text}) for text in remarks[: len(beside)] if _states_much(text)]
+    words = [": ".join(filter(None, cells)) for cells in [*beside, *unnamed]]
+    told = [_notes({0: text}) for text in words[: len(beside)] if _states_much(text)]
     merged: dict[str, str] = {}
     for key, value in (pair for notes in told for pair in notes.items()):
         merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
@@ -236,7 +248,8 @@ def _sheet(
         samples,
         way,
         keys,
-        remarks=remarks,
+        said=[{"unit": unit} if unit else {} for unit in units[:width]],
+        remarks=[*words, *remarks],
         kind="sheet",
         label=title,
         notes=notes,
@@ -364,6 +377,15 @@ def _above(
     return [dialect.split(text) for number, text in comments.items() if number < first][-1:]
 
 
+def _partial_first(lines: Sequence[Line], dialect: Dialect) -> str:
+    """Return the note on a line above the first sample that seems to be a part of one."""
+    number, line = lines[max(0, dialect.first - 1)]
+    row = dialect.split(line)
+    if not dialect.first or dialect.names_columns(row) or 2 * dialect.count_numbers(row) < len(row):
+        return ""
+    return f"line {number}, {line.strip()[:60]!r}, is passed over: it is no whole sample"
+
+
 def _incomplete(line: str, row: Sequence[str], dialect: Dialect) -> CapsuleError:
     for cell in row if len(row) == dialect.cells else ():
         if dialect.number(cell) == np.inf:
@@ -439,7 +461,9 @@ def _table(
             channels.insert(0, Channel(STAMP_NAME, seconds, "s"))
     # Of a column, and of what stands above the names, a word can be the unit.
     remarks = [*remarks, *(cell for row in heads_only[:-1] for cell in row)]
-    remarks += [each.texts(1)[0] for each in channels if any(each.words[:1])]
+    for each in channels:
+        if not each.holds_numbers:
+            remarks += [*dict.fromkeys(filter(None, each.words))][:_MOST_WORDS]
     return Table(
         channels,
         lines=np.asarray(lines),

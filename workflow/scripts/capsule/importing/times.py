@@ -13,6 +13,8 @@ from capsule.importing.stated import mentioned_time_unit
 from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
 
+# The key ``time`` of files without a column of times.
+NO_TIME = "none"
 # Units that a file can name.
 _NAMED = (*SECONDS, "sample")
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
@@ -112,7 +114,8 @@ def read_time(table: Table, time: Channel | None, channel: Channel, keys: Keys) 
     CapsuleError
         If the time is not known, or several units fit.
     """
-    if time is None and (keys.rate or channel.stamps is None):
+    is_none = keys.time == NO_TIME and channel.rate_hz is not None
+    if time is None and (keys.rate or is_none or channel.stamps is None):
         return _by_rate(table, channel, keys)
     stamps = time or channel.stamps
     assert stamps is not None

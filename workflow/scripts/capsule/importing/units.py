@@ -4,7 +4,7 @@ import re
 
 # The words for each unit of readings, and of the time.
 _WORDS = {
-    "counts": "counts count adc raw lsb digits digit a.u. au adu",
+    "counts": "counts count adc raw lsb digits digit a.u. au adu codes",
     "V": "v volt volts",
     "mV": "mv mvolt mvolts millivolt millivolts milli-volt milli-volts",
     "ohm": "ohm ohms ω r",
@@ -19,17 +19,20 @@ _WORDS = {
     "sample": "sample samples index frame frames",
 }
 _UNITS = {"": ""} | {word: unit for unit, words in _WORDS.items() for word in words.split()}
+_UNITS |= dict.fromkeys(["adc counts", "raw counts", "adc codes"], "counts")
 # Seconds of each unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86_400.0}
 # Units of other sensors, and of other clocks, that may stand behind a name; also as a quotient.
 _ONE = (
-    r"(da|[pnuµμmcdhkgt])?(pa|bar|n|g|gf|m|m[23]|a|w|j|l|t|c|f|hz|nm|rad|strain|ε|e|oe|v|s|ω|ohms?)|"
-    r"psi|mmhg|inhg|torr|atm|[cm]mh2o|inh2o|lbf?|ozf?|kp|dyne?|gauss|ft|in|deg|°c?|%(fs)?|db|min|h|"
-    r"(hecto|kilo|mega)?pascals?|newtons?|(kilo|milli)?grams?([ -]force)?|(micro|milli)?teslas?|"
-    r"micro-?strain|(micro|nano|kilo)-?volts?|megaohms?|pct|per ?cent"
+    r"(da|[fpnuµμmcdhkgt])?(pa|bar|n|g|gf|m|m[23]|a|w|j|l|t|c|f|hz|nm|rad|strain|ε|e|oe|v|s|ω|ohms?)|"
+    r"psi|mmhg|inhg|torr|atm|[cm]mh2o|inh2o|lbf?|ozf?|kp|dyne?|gauss|ft|in|deg[cf]?|°c?|%(fs)?|min|h|"
+    r"db[mv]?|ppm|[mu]?v(pp|rms)|s\^?2|kcounts?|(milli|micro)?siemens|(hecto|kilo|mega)?pascals?|"
+    r"newtons?|(kilo|milli)?grams?([ -]force)?|(micro|milli)?[ -]?teslas?|micro-?strain|"
+    r"(micro|nano|kilo|centi|deci)[ -]?volts?|(mega|milli)ohms?|pct|per ?cent"
 )
 _OTHER = re.compile(
-    rf"({_ONE})([/·*]({_ONE}))?|cs|ds|ps|(centi|deci)-?seconds?|(clock[ _]?)?ti(ck|c)s?|"
+    rf"({_ONE})([/·*]({_ONE}))?|cs|ds|ps|(centi|deci)-?seconds?|((clock|sys)[ _]?)?ti(ck|c)s?|"
+    r"filetime|pts|rtc|(clock[ _]?)?cycles|"
     rf"jiffies|tenths?|hundredths?|thousandths?|[0-9./]+ ?({_ONE}|sec)"
 )
 _NAMES_TIME = re.compile(
@@ -45,7 +48,7 @@ _BEHIND = re.compile(r"(.*?)[\s_.,/]+((?:[^\s_./]+/)?[^\s_./]+)")
 _WITH_FACTOR = re.compile(
     r"(.*?)(?:[\s_]+in)?[\s_.,/(\[]*("
     r"[x*]? ?(?:[0-9]{2,}|[0-9]*[./][0-9]+)[\s_]*[mnuµμ]?s(?:ec)?|"
-    r"[mnuµμ]?s(?:ec)?[)\]]?[\s_(\[]*[x*/\u00d7] ?[0-9.]+)[)\]]?"
+    r"[mnuµμ]?s(?:ec)?[)\]]?[\s_(\[]*(?:[x*/\u00d7]|div) ?[0-9.]+)[)\]]?"
 )
 _IN = re.compile(r"(.+?)[\s_]+in[\s_]+(\S+)")
 # If the largest reading is below this, the readings are probably not counts; nor are decimals with
