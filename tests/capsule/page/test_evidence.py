@@ -15,12 +15,11 @@ from capsule.method.sliding import rmse_at_lag
 from capsule.page.evidence import (
     EVIDENCE,
     archive_evidence,
-    evidence_among_others,
     in_words,
     nearest_nodule_mm,
     surface,
 )
-from capsule.page.packing import deflated, inflated, to_json, unpack
+from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
 from capsule.seeding import generator
 from support.evaluated import UNKNOWN
@@ -31,7 +30,7 @@ from support.synthetic import make_recording
 DIAGONAL = CONFIG["diagonal"]
 CHECK = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
 PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
-FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
+PARAMETERS = {name: getattr(PARTICLE, name).tolist() for name in PARTICLE.__dataclass_fields__}
 ROW = {"accepted": True, "place": 0, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
 
 
@@ -42,31 +41,41 @@ def plotted(values, check=CHECK, stretches=None, **shape):
     return plot_data("3mm/r01", values, wave, check, stretches, settings)
 
 
+def tables_of(verdicts, described, lag):
+    """Return tables with verdicts, and with a fit of 3mm/r01 at a lag."""
+    first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
+    fit = {"parameters": PARAMETERS, "first_peak": first_peak, "lag": lag}
+    return SimpleNamespace(
+        settings=CONFIG,
+        templates=[
+            {"size_mm": 0.0, "parameters": None},
+            {"size_mm": 3.0, "parameters": PARAMETERS},
+        ],
+        described=described,
+        fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
+        matrix=lambda name: render(PARTICLE, first_peak, length),
+        by_recording=verdicts,
+    )
+
+
 def test_1200_recordings_of_full_length_stay_below_8_megabytes():
     values = make_recording(3, "3mm/r01", samples=525).values
-    said = {"detector": "diagonal", "scheme": "leave-one-out", "predicted_mm": 3.0}
-    said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
-    said |= dict.fromkeys(EVIDENCE, 1234.567) | {"outcome": "within tolerance"}
-    verdicts = [said | {"distances": [0.1234567] * 6}] + [said | {"distances": []}] * 2
-    nearest = {"size_mm": 3.0, **surface(PARTICLE, 150, 981, 1000)}
+    said = {"scheme": "leave_one_out", "predicted_mm": 3.0, "estimate_mm": 3.1}
+    said |= {"estimate_low_mm": 2.4, "estimate_high_mm": 3.9, "probability": 0.976}
+    said |= dict.fromkeys(EVIDENCE, 1234.567) | {"location_s": 12.8}
+    distances = {f"rmse_{size}mm": 0.1234567 for size in range(6)} | {"rmse_3mm": 0.1234566}
+    verdicts = [
+        said | {"detector": name} | distances for name in ("template", "diagonal", "taught")
+    ]
     beats = int(525 / 32 * WINDOWS_A_WAVE)
     stretches = 7.0, np.linspace(0, 1, beats // STEP)
-    made = plotted(values, stretches=stretches)
-    assert None not in inflated(made["drawn"]).values()
-    added = evidence_among_others(ROW, verdicts, nearest, (FIT, PARTICLE), 1000)
-    assert None not in added.values()
-    one = len(made["drawn"]) + len(deflated(to_json(added)))
+    plots = plotted(values, stretches=stretches)
+    assert None not in inflated(plots["drawn"]).values()
+    tables = tables_of({"3mm/r01": verdicts}, {"3mm/r01": plots}, lag=981)
+    ((_, made),) = archive_evidence([ROW | {"recording": "3mm/r01"}], tables)
+    assert None not in inflated(json.loads(made)["judged"]).values()
     # The figures take 0.9 MB, a recording's row in the table less than 650 bytes.
-    assert 1200 * (one + 650) + 0.9e6 < 8e6
-
-
-def test_the_fit_is_said_in_words():
-    added = evidence_among_others(ROW, [], None, (FIT | {"lag": 501}, PARTICLE), 500)
-    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    assert added["fitted"]["peak"][0] == FIT["first_peak"] - 1
-    assert added["fit"].startswith("RMSE 0.1000; ") and added["fit"].endswith("; lag 501")
-    without = evidence_among_others(ROW, [], None, None, 500)
-    assert without["fitted"] is without["fit"] is None
+    assert 1200 * (len(made) + 650) + 0.9e6 < 8e6
 
 
 def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_template():
@@ -77,23 +86,10 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
-    verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
     said = dict.fromkeys(EVIDENCE) | verdict | {"scheme": "leave-one-out"}
     said |= {"distances": [0.2, 0.1], "details": "place 15.0 s"}
-    matrix = render(PARTICLE, first_peak, length)
-    parameters = {name: getattr(PARTICLE, name).tolist() for name in PARTICLE.__dataclass_fields__}
-    templates = [
-        {"size_mm": 0.0, "parameters": None},
-        {"size_mm": 3.0, "parameters": parameters},
-    ]
-    tables = SimpleNamespace(
-        settings=CONFIG,
-        templates=templates,
-        described=Described(),
-        fits={},
-        matrix=lambda name: matrix,
-        by_recording=verdicts,
-    )
+    verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
+    tables = tables_of(verdicts, Described(), lag=length + 1)
     made = dict(archive_evidence(rows, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
@@ -103,8 +99,12 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     assert healthy["verdicts"] == [said | {"outcome": "false alarm"}]
     assert nodule["verdicts"] == [said | {"outcome": "exact"}] * 2
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    drawn = nodule["template"]
-    assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
+    for drawn in (nodule["template"], nodule["fitted"]):
+        assert drawn["peak"][0] == first_peak - 1
+    assert nodule["template"]["size_mm"] == 3.0
+    assert nodule["fit"].startswith("RMSE 0.1000; ")
+    assert nodule["fit"].endswith(f"; lag {length + 1}")
+    assert healthy["fitted"] is healthy["fit"] is None
     tables.by_recording = {}
     without = dict(archive_evidence(rows, tables))
     assert inflated(json.loads(without["3mm/r01"])["judged"])["template"] is None

@@ -150,9 +150,19 @@ def _by_size(rates: Rates, detector: str, scheme: str) -> Cells:
     tolerance_mm = rates.settings["evaluation"]["tolerance_mm"]
     ours, printed = rates.of(detector, scheme), rates.evaluation.paper
     tables = {name: pd.concat([ours[name], printed[name]], ignore_index=True) for name in RATES}
+    points = [paper.detection_points(tables["detection"]), paper.sizing_points(tables["sizing"])]
+    measures = {"precision": "Precision", "recall": "Recall"}
+    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance_mm:g} mm"}
+    by_size = rate_table(pd.concat(points), measures, sizes_mm[1:])
+    by_size["heads"].append(f"Mean absolute error, {words.scheme(scheme)}")
+    errors_mm = ours["sizing"].set_index("size_mm")["mean_absolute_error_mm"].astype(float)
+    for row in by_size["rows"]:
+        error_mm = known_or_none(errors_mm.get(row["size_mm"]))
+        text = words.UNKNOWN if error_mm is None else f"{words.number(error_mm)} mm"
+        row["cells"].append(plain_cell(error_mm, text, scheme=scheme))
     return {
         "confusion": confusion_rows(ours["confusion"], sizes_mm),
-        "rates": _rates_by_size(tables, scheme, sizes_mm, tolerance_mm),
+        "rates": by_size,
         "negatives": rate_table(
             paper.negative_points(tables["confusion"]), {"classified": "Share"}, sizes_mm
         ),
@@ -185,25 +195,6 @@ def confusion_rows(confusion: pd.DataFrame, sizes_mm: Sequence[float]) -> list[C
         ]
         rows.append({"size": words.size(actual), "cells": cells, "total": total})
     return rows
-
-
-def _rates_by_size(
-    tables: dict[str, pd.DataFrame], scheme: str, sizes_mm: Sequence[float], tolerance_mm: float
-) -> Cells:
-    """Return the table of rates of detection and sizing by size, ours and the paper's."""
-    sizing = tables["sizing"]
-    points = [paper.detection_points(tables["detection"]), paper.sizing_points(sizing)]
-    measures = {"precision": "Precision", "recall": "Recall"}
-    measures |= {"exact_rate": "Exact size", "within_rate": f"Within {tolerance_mm:g} mm"}
-    table = rate_table(pd.concat(points), measures, sizes_mm[1:])
-    ours = sizing[sizing["scheme"] == scheme]
-    errors_mm = ours.set_index("size_mm")["mean_absolute_error_mm"].astype(float).to_dict()
-    table["heads"].append(f"Mean absolute error, {words.scheme(scheme)}")
-    for row in table["rows"]:
-        error_mm = known_or_none(errors_mm.get(row["size_mm"]))
-        text = words.UNKNOWN if error_mm is None else f"{words.number(error_mm)} mm"
-        row["cells"].append(plain_cell(error_mm, text, scheme=scheme))
-    return table
 
 
 def _methods(rates: Rates, ours: Answers) -> Cells:

@@ -24,8 +24,8 @@ EVIDENCE = ("score", "threshold", "location_mm")
 def archive_evidence(rows: Sequence[Row], tables: Tables) -> Iterator[tuple[str, str]]:
     """Yield the name of each accepted recording, and JSON of what the page shows of it.
 
-    The JSON has `drawn` from `capsule.page.plot_data`, and `judged` from `evidence_among_others`;
-    both are deflated.
+    The JSON has `drawn` from `capsule.page.plot_data`, and `judged`, which its fit and the other
+    recordings change; both are deflated. What is not known is None.
     """
     settings, fits = tables.settings, tables.fits
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
@@ -40,18 +40,32 @@ def archive_evidence(rows: Sequence[Row], tables: Tables) -> Iterator[tuple[str,
     tolerance_mm = settings["evaluation"]["tolerance_mm"]
 
     for row in rows:
-        name, nearest = row["recording"], None
-        judged = tables.by_recording.get(name, [])
-        size_mm = nearest_nodule_mm(judged)
-        if size_mm in averaged:
-            _, lag = SlidingComparison(tables.matrix(name)).gain_of(rendered[size_mm])
-            nearest = {"size_mm": size_mm, **surface(averaged[size_mm], first_peak, lag, length)}
-        said = [in_words(each, row["size_mm"], tolerance_mm, largest_mm) for each in judged]
+        name, true_mm = row["recording"], row["size_mm"]
+        verdicts = tables.by_recording.get(name, [])
+        judged: Cells = {
+            "title": f"{row['size']} nodule" if true_mm else row["size"],
+            "nodule_at_mm": row["nodule_at_mm"],
+            "fitted": None,
+            "fit": None,
+            "template": None,
+            "verdicts": [in_words(each, true_mm, tolerance_mm, largest_mm) for each in verdicts],
+        }
         # Without a nodule of known size, a recording has no fit.
-        fit = (fits[name], fitted[name]) if name in fitted else None
-        content = evidence_among_others(row, said, nearest, fit, length)
+        if name in fitted:
+            fit = fits[name]
+            judged["fitted"] = surface(fitted[name], fit["first_peak"], fit["lag"], length)
+            judged["fit"] = (
+                f"RMSE {words.number(fit['rmse'], 4)}; the best of the random particles had "
+                f"{words.number(fit['rmse_initial'], 4)}, and "
+                f"{words.plural(fit['accepted_moves'], 'step')} improved it; lag {fit['lag']}"
+            )
+        nearest_mm = nearest_nodule_mm(verdicts)
+        if nearest_mm in averaged:
+            _, lag = SlidingComparison(tables.matrix(name)).gain_of(rendered[nearest_mm])
+            shape = surface(averaged[nearest_mm], first_peak, lag, length)
+            judged["template"] = {"size_mm": nearest_mm, **shape}
         drawn = tables.described[name]["drawn"]
-        yield name, to_json({"drawn": drawn, "judged": deflated(to_json(content))})
+        yield name, to_json({"drawn": drawn, "judged": deflated(to_json(judged))})
 
 
 def nearest_nodule_mm(verdicts: Sequence[Row]) -> float | None:
@@ -67,36 +81,6 @@ def nearest_nodule_mm(verdicts: Sequence[Row]) -> float | None:
         if size_mm > 0 and words.is_known(row[name])
     }
     return min(known, key=lambda size_mm: known[size_mm], default=None)
-
-
-def evidence_among_others(
-    row: Row,
-    verdicts: Sequence[Row],
-    nearest: Row | None,
-    fit: tuple[Row, Particle] | None,
-    length: int,
-) -> Cells:
-    """Return what the page shows of one recording because of its fit and the other recordings.
-
-    What is not known is None.
-    """
-    fitted = said = None
-    if fit:
-        numbers, particle = fit
-        fitted = surface(particle, numbers["first_peak"], numbers["lag"], length)
-        said = (
-            f"RMSE {words.number(numbers['rmse'], 4)}; the best of the random particles had "
-            f"{words.number(numbers['rmse_initial'], 4)}, and "
-            f"{words.plural(numbers['accepted_moves'], 'step')} improved it; lag {numbers['lag']}"
-        )
-    return {
-        "title": f"{row['size']} nodule" if row["size_mm"] else row["size"],
-        "nodule_at_mm": row["nodule_at_mm"],
-        "fitted": fitted,
-        "fit": said,
-        "template": nearest,
-        "verdicts": verdicts,
-    }
 
 
 def in_words(
