@@ -71,8 +71,7 @@ def pages():
 def cells(page, title):
     (table,) = page["compared"]
     names = [detector["name"] for detector in table["detectors"]]
-    groups = table["groups"] + table["folded_groups"]
-    (row,) = [row for group in groups for row in group["rows"] if row["title"] == title]
+    (row,) = [row for group in table["groups"] for row in group["rows"] if row["title"] == title]
     return dict(zip(names, row["cells"], strict=True))
 
 
@@ -180,6 +179,7 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     healthy, nodule = detector_sections.confusion_rows(table, [0.0, 2.0])
     assert [cell["count"] for cell in healthy["cells"]] == [8, 1, 1]
     assert [cell["right"] for cell in healthy["cells"]] == [True, False, False]
+    assert [cell["share"] for cell in healthy["cells"]] == [3, 0, 0]
     assert (healthy["total"], nodule["total"]) == (10, 5)
     assert [cell["count"] for cell in nodule["cells"]] == [0, 5, 0]
     judged = table[table["predicted_mm"].notna()]

@@ -144,15 +144,13 @@ def _by_scheme(judgements: Judgements, scheme: str, settings: Settings, lead: st
     # As no size stands for any nodule, a bin without ends stands for all probabilities.
     of_bins = tables["calibration"]["stated_low"].notna()
     bins, tables["calibration"] = (tables["calibration"][which] for which in (of_bins, ~of_bins))
-    groups = _groups(tables, reference, detectors, settings)
     sentences = {row.name: row.sentence for row in DETECTORS.values()} | {ALWAYS: BASELINE}
     return {
         "scheme": scheme,
         "title": words.scheme(scheme),
         "recordings": words.plural(int(tables["summary"]["recordings"].max()), "recording"),
         "detectors": [{"name": name, "words": sentences[name]} for name in detectors],
-        "groups": groups[:1],
-        "folded_groups": groups[1:],
+        "groups": _groups(tables, reference, detectors, settings),
         "calibration": [
             row | {"observed": cell_of(row, "observed")} for row in bins.to_dict("records")
         ],
@@ -181,11 +179,10 @@ def _groups(
             "rows": [
                 {
                     "title": row.title.format(**filled_in, size=words.size(size_mm)),
-                    "cells": [made.get(name, NOT_APPLICABLE) for name in detectors],
+                    "cells": _cells(tables, row, size_mm, detectors, reference, settings),
                 }
                 for row in rows
                 for size_mm in sizes_of[row.sizes]
-                for made in [_cells(tables[row.table], row, size_mm, reference, settings)]
             ],
         }
         for title, rows in GROUPS.items()
@@ -193,10 +190,15 @@ def _groups(
 
 
 def _cells(
-    table: pd.DataFrame, row: Measure, size_mm: float | None, reference: str, settings: Settings
-) -> dict[str, Cells]:
-    """Return a row's cells by detector."""
-    cells = {}
+    tables: Judgements,
+    row: Measure,
+    size_mm: float | None,
+    detectors: Sequence[str],
+    reference: str,
+    settings: Settings,
+) -> list[Cells]:
+    """Return a row's cells, one a detector."""
+    cells, table = {}, tables[row.table]
     if row.measure:
         table = table[table["measure"] == row.measure]
         cells[reference] = REFERENCE
@@ -212,7 +214,7 @@ def _cells(
         # The baseline has no score and no size, so its cells without a value do not apply.
         if values["detector"] != ALWAYS or cell["value"] is not None:
             cells[values["detector"]] = cell
-    return cells
+    return [cells.get(name, NOT_APPLICABLE) for name in detectors]
 
 
 def bench_rows(rows: Sequence[Row], detectors: Sequence[str]) -> list[Row]:

@@ -186,11 +186,7 @@ def confusion_rows(confusion: pd.DataFrame, sizes_mm: Sequence[float]) -> list[C
         row = {predicted: counts.get((actual, predicted), 0) for predicted in verdicts}
         total = sum(row.values())
         cells = [
-            {
-                "count": count,
-                "share": round(4 * count / total) if total else 0,
-                "right": actual == predicted,
-            }
+            {"count": count, "share": round(4 * count / (total or 1)), "right": actual == predicted}
             for predicted, count in row.items()
         ]
         rows.append({"size": words.size(actual), "cells": cells, "total": total})

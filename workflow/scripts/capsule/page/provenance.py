@@ -23,7 +23,6 @@ REFERENCES = {
     "uPlot": "uplot",
 }
 
-
 _LABEL = re.compile(r"\beq\. (\S+)")
 _GREEK = {"Delta": "\u0394", "mu": "\u03bc", "sigma": "\u03c3"}
 _TAGS = {"": "i", "^": "sup", "_": "sub"}

@@ -67,17 +67,27 @@ def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
             f"look again; {_outcome(session)}."
         ),
         "places": [
-            {
-                "number": place.place,
-                "status": str(OF_SURVEY[place.status]),
-                "where": _where(place),
-                "passes": place.passes,
-                "size": _size(place),
-                "height": words.number(place.height, 2),
-                "suspected_s": pin.suspected_s,
-            }
-            for place, pin in zip(session.places, pins, strict=False)
+            _place(place, pin.suspected_s) for place, pin in zip(session.places, pins, strict=False)
         ],
+    }
+
+
+def _place(place: StoredPlace, suspected_s: float) -> Cells:
+    """Return what the page says of a suspected place."""
+    off_mm, size = place.may_be_off_mm, place.size
+    if place.status != "confirmed":
+        size = words.NOT_APPLICABLE
+    if place.familiar == "no":
+        size = f"{VerdictWord.UNLIKE} ({place.unfamiliar_because}); {size}"
+    return {
+        "number": place.place,
+        "status": str(OF_SURVEY[place.status]),
+        "where": f"{words.number(place.place_mm, 1)} mm"
+        + (f", or off by {words.number(off_mm, 0)} mm" if off_mm else ""),
+        "passes": place.passes,
+        "size": size,
+        "height": words.number(place.height, 2),
+        "suspected_s": suspected_s,
     }
 
 
@@ -92,20 +102,6 @@ def _outcome(session: Session) -> str:
     counts = Counter(OF_SURVEY[place.status] for place in session.places)
     said = words.enumerate_words([f"{counts[name]} {name}" for name in VerdictWord if counts[name]])
     return f"{words.plural(len(session.places), 'suspected place')}: {said}"
-
-
-def _where(place: StoredPlace) -> str:
-    said = f"{words.number(place.place_mm, 1)} mm"
-    if place.may_be_off_mm:
-        return f"{said}, or off by {words.number(place.may_be_off_mm, 0)} mm"
-    return said
-
-
-def _size(place: StoredPlace) -> str:
-    said = place.size if place.status == "confirmed" else words.NOT_APPLICABLE
-    if place.familiar == "no":
-        return f"{VerdictWord.UNLIKE} ({place.unfamiliar_because}); {said}"
-    return said
 
 
 def player(session: Session, track: Track) -> Cells:
