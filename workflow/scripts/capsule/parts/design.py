@@ -25,6 +25,7 @@ from capsule.phantom.parameters import (
     with_values,
     words_of,
 )
+from capsule.phantom.quantities import Limits
 
 CAPSULE, BENCH = "conductive TPU", "PLA"
 # The part of the table with limits instead of choices.
@@ -196,9 +197,9 @@ def design_of(
             raise CapsuleError(f"the parts have no value {name}; {hint}")
     for name, entry in rows.items():
         words, whole = entry.get("allowed", ()), entry.get("whole", False)
-        check_allowed(name, chosen[name], words, entry.get("range", ()), whole=whole)
+        check_allowed(name, chosen[name], words, Limits(*entry.get("range", ())), whole=whole)
     for name, limits in table[LIMITS].items():
-        check_allowed(name, value_of(phantom, name), (), limits)
+        check_allowed(name, value_of(phantom, name), (), Limits(*limits))
     parts = built(Parts, chosen)
     resistivity = unchanged.sensor.resistance_ohm / resistance(1.0, unchanged, parts.choice)
     return Design(phantom, parts, resistivity, sensors)

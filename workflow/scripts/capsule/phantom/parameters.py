@@ -217,18 +217,16 @@ def check_value(name: str, value: Any) -> None:  # noqa: ANN401 - whatever a fil
     """
     kind = _kind_of(name)
     limits = next(iter(getattr(kind, "__metadata__", ())), Limits())
-    low_high, whole = (limits.low, limits.high), get_args(kind)[:1] == (int,)
-    check_allowed(name, value, words_of(name), low_high, whole=whole, positive=limits.beyond)
+    check_allowed(name, value, words_of(name), limits, whole=get_args(kind)[:1] == (int,))
 
 
 def check_allowed(
     name: str,
     value: Any,  # noqa: ANN401 - whatever a file holds
     words: Sequence[str],
-    limits: Sequence[float] = (),
+    limits: Limits,
     *,
     whole: bool = False,
-    positive: bool = False,
 ) -> None:
     """Raise an error if a value is none of the allowed words or, without words, of the numbers."""
     if words:
@@ -237,10 +235,10 @@ def check_allowed(
         return
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise CapsuleError(f"{name}: the value {value!r} is not a number")
-    low, high = limits
-    if not low <= value <= high or not math.isfinite(value) or (positive and value == 0):
+    low, high = limits.low, limits.high
+    if not low <= value <= high or not math.isfinite(value) or (limits.beyond and value == low):
         allowed = f"{low:g} to {high:g}" if high < math.inf else f"a number from {low:g} on"
-        allowed = "a number greater than 0" if positive else allowed
+        allowed = f"a number greater than {low:g}" if limits.beyond else allowed
         raise CapsuleError(f"{name} is {value:g}; allowed is {allowed}")
     if whole and value != round(value):
         raise CapsuleError(f"{name} is {value:g}; allowed are whole numbers")
