@@ -52,21 +52,25 @@ def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "complaint"),
+    ("device", "key", "value", "complaint"),
     [
-        ("protocol", "2", "protocol=2, but this program needs 1"),
-        ("adc_bits", None, "no adc_bits"),
-        ("adc_bits", "9999", "adc_bits=9999"),
-        ("rate_hz", "0", "rate_hz=0"),
-        ("channels", "four", "channels=four"),
+        ("fold", "protocol", "2", "protocol=2, but this program needs 1"),
+        ("logger", "firmware", None, "no firmware"),
+        ("logger", "adc_bits", None, "no adc_bits"),
+        ("logger", "adc_bits", "9999", "adc_bits=9999"),
+        ("logger", "rate_hz", "0", "rate_hz=0"),
+        ("logger", "channels", "4.0", "channels=4.0"),
+        ("peristalsis", "wavelength_mm", None, "no wavelength_mm"),
     ],
 )
-def test_a_logger_that_does_not_say_what_it_is_is_refused(monkeypatch, key, value, complaint):
+def test_a_board_that_does_not_say_what_it_is_is_refused(
+    monkeypatch, device, key, value, complaint
+):
     talking = FakeLine("A")
-    talking.frames = [identity_of("logger", **{key: value})]
+    talking.frames = [identity_of(device, **{key: value})]
     monkeypatch.setattr(identification, "Line", lambda *_: talking)
-    with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
-        identification.connect("A", 115200, "logger")
+    with pytest.raises(WrongBoardError, match=f"{device} at A reports {complaint}; upload"):
+        identification.connect("A", 115200, device)
     assert talking.closed
 
 

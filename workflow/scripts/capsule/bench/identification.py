@@ -36,13 +36,17 @@ USB_IDS = {
     for vendor in (0x2341, 0x2A03)
     for product in (0x0001, 0x0010, 0x0042, 0x0043, 0x0242, 0x0243)
 }
-# Entries that a logger must report, with their smallest and largest values.
-_NUMBERS = {
-    "rate_hz": (1, 10_000),
-    "channels": (1, 64),
-    "adc_bits": (1, 32),
-    "vref_mv": (1, 100_000),
-    "series_ohm": (1, 1_000_000_000),
+# Numbers that a board must report, by its kind, with their smallest and largest values; those with
+# whole limits are whole.
+_NUMBERS: dict[str, dict[str, tuple[float, float]]] = {
+    "logger": {
+        "rate_hz": (1, 10_000),
+        "channels": (1, 64),
+        "adc_bits": (1, 32),
+        "vref_mv": (1, 100_000),
+        "series_ohm": (1, 1_000_000_000),
+    },
+    "peristalsis": {"wavelength_mm": (1.0, 10_000.0)},
 }
 PURPOSES = {
     "logger": "record with it (--port)",
@@ -138,13 +142,12 @@ def _fault_of(identity: Identity) -> str:
     entries = identity.entries
     if entries.get("protocol") != VERSION:
         return f"protocol={entries.get('protocol')}, but this program needs {VERSION}"
-    if identity.device != "logger":
-        return ""
     if "firmware" not in entries:
         return "no firmware"
-    for key, (least, most) in _NUMBERS.items():
+    for key, (least, most) in _NUMBERS.get(identity.device, {}).items():
         value = entries.get(key, "")
-        if not re.fullmatch(r"[0-9]{1,10}", value) or not least <= int(value) <= most:
+        form = r"[0-9]{1,10}" if isinstance(least, int) else r"[0-9]{1,10}(\.[0-9]{1,6})?"
+        if not re.fullmatch(form, value) or not least <= float(value) <= most:
             return f"{key}={value}" if value else f"no {key}"
     return ""
 
@@ -155,7 +158,7 @@ def differences(identity: Identity, other: Identity) -> str:
         return f"it is the {other.device} board"
     return ", ".join(
         f"{key}={other.entries.get(key)} instead of {identity.entries.get(key)}"
-        for key in ("protocol", *_NUMBERS)
+        for key in ("protocol", *_NUMBERS.get(identity.device, ()))
         if other.entries.get(key) != identity.entries.get(key)
     )
 
