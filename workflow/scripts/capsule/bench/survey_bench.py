@@ -25,24 +25,10 @@ LATE_S = 2.0
 
 
 class BoardBench:
-    """Three boards as one bench.
+    """Three boards, as `open_boards` returns them, as one bench.
 
-    Parameters
-    ----------
-    boards : mapping of str to Board
-        Result of `open_boards`.
-    wave : Wave
-        Speed, ramp and direction of the wave.
-    log : FrameLog
-        Log of all boards.
-    stop : StopRequest
-        Request to stop, by Ctrl-C.
-    patience_s : float
-        Longest time in seconds without a board.
-    resumed : bool
-        Whether a killed session goes on, so that only the index tells the phase of the wave.
-    index_mm : float or None
-        Phase of the wave at the cam shaft's index, from a killed session.
+    The survey ends after `patience_s` without a board. If a killed session goes on (`resumed`),
+    only the cam shaft's index tells the phase of the wave, which is `index_mm` there if known.
     """
 
     def __init__(

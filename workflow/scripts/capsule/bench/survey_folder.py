@@ -48,11 +48,10 @@ class SessionFolder:
         tell: Callable[[str], None] = print,
         *,
         resumed: bool = False,
-        raw: Path | None = None,
     ) -> None:
         if not resumed:
             _begin(folder, about)
-        self.folder, self._raw, self._about = folder, raw, dict(about)
+        self.folder, self._about = folder, dict(about)
         columns = stream_columns(sensors) + "\n"
         self._stream = GrowingFile(folder / STREAM, columns, RESUME, resumed=resumed)
         self._events = GrowingFile(folder / EVENTS, "", RESUME, resumed=resumed)
@@ -109,8 +108,8 @@ class SessionFolder:
     def add_recording(self, name: str, recording: Recording) -> str:
         """Store a complete pass as a recording, and return its name within the folder."""
         wanted = [self.folder / RECORDINGS / f"{name}.csv"]
-        if self._raw is not None:
-            wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
+        if raw := self._about.get("raw"):
+            wanted.append(Path(raw) / UNLABELLED / f"{self.folder.name}-{name}.csv")
         for path in wanted:
             if not path.exists():
                 with writing(path, RESUME), write_whole(path, "wb") as stream:
@@ -206,14 +205,7 @@ def read_stored(
 ) -> tuple[list[tuple[Readings, float]], dict[int, Event]]:
     """Read a killed survey up to the last complete judgement that can be read.
 
-    Parameters
-    ----------
-    folder : Path
-        The session's folder.
-    recording : mapping
-        Section ``recording`` of the configuration.
-    every : int
-        Number of samples from one judgement to the next.
+    There is a judgement after each `every` samples; `recording` is a section of the configuration.
 
     Returns
     -------

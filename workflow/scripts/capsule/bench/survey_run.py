@@ -3,11 +3,10 @@
 import argparse
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from capsule.bench.loop import Loop
 from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
-from capsule.bench.survey_folder import SessionFolder
+from capsule.bench.survey_folder import SessionFolder, read_stored
 from capsule.bench.terminal import Terminal
 from capsule.detectors.unlike import because, unlike
 from capsule.kinds import Settings
@@ -29,7 +28,7 @@ from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import Recording
 from capsule.survey.files import StoredPlace
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Event, Readings
+from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
 from capsule.survey.suspects import Place
 
 Bench = BoardBench | SimulatedBench
@@ -51,7 +50,8 @@ class SurveyRun:
         header: Mapping[str, str],
         page: LivePage | None,
     ) -> None:
-        sensors, detector = settings["recording"]["sensors"], settings["diagonal"]
+        self._recording, detector = settings["recording"], settings["diagonal"]
+        sensors = self._recording["sensors"]
         self._header, self._rate_hz = header, float(header["rate_hz"])
         self._length_mm = length_mm_of(about)
         self._sizes = PassSizes(options.results, detector, self._rate_hz)
@@ -64,14 +64,8 @@ class SurveyRun:
             self._length_mm = math.inf  # the bench knows itself where the gut ends
         self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm_of(about))
         self._terminal = Terminal(sys.stdout)
-        self.disk = SessionFolder(
-            options.out,
-            about,
-            sensors,
-            self._terminal.note,
-            resumed=options.resume is not None,
-            raw=about["raw"] and Path(about["raw"]),
-        )
+        told, resumed = self._terminal.note, options.resume is not None
+        self.disk = SessionFolder(options.out, about, sensors, told, resumed=resumed)
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
         self._loop = Loop("the survey", self.state, self.disk.log)
         self._loop.show_on(self._terminal, page)
@@ -110,8 +104,8 @@ class SurveyRun:
         self._note_state(bench)
         return pilot.log[-1].reason if pilot.cycle.over else ""
 
-    def repeat(self, judged: Sequence[tuple[Readings, float]], told: Mapping[int, Event]) -> None:
-        """Repeat what `read_stored` returns, so that the pilot has its former state.
+    def repeat(self) -> None:
+        """Repeat what is stored, so that the pilot has its former state.
 
         Raises
         ------
@@ -119,6 +113,7 @@ class SurveyRun:
             The pilot's decisions differ from the stored ones.
         """
         pilot, self._repeating = self.pilot, True
+        judged, told = read_stored(self.disk.folder, self._recording, pilot.every)
         for readings, away_s in judged:
             # A later event was the pilot's own; the readings cause it again.
             until_s = pilot.sensing.now_s + away_s + _CLOCK_STEP_S

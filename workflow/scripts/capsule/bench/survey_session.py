@@ -17,7 +17,7 @@ from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import check_fits, moment_text
 from capsule.bench.loop import kept
 from capsule.bench.survey_bench import BoardBench, open_boards
-from capsule.bench.survey_folder import INDEX, check_new, read_about, read_stored
+from capsule.bench.survey_folder import INDEX, check_new, read_about
 from capsule.bench.survey_run import SurveyRun, length_mm_of
 from capsule.bench.wave import Wave
 from capsule.engine.configuration import read_settings
@@ -131,7 +131,7 @@ def _on_boards(
         run = SurveyRun(options, about, settings, about["header"], page)
         with kept(run.disk, lambda: resumed or run.begun):
             if resumed:
-                run.repeat(*read_stored(options.out, settings["recording"], run.pilot.every))
+                run.repeat()
             if not run.pilot.cycle.over:
                 boards = boards or open_boards(ports, options.baud, stop, at_end)
                 bench = BoardBench(

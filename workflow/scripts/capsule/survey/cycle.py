@@ -136,13 +136,11 @@ def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
     if step is None:
         return cycle, ()
     cycle = _counted(cycle, event)
-    if step.state == "folding" and cycle.no_return:
-        # Folding does not bring the capsule back, so it does not fold and gives the place up.
-        return replace(cycle, state="exploring"), ()
-    if event == "again" and cycle.retests >= MOST_RETESTS:
-        return replace(cycle, state="exploring"), ()
-    if step.state == "passing" and cycle.retests > MOST_RETESTS:
-        return replace(cycle, state="exploring"), ()
+    # If folding does not bring the capsule back, it does not fold any more.
+    in_vain = step.state == "folding" and cycle.no_return
+    often = event == "again" and cycle.retests >= MOST_RETESTS
+    if in_vain or often or (step.state == "passing" and cycle.retests > MOST_RETESTS):
+        return replace(cycle, state="exploring"), ()  # the place is given up
     return replace(cycle, state=step.state), step.commands
 
 

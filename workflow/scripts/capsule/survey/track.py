@@ -24,22 +24,18 @@ _GROUPS = {
 
 @dataclass(frozen=True)
 class Track:
-    """The judgements of a survey.
+    """The judgements of a survey: J values of its columns, and more.
 
     Attributes
     ----------
-    time_s : (J,) array
-        Times of the judgements.
+    time_s, score, threshold, wave_mm : (J,) arrays
+        As in `capsule.survey.files.Session`.
     head_mm : (J,) array
         Position of the head, with straight lines between known positions.
     known : (J,) array of bool
         True if the survey knew the position at that time.
     state : (J,) array of str
         State of the capsule after the judgement.
-    score, threshold : (J,) arrays
-        The largest evidence and the threshold of suspicion; NaN where there is none.
-    wave_mm : (J,) array
-        How far the drive had carried the wave; NaN where that is unknown.
     """
 
     time_s: FloatArray
