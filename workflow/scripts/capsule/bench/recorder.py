@@ -115,8 +115,7 @@ class Recorder:
         self._part.sync()
         if self._drive:
             self._drive.serve(self.state.samples * self.state.period_s)
-            self.state.wave = self._drive.summary()
-            self._note_wave()
+        self._note_wave()
         self._note_faults()
         return self._why_over()
 
@@ -161,8 +160,11 @@ class Recorder:
         self.state.faults = [fault for fault in (wave, self._source.fault, too_long) if fault]
 
     def _note_wave(self) -> None:
-        """Write into header and log until when the wave ran."""
-        if self._drive and (until := self._drive.until) != self.header[WAVE_UNTIL]:
+        """Show the wave, and write into header and log until when it ran."""
+        if not self._drive:
+            return
+        self.state.wave = self._drive.summary()
+        if (until := self._drive.until) != self.header[WAVE_UNTIL]:
             self._amend(WAVE_UNTIL, until)
             self._log.note(f"the wave runs until {until} (s of the recording)")
 
@@ -251,7 +253,6 @@ def record(
         loop.show_on(terminal, page)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
         recorder.archive()
-        state.wave = drive.summary() if drive else ""
         loop.show()
         terminal.note(f"ended: {state.ended}")
         if state.damaged:

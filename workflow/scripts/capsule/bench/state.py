@@ -101,10 +101,7 @@ class State:
         values |= {"advice": self.judgement.advice if self.judgement else ""}
         values |= {"scores": self.judgement.scores if self.judgement else []}
         del values["recent"], values["judgement"]
-        values["remarks"] = [
-            {"sensor": sensor, "remark": remark} for sensor, remark in self.remarks().items()
-        ]
-        values["doing"] = STATES.get(self.doing, "")
+        values |= {"remarks": self.remarks(), "doing": STATES.get(self.doing, "")}
         return plain(values)
 
     def remarks(self) -> dict[int, str]:

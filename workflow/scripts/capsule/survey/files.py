@@ -22,7 +22,6 @@ from capsule.survey.cycle import STATUSES
 from capsule.survey.listed import ABOUT, EVENTS, FILES, LARGEST_BYTES, PLACES, STREAM
 from capsule.survey.survey_log import Event
 
-_TEXTS = ("before", "event", "after", "reason")
 _SHOWN = 60
 
 
@@ -227,15 +226,16 @@ def parse_event(number: int, line: str | bytes) -> Event:
         cells: dict[str, Any] = {each.name: content[each.name] for each in fields(Event)}
     except (ValueError, KeyError, TypeError) as error:
         raise SessionError(f"{EVENTS}: line {number} is not an event") from error
-    for name, value in cells.items():
-        wanted = isinstance(value, str) if name in _TEXTS else value is None or _is_number(value)
-        if not wanted or (name == "time_s" and value is None):
-            shown, kind = displayed(str(value))[:_SHOWN], "text" if name in _TEXTS else "a number"
-            raise SessionError(f"{EVENTS}: line {number}: {name} is {shown!r}, which is not {kind}")
-    known: dict[str, Any] = {
-        name: math.nan if value is None else value for name, value in cells.items()
-    }
-    return Event(**known)
+    for each in fields(Event):
+        value, text = cells[each.name], each.type is str
+        if value is None and not text and each.name != "time_s":
+            cells[each.name] = math.nan
+        elif not (isinstance(value, str) if text else _is_number(value)):
+            shown, kind = displayed(str(value))[:_SHOWN], "text" if text else "a number"
+            raise SessionError(
+                f"{EVENTS}: line {number}: {each.name} is {shown!r}, which is not {kind}"
+            )
+    return Event(**cells)
 
 
 def _is_number(value: object) -> bool:
