@@ -8,6 +8,7 @@ from pathlib import Path
 
 from capsule.arguments import positive, recording_name, size_folder
 from capsule.bench import recorder, terminal
+from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
 from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
 from capsule.engine.project import RECORD_LOGS, config_file
@@ -25,18 +26,24 @@ examples:
                                           start the wave, record 90 s without a nodule, stop both
   %(prog)s --size 3 --stream-in gripper record from a stream of the Lab Streaming Layer
   %(prog)s --recover                    complete the recordings of killed recorders
-
-exit status:
-  0 archived            1 other fault        2 wrong option       3 no board, or several
-  4 no answer           5 port in use        6 no permission      7 wrong baud rate
-  8 wrong board         9 disk full         10 name exists       11 board lost (part is archived)
- 12 refused by a board
 """
+
+
+def exit_statuses(success: str, *, of_survey: bool = False) -> str:
+    """Return the lines of a command's help that list its exit statuses."""
+    kinds = [
+        kind
+        for kind in AcquisitionError.__subclasses__()
+        if of_survey or kind not in (CannotArriveError, SurveyFaultError)
+    ]
+    statuses = {0: success, 1: "Another fault.", 2: "A wrong option."}
+    statuses |= {kind.status: str(kind.__doc__) for kind in kinds} | {130: "Ctrl-C."}
+    return "\nexit status:\n" + "\n".join(f"{n:5d} {text}" for n, text in statuses.items())
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run, the boards, the streams and the files."""
-    parser.epilog = EXAMPLES
+    parser.epilog = EXAMPLES + exit_statuses("A recording that is archived.")
     _add_run_options(parser)
     add_board_options(parser)
     add_wave_options(parser)

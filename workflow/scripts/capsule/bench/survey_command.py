@@ -5,7 +5,7 @@ from pathlib import Path
 
 from capsule.arguments import natural, number_within
 from capsule.bench import survey_session, terminal
-from capsule.bench.record_command import add_board_options, add_wave_options
+from capsule.bench.record_command import add_board_options, add_wave_options, exit_statuses
 from capsule.errors import WrongOptionError
 from capsule.phantom.files import add_phantom_arguments
 
@@ -23,14 +23,6 @@ examples:
                                    tell a new fold board that the origami is unfolded
 
 Nobody has measured the folding: docs/survey.md.
-
-exit status:
-  0 the gut was surveyed, or the target reached     1 other fault        2 wrong option
-  3 no board       4 no answer         5 port in use        6 no permission for the port
-  7 wrong baud rate                    8 wrong board        9 disk full      10 name exists
- 11 a board was lost for longer than --patience            12 a board refuses
- 13 the target was not reached       14 the origami did not obey
-130 ended by Ctrl-C
 """
 # Leaves room for a pass before the first nodule and after the last.
 SHORTEST_M = 0.2
@@ -38,7 +30,8 @@ SHORTEST_M = 0.2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a survey, its bench and its files."""
-    parser.epilog = EXAMPLES
+    success = "A gut that is surveyed, or a target that is reached."
+    parser.epilog = EXAMPLES + exit_statuses(success, of_survey=True)
     add_phantom_arguments(parser)
     add = parser.add_argument
     add("--simulate", action="store_true", help="survey a simulated gut, without boards")

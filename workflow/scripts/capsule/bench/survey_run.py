@@ -64,8 +64,8 @@ class SurveyRun:
             self._length_mm = math.inf  # the bench knows itself where the gut ends
         self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm_of(about))
         self._terminal = Terminal(sys.stdout)
-        told, resumed = self._terminal.note, options.resume is not None
-        self.disk = SessionFolder(options.out, about, sensors, told, resumed=resumed)
+        note, resumed = self._terminal.note, options.resume is not None
+        self.disk = SessionFolder(options.out, about, sensors, note, resumed=resumed)
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
         self._loop = Loop("the survey", self.state, self.disk.log)
         self._loop.show_on(self._terminal, page)
@@ -76,11 +76,6 @@ class SurveyRun:
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
         self._begun: datetime | None = None
         self.trouble: AcquisitionError | None = None
-
-    @property
-    def begun(self) -> bool:
-        """Return whether the survey has samples."""
-        return bool(self._heard)
 
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end; a resumed one has `begun` at this time."""
@@ -156,9 +151,11 @@ class SurveyRun:
         for column in readings.values.T:
             self.state.add(None if np.isnan(column).all() else tuple(column.tolist()))
         commands = self.pilot.tick(readings)
-        suspects = self.pilot.suspects
-        judgement = suspects.newest_score, suspects.threshold.threshold
-        self.disk.add_readings(time_s, readings, (self.pilot.sensing.head_mm, *judgement))
+        head_mm, suspects, state = self.pilot.sensing.head_mm, self.pilot.suspects, self.state
+        state.score, state.threshold = suspects.newest_score, suspects.threshold.threshold
+        self.disk.add_readings(time_s, readings, (head_mm, state.score, state.threshold))
+        state.head_known = not math.isnan(head_mm)
+        state.head_mm = head_mm if state.head_known else state.head_mm
         self._note_events()
         return commands
 
@@ -168,17 +165,13 @@ class SurveyRun:
 
     def _note_state(self, bench: Bench) -> None:
         """Write what the displays show."""
-        state, pilot, suspects = self.state, self.pilot, self.pilot.suspects
+        state, pilot = self.state, self.pilot
         state.faults = [str(self.trouble)] if self.trouble else bench.faults
         state.doing, state.following = pilot.cycle.state, pilot.following
         state.origami = bench.origami
-        state.head_known = not math.isnan(pilot.sensing.head_mm)
-        if state.head_known:
-            state.head_mm = pilot.sensing.head_mm
-        state.score, state.threshold = suspects.newest_score, suspects.threshold.threshold
         state.places = [
             (place.number, place.status, place.place_mm, self._size_words.get(place.number, ""))
-            for place in suspects.places
+            for place in pilot.suspects.places
         ]
 
     @staticmethod

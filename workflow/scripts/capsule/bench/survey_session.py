@@ -104,7 +104,7 @@ def _simulated(
         sensors=settings["recording"]["sensors"],
     )
     run = SurveyRun(options, about, settings, bench.header | {"session": options.out.name}, page)
-    with kept(run.disk, lambda: run.begun):
+    with kept(run.disk, lambda: run.state.samples > 0):
         run.go_on(bench, stop)
     return run
 
@@ -129,7 +129,7 @@ def _on_boards(
         if not resumed:
             about |= _known_with(boards, settings, wave, options.out.name)
         run = SurveyRun(options, about, settings, about["header"], page)
-        with kept(run.disk, lambda: resumed or run.begun):
+        with kept(run.disk, lambda: resumed or run.state.samples > 0):
             if resumed:
                 run.repeat()
             if not run.pilot.cycle.over:
@@ -140,7 +140,7 @@ def _on_boards(
                     run.disk.log,
                     stop,
                     patience_s=options.patience,
-                    resumed=run.begun,
+                    resumed=run.state.samples > 0,
                     index_mm=about[INDEX],
                 )
                 try:
