@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.record_command import exit_statuses, options_of
+from capsule.bench.record_command import exit_statuses
 from capsule.commands import cli
-from capsule.errors import WrongOptionError
 from capsule.recordings.names import Entry, classify, size_mm
+from support.command import parsers
 
 
 def test_every_fault_has_a_status_of_its_own():
@@ -57,8 +57,8 @@ def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
     words = ["--size", f"{size:f}", f"--name={name}"]
     try:
         with contextlib.redirect_stderr(io.StringIO()):
-            chosen = options_of(words)
-    except (SystemExit, WrongOptionError):
+            chosen = parsers()["record"].parse_args(words)
+    except SystemExit:
         return
     entry = f"{chosen.size}/{chosen.name}"
     assert classify([Entry(f"{entry}.csv")]).recordings == (entry,)

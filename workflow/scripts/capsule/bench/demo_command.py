@@ -13,13 +13,12 @@ from pathlib import Path
 from capsule import words
 from capsule.arguments import natural, number_within
 from capsule.arrays import IntArray
-from capsule.bench import recorder, terminal
+from capsule.bench import record_command, recorder, terminal
 from capsule.bench.clock import elapsed_s
 from capsule.bench.line import Arrival
 from capsule.bench.live import opened_page
 from capsule.bench.logger import Source
 from capsule.bench.protocol import Identity, Sample
-from capsule.bench.record_command import options_of
 from capsule.commands.new import is_taken, own_configuration
 from capsule.commands.report import INTERRUPTED, call_workflow, check_workflow, snakemake_command
 from capsule.engine.configuration import read_settings
@@ -182,8 +181,10 @@ def _make(chosen: argparse.Namespace, *targets: str) -> None:
 
 def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespace:
     """Return the options with which `capsule record` would record this run."""
+    parser = argparse.ArgumentParser()
+    record_command.add_arguments(parser)
     about = ["--name", name, "--site", name, "--session", "demo", "--setup", name]
-    options = options_of(["--unlabelled", "--detect", *about])
+    options = parser.parse_args(["--unlabelled", "--detect", *about])
     options.raw, options.logs = chosen.out / PLAYED, chosen.out / "logs"
     options.templates, options.config = chosen.out / LEARNED[0], chosen.out / OWN_CONFIG
     return options

@@ -3,7 +3,6 @@
 import argparse
 import signal
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.arguments import positive, recording_name, size_folder
@@ -72,15 +71,6 @@ def main(arguments: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         print("interrupted before the recording began; nothing is archived", file=sys.stderr)
         raise
-
-
-def options_of(words: Sequence[str]) -> argparse.Namespace:
-    """Return the options in the words of a command line, for a program that records."""
-    parser = argparse.ArgumentParser(prog="capsule record")
-    add_arguments(parser)
-    options = parser.parse_args(words)
-    check(options)
-    return options
 
 
 def check(options: argparse.Namespace) -> None:
