@@ -1,15 +1,12 @@
 """The passes of a survey: what the workflow has learned says if they are of a known kind."""
 
-import json
-
 import numpy as np
 import pytest
 
 from capsule.bench.pass_sizes import PassSizes
-from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
+from capsule.detectors.familiar import LEAST_PLACES
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
-from capsule.errors import CapsuleError
 from support.learned import healthy_runs, taught_by, teach_familiar, write_learned
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
@@ -45,11 +42,3 @@ def test_without_a_pass_or_what_was_learned_nobody_can_tell(results, tmp_path):
     assert nothing.familiarity(list(healthy_runs(1).values())).familiar is None
     other = PassSizes(results, BENCH | {"pitch_mm": 7.0}, 10.0)
     assert other.familiarity(list(healthy_runs(1).values())).familiar is None
-
-
-def test_what_an_earlier_version_has_learned_is_refused(results, tmp_path):
-    content = json.loads((results / "detectors.json").read_text())
-    del content[FAMILIAR]
-    (tmp_path / "detectors.json").write_text(json.dumps(content))
-    with pytest.raises(CapsuleError, match="or of another version; delete it"):
-        PassSizes(tmp_path, BENCH, 10.0)
