@@ -59,7 +59,7 @@ def test_each_nodule_holds_the_capsule_for_itself():
 
 def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     journey = journey_over([], sensor__noise=0.0, sensor__drift_per_s=0.0)
-    _, felt_out = journey.advance(1200)
+    out, felt_out = journey.advance(1200)
     journey.fold()
     closing, _ = journey.advance(50)
     back, felt_back = journey.advance(800)
@@ -71,6 +71,7 @@ def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     assert back.head_mm[-1] - back.head_mm[0] == pytest.approx(-0.4 * 80, rel=0.3)
     assert opening.head_mm[-1] == pytest.approx(opening.head_mm[3], abs=1e-9)
     assert again.head_mm[-1] > again.head_mm[0] + 25
+    assert back.compression_mm.max() < out.compression_mm.max()
     assert np.ptp(felt_back[:, 200:], axis=1).max() < 0.2 * np.ptp(felt_out, axis=1).min()
     np.testing.assert_allclose(np.diff(back.wave_mm), 2.5)
 
