@@ -285,7 +285,6 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
     [
         # What is damaged tells nothing.
         (fold_of, [["X"]], 16, "board at .* has sent nothing for 15 s"),
-        (lambda of: Drive(of, WAVE, LOG), [[]], 16, "peristalsis board .* has sent nothing"),
         (
             lambda of: resumed(Drive(of, WAVE, LOG, restarts=3)),
             [["P,10,0,0.0,25.0,running,"]],

@@ -1,7 +1,6 @@
 """Read the phantom's parameters and its benches, and the options that choose them."""
 
 import argparse
-import difflib
 from pathlib import Path
 
 import yaml
@@ -11,6 +10,7 @@ from capsule.errors import CapsuleError
 from capsule.phantom.parameters import (
     Phantom,
     bench_values,
+    nearest,
     parsed,
     phantom_from_table,
     with_values,
@@ -24,8 +24,8 @@ def bench_file(name: str) -> Path:
     """Return the file of a bench; the error for an unknown name suggests the nearest one."""
     benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
     if name not in benches:
-        nearest = difflib.get_close_matches(name, benches, n=1)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(benches)}"
+        near = nearest(name, benches)
+        hint = f"did you mean {near}?" if near else f"allowed are {', '.join(benches)}"
         raise CapsuleError(f"there is no bench {name} in {BENCHES}; {hint}")
     return benches[name]
 
