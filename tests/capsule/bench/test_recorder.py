@@ -57,6 +57,9 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
          [*range(30), *range(33, 60)], 60),
         ([*samples(0, 30), *samples(33, 34), (3.35, PLAUSIBLE_FRAME), *samples(34, 60)],
          [*range(30), *range(33, 60)], 60),
+        # What comes again is continued by the sample after a gap.
+        ([*samples(0, 30), (3.05, sample_frame(28)), *samples(31, 40)],
+         [*range(30), *range(31, 40)], 40),
         # A clock that jumped for good is not believed, but its samples are.
         ([*samples(0, 30), *JUMPED], range(80), 80),
         # The board's clock passes its end, with a gap just there.
@@ -69,7 +72,8 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
         ([*samples(0, 30), (3.0, PRESSED), *samples(31, 40)], range(31), 31),
     ],
     ids=["stopped", "lost while stopped", "false frame after a gap", "plausible frame after a gap",
-         "clock jumps", "clock ends", "doubt", "soon", "negative", "empty", "end stop"],
+         "again before a gap", "clock jumps", "clock ends", "doubt", "soon", "negative", "empty",
+         "end stop"],
 )  # fmt: skip
 def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
     bench.run(script)
