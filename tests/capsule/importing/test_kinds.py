@@ -330,6 +330,15 @@ READ = {
     "grabserial, seconds": Read(
         stamped(lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " ")
     ),
+    **{
+        f"terminal, {between!r}": Read(
+            stamped(lambda moment, mark=mark: f"{mark}{moment:%H:%M:%S.%f}"[:-3], between)
+        )
+        for mark, between in (("", ": "), ("", " > "), ("(", ") "), ("", " INFO "))
+    },
+    "a level behind a stamp": Read(
+        stamped(lambda moment: f"[{(moment - NOON).total_seconds():12.6f}]", " <inf> adc: ")
+    ),
     "numbers name columns": Read(lines(TIME_S, *COUNTS, head="Time,1,2,3,4")),
     "numbers from 0": Read(lines(TIME_S, *COUNTS, head="time_s,0,1,2,3")),
     "ManoView": Read(lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")),

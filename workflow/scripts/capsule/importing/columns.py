@@ -263,7 +263,7 @@ def _named(table: Table, index: int) -> str:
         unit, is_word = name, False
     if match := _BEHIND_NUMBER.fullmatch(name):
         unit, is_word = match[1], False
-    elif speaks_of_scaling(name):
+    elif speaks_of_scaling(name.replace("_", " ")):
         return "a scaling"
     return table.channels[index].unit.strip() or ("" if is_word else unit)
 

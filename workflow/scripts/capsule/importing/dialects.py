@@ -145,7 +145,7 @@ def guess_dialect(lines: Sequence[Line], plain: Dialect, keys: Keys) -> Dialect:
             f"line {number}: there is no table with {keys.sensor_count} columns of numbers, "
             "separated by commas, semicolons, tabs, spaces or bars; the line is "
             f"{text.strip()[:60]!r}; describe the format with --delimiter, --decimal and "
-            "--skip-lines"
+            "--skip-lines, or export the readings as a table of numbers"
         )
     if len(ways) > 1:
         raise _ambiguity(lines, ways)

@@ -94,8 +94,8 @@ _TIME_STEP = re.compile(
 )
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
 _PROSE = re.compile(
-    r"(?=.*[0-9]).*(?<![A-Za-z])(scal(ed?|ings?)|gain|offset|multipl[a-z]+|factor|lsb|amplif[a-z]+|"
-    r"attenuat[a-z]+|divi(de|sor)[a-z]*|subtract[a-z]*|resolution|sensitivity|ticks?)(?![A-Za-z]).*|"
+    r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain[0-9]*|offset|multipl\w+|factor|lsb|amplif\w+|"
+    r"attenuat\w+|divi(de|sor)\w*|subtract\w*|resolution|sensitivity|ticks?)\b.*|"
     r".*\b(tenths|hundredths|thousandths|normali[sz]ed)\b.*|"
     r".*\b1 ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
     r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"

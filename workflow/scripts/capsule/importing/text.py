@@ -48,13 +48,15 @@ _LONGEST_LINE = 100_000
 # Lines that are tried if the first ones leave a choice.
 _MOST_TRIED = 20_000
 # Lines of a serial monitor: a time stamp, an arrow, and the rest; of another terminal: a stamp in
-# brackets, or before a blank and a list; or labels before readings.
+# brackets, or before a blank, a mark or a level and a list; or labels before readings.
 _CLOCK = r"[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?"
 _LIST = r"(?![AaPp]\.?[Mm]|UTC|Z|[+-][0-9]{2}:)[^\s,;]+[,;]\s*[^\s,;]+[,;]|\w+[:=]"
+_NUMBERS = r"(?=\s*[+-]?[0-9.]+\s*[,;]\s*[+-]?[0-9])"
 _STAMP = re.compile(
     rf"\s*(?:({_CLOCK})\s*->"
-    r"|\[\s*([0-9A-Z][^\[\]]*?)(?:\s+[0-9]+\.[0-9]+)?\s*\][:>]?"
-    rf"|((?:[0-9]{{4}}-[0-9]{{2}}-[0-9]{{2}}[ T])?{_CLOCK})(?=\s+(?:{_LIST})))\s?(.*)"
+    rf"|\[\s*([0-9A-Z][^\[\]]*?)(?:\s+[0-9]+\.[0-9]+)?\s*\][:>]?(?:(?:\s*<\w+>)?\s*\w+:{_NUMBERS})?"
+    rf"|\(?((?:[0-9]{{4}}-[0-9]{{2}}-[0-9]{{2}}[ T])?{_CLOCK}Z?)"
+    rf"(?:(?=\s+(?:{_LIST}))|(?:\)|:|\s*>|\s+(?:[A-Z]+|\w+/\w+:)){_NUMBERS}))\s?(.*)"
 )
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
