@@ -431,7 +431,7 @@ READ = {
         lines(*VOLTS, head="")[1:-3],
         options="--rate 10 --unit V",
         values=SHORTER[:, 1:],
-        note="'2.421' may lack digits; line 1, with 0.29004",
+        note="note: line 1, with 0.29004, ",
     ),
     "last number that may lack digits": Read(
         lines(TIME_S, *VOLTS)[:-3],

@@ -168,7 +168,9 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
             continue
         told = _first((_first(info.get("desc")) or {}).get("channels"))
         described = told.get("channel", []) if isinstance(told, dict) else []
-        remark = "" if stream.get("footer") else "the stream has no end: the file may be incomplete"
+        no_end = (
+            [] if stream.get("footer") else ["the stream has no end: the file may be incomplete"]
+        )
         stamps = Channel("time_stamps", times, "s")
         how: dict[str, Any] = {"started": started, "start_s": float(times[0]), "stamps": stamps}
         # Where the stamps are those of chunks, their usual step contradicts it.
@@ -182,7 +184,7 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
             channels.append(Channel(name, values.astype(float), unit, **how))
         label = str(_first(info["name"]))
         words = as_remarks({key: _first(each[key]) for key in each} for each in described)
-        yield Table(with_stamps(channels), VARIABLE, label, remark=remark, remarks=words)
+        yield Table(with_stamps(channels), VARIABLE, label, warnings=no_end, remarks=words)
 
 
 def _first(values: Any) -> Any:

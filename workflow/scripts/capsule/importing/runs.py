@@ -17,7 +17,6 @@ from capsule.importing.table import (
     Channel,
     QuestionError,
     Table,
-    both,
     is_far,
     is_lone,
     naming,
@@ -177,7 +176,7 @@ def joined(readings: Sequence[Reading], keys: Keys) -> Reading:
             "no file says when it began, so all are taken to begin at the same instant; if not, "
         )
         begun += "name it in the first line of each, as # started: 2026-03-04T12:00:02.5Z"
-        clock = replace(clock, remark=both(clock.remark, begun))
+        clock = replace(clock, warnings=[*clock.warnings, begun])
     return replace(readings[0], columns=columns, clock=clock, values=values, resampled=resampled)
 
 
@@ -228,8 +227,7 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
     """
     header, values = run.header, run.values
     table = reading.table
-    said = not_applied(table.remarks)
-    yield from filter(None, (table.remark, said, reading.clock.remark))
+    yield from [*table.warnings, *not_applied(table.remarks), *reading.clock.warnings]
     if reading.clock.started and "started" not in header:
         yield (
             f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "

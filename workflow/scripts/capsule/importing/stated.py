@@ -255,8 +255,8 @@ def speaks_of_scaling(text: str) -> bool:
     return bool(_PROSE.fullmatch(text[:_LONGEST_REMARK]))
 
 
-def not_applied(remarks: Iterable[str]) -> str:
-    """Return the note on the scalings that remarks tell; empty if none does."""
+def not_applied(remarks: Iterable[str]) -> list[str]:
+    """Return the note on the scalings that remarks tell; none if none does."""
     told = dict[str, None]()
     for text in remarks:
         note = NOTE.fullmatch(text)
@@ -264,4 +264,4 @@ def not_applied(remarks: Iterable[str]) -> str:
         if scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text):
             told[text[:60]] = None
     shown = "; ".join([*told][:_MOST_QUOTED])
-    return f"the file says {shown}; that is not applied to the readings" if told else ""
+    return [f"the file says {shown}; that is not applied to the readings"] if told else []

@@ -139,8 +139,8 @@ class Table:
         Numbers of the lines without a whole sample.
     restarts : sequence of int
         Indices of the rows above which the names of the columns are repeated.
-    remark : str
-        Note for the user; empty if there is none.
+    warnings : sequence of str
+        Notes for the user.
     remarks : sequence of str
         What the file says beside the samples, in words; also its notes, as they stand in it.
     """
@@ -153,7 +153,7 @@ class Table:
     reading: Mapping[str, str] = field(default_factory=dict)
     passed_over: Sequence[int] = ()
     restarts: Sequence[int] = ()
-    remark: str = ""
+    warnings: Sequence[str] = ()
     remarks: Sequence[str] = ()
 
     @property
@@ -275,11 +275,6 @@ def with_stamps(channels: Sequence[Channel]) -> list[Channel]:
     return [first, *channels]
 
 
-def both(first: str, second: str) -> str:
-    """Return two notes as one; each can be empty."""
-    return "; ".join(filter(None, (first, second)))
-
-
 def _listed(labels: Sequence[str]) -> str:
     more = len(labels) - _NAMED_AT_MOST
     return ", ".join(labels[:_NAMED_AT_MOST]) + (f" and {more} more" if more > 0 else "")
@@ -337,5 +332,5 @@ def without_first(table: Table, sensors: Sequence[int]) -> Table:
         channels=[channel.without_first() for channel in table.channels],
         lines=table.lines[1:],
         restarts=[row - 1 for row in table.restarts if row],
-        remark=both(table.remark, f"{table.line(0)}, with {shown}, is passed over: {why}"),
+        warnings=[*table.warnings, f"{table.line(0)}, with {shown}, is passed over: {why}"],
     )

@@ -36,7 +36,7 @@ from capsule.importing.stated import (
     stated_rates,
     states_rate,
 )
-from capsule.importing.table import Channel, Table, both, not_a_number
+from capsule.importing.table import Channel, Table, not_a_number
 from capsule.importing.units import is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
@@ -138,7 +138,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
         # A recording of this project tells all that was done to it.
         remarks=[] if "format_version" in notes else remarks,
         reading=reading,
-        remark="" if labels else _partial_first(known, dialect),
+        warnings=[] if labels else _partial_first(known, dialect),
     )
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
@@ -158,7 +158,7 @@ def _checked_end(table: Table, known: Sequence[Line], dialect: Dialect) -> Table
     if max(map(len, cells)) == len(cells[-1]):
         return table
     told = f"the last line has no end, so {cells[-1][:60]!r} may lack digits"
-    return replace(table, remark=both(table.remark, told))
+    return replace(table, warnings=[*table.warnings, told])
 
 
 def _labview(above: Sequence[list[str]], dialect: Dialect) -> list[dict[str, Any]]:
@@ -379,13 +379,13 @@ def _above(
     return [dialect.split(text) for number, text in comments.items() if number < first][-1:]
 
 
-def _partial_first(lines: Sequence[Line], dialect: Dialect) -> str:
+def _partial_first(lines: Sequence[Line], dialect: Dialect) -> list[str]:
     """Return the note on a line above the first sample that seems to be a part of one."""
     number, line = lines[max(0, dialect.first - 1)]
     row = dialect.split(line)
     if not dialect.first or dialect.names_columns(row) or 2 * dialect.count_numbers(row) < len(row):
-        return ""
-    return f"line {number}, {line.strip()[:60]!r}, is passed over: it is no whole sample"
+        return []
+    return [f"line {number}, {line.strip()[:60]!r}, is passed over: it is no whole sample"]
 
 
 def _incomplete(line: str, row: Sequence[str], dialect: Dialect) -> CapsuleError:

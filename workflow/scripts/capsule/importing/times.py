@@ -90,8 +90,8 @@ class Clock:
         Date and time of the first sample, as the file states it; empty if not known.
     date_order : str
         Order of day and month that the dates were read in; empty if it makes no difference.
-    remark : str
-        Note for the user; empty if there is none.
+    warnings : sequence of str
+        Notes for the user.
     """
 
     time_s: np.ndarray
@@ -100,7 +100,7 @@ class Clock:
     first_s: float = 0.0
     started: str = ""
     date_order: str = ""
-    remark: str = ""
+    warnings: Sequence[str] = ()
 
 
 def read_time(table: Table, time: Channel | None, channel: Channel, keys: Keys) -> Clock:
@@ -143,7 +143,7 @@ def _from_numbers(table: Table, stamps: Channel, channel: Channel, keys: Keys) -
         )
     if numbers.size < 2:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
-    numbers, remark = unwrapped(numbers, WRAPS)
+    numbers, warnings = unwrapped(numbers, WRAPS)
     with naming(column):
         unit, reason = _unit(table, stamps, numbers, channel, keys)
     if unit == "sample":
@@ -155,7 +155,7 @@ def _from_numbers(table: Table, stamps: Channel, channel: Channel, keys: Keys) -
     if not started and unit not in ("day", "sample") and _EPOCH_S[0] < first_s < _EPOCH_S[1]:
         started = _iso(datetime.fromtimestamp(int(first_s), UTC))
     time_s = (numbers - numbers[0]) * seconds
-    return Clock(time_s, unit, reason, first_s, started, remark=remark)
+    return Clock(time_s, unit, reason, first_s, started, warnings=warnings)
 
 
 def _by_rate(table: Table, channel: Channel, keys: Keys) -> Clock:
@@ -178,17 +178,17 @@ def _by_rate(table: Table, channel: Channel, keys: Keys) -> Clock:
     return Clock(time_s, "rate", f"{rate:g} Hz by {told}", first_s, channel.started)
 
 
-def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, str]:
-    """Return times that run on where they step back by exactly a wrap, and a note; (K,).
+def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, list[str]]:
+    """Return times that run on where they step back by exactly a wrap, (K,), and notes.
 
     The times are in any unit, as `wraps` are.
     """
     steps = np.diff(times)
     forward = steps[steps > 0]
     if not forward.size:
-        return times, ""
+        return times, []
     step = float(np.median(forward))
-    added, remark = np.zeros(times.size), ""
+    added, warnings = np.zeros(times.size), list[str]()
     for wrap in wraps:
         # A counter never shows more than it holds.
         if wrap < _LEAST_WRAP * step or (wrap != _HOUR and np.any(np.abs(times) > wrap)):
@@ -201,8 +201,9 @@ def unwrapped(times: np.ndarray, wraps: Sequence[float]) -> tuple[np.ndarray, st
             how = f"{wrap:.10g}"
             if wrap == _HOUR:
                 how = "an hour, as with summer time or without hours"
-            remark = f"the clock jumps by {how}, at sample {row + 2}, and is taken to run on"
-    return times + added, remark
+            jump = f"the clock jumps by {how}, at sample {row + 2}"
+            warnings.append(f"{jump}, and is taken to run on")
+    return times + added, warnings
 
 
 def _rate(channel: Channel, keys: Keys, question: str) -> tuple[float, str]:
@@ -339,14 +340,14 @@ def _from_texts(table: Table, stamps: Channel, channel: Channel, keys: Keys) -> 
     instants = np.array([moment.replace(tzinfo=None) for moment in moments], "datetime64[us]")
     seconds = (instants - instants[0]) / np.timedelta64(1, "s")
     first_s = float(instants[0].astype(float)) / 1e6
-    seconds, remark = unwrapped(seconds, [_HOUR])
+    seconds, warnings = unwrapped(seconds, [_HOUR])
     if kind == "clock":
         # After midnight the times continue to rise.
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -SECONDS["day"] / 2)])
         seconds, reason, started = seconds + SECONDS["day"] * days, "times of day", channel.started
     else:
         reason, started = "dates", _iso(moments[0])
-    return Clock(seconds, kind, reason, first_s, started, order, remark)
+    return Clock(seconds, kind, reason, first_s, started, order, warnings)
 
 
 def _moments(texts: Sequence[str], way: re.Pattern[str]) -> list[datetime]:
