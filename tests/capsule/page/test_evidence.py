@@ -86,8 +86,8 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
-    said = dict.fromkeys(EVIDENCE) | verdict | {"scheme": "leave-one-out"}
-    said |= {"distances": [0.2, 0.1], "details": "place 15.0 s"}
+    said = dict.fromkeys(EVIDENCE) | {"detector": "template", "scheme": "leave-one-out"}
+    said |= {"said": "3 mm", "distances": [0.2, 0.1], "details": "place 15.0 s"}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
     tables = tables_of(verdicts, Described(), lag=length + 1)
     made = dict(archive_evidence(rows, tables))
@@ -101,7 +101,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     for drawn in (nodule["template"], nodule["fitted"]):
         assert drawn["peak"][0] == first_peak - 1
-    assert nodule["template"]["size_mm"] == 3.0
+    assert nodule["template"]["size"] == "3 mm"
     assert nodule["fit"].startswith("RMSE 0.1000; ")
     assert nodule["fit"].endswith(f"; lag {length + 1}")
     assert healthy["fitted"] is healthy["fit"] is None
@@ -130,7 +130,7 @@ def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
     row |= {"detector": "template", "scheme": "all", "score": 1 / 3, "threshold": float("inf")}
     row |= {"rmse_0mm": 0.25, "rmse_3mm": UNKNOWN}
     said = in_words(row, 3.0, 1.0)
-    assert (said["predicted_mm"], said["outcome"], said["details"]) == (None, "not judged", "")
+    assert (said["said"], said["outcome"], said["details"]) == ("no verdict", "not judged", "")
     assert in_words(row | {"no_verdict": "no wave"}, 3.0, 1.0)["details"] == "no wave"
     assert (said["score"], said["threshold"]) == (0.3333333, None)
     assert said["distances"] == [0.25, None]

@@ -320,7 +320,7 @@ def test_the_drawn_signals_and_evidence_are_those_of_the_files(browser, page, pr
         row = predictions(project, "template")[name]
         distances = {size: float(row[f"rmse_{size:g}mm"]) for size in SIZES}
         assert shown["distances"] == pytest.approx(list(distances.values()), rel=1e-6)
-        assert shown["template"]["size_mm"] == min(SIZES[1:], key=distances.get)
+        assert shown["template"]["size"] == words.size(min(SIZES[1:], key=distances.get))
 
 
 def test_what_the_scripts_compute(browser, page):

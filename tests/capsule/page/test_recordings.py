@@ -85,8 +85,8 @@ def test_of_many_scores_those_of_even_ranks_are_marked(count):
     scores = [*range(count, 0, -1), UNKNOWN, -7.0]
     size_mm = [2.0] * count + [2.0, 0.0]
     healthy, marks = score_marks(pd.DataFrame({"size_mm": size_mm, "score": scores}))
-    assert healthy == {"size_mm": 0.0, "of": 1, "scores": [-7.0]}
-    assert (marks["size_mm"], marks["of"]) == (2.0, count)
+    assert healthy == {"size": "no nodule", "of": 1, "scores": [-7.0]}
+    assert (marks["size"], marks["of"]) == ("2 mm", count)
     assert len(marks["scores"]) == min(count, MAX_MARKS)
     assert marks["scores"] == sorted(set(marks["scores"]))
     assert (marks["scores"][0], marks["scores"][-1]) == (1.0, float(count))

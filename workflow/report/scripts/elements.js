@@ -19,12 +19,6 @@ function significant(value) {
   return number(Number(value.toPrecision(3)));
 }
 
-/** Return a size in the words of the page. */
-function sizeWords(size) {
-  if (size === null) return UNKNOWN;
-  return size === 0 ? "no nodule" : `${number(size)} mm`;
-}
-
 /** Return, later, JSON content that was deflated. */
 async function inflated(text) {
   const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));

@@ -51,7 +51,7 @@ function scoreChart({ score, threshold }, archive) {
     scales: { x: { range: [least - room, most + room] }, y: { dir: -1, range: [-2.1, rows - 0.4] } },
     yAxis: {
       splits: () => archive.map((_, row) => row),
-      values: () => archive.map(({ size_mm: size }) => sizeWords(size)),
+      values: () => archive.map(({ size }) => size),
       grid: { show: false },
       label: null,
       size: 78,
@@ -96,7 +96,7 @@ function beatsChart(evidence, _, { drawn }) {
 }
 
 /** Return the chart of the score along the gut, with the threshold, the place with the highest score, and the true place. */
-function gutChart(evidence, { threshold, predicted_mm: predicted }) {
+function gutChart(evidence, { threshold, location_mm: location }) {
   const [scores] = unpack(evidence.gut);
   const places = evenly(scores.length, 0, evidence.gut.step_mm);
   const most = Math.max(...scores);
@@ -110,7 +110,7 @@ function gutChart(evidence, { threshold, predicted_mm: predicted }) {
     scales: { x: { range: [0, Math.max(places.at(-1), truth ?? 0) || 1] }, y: { range } },
     marks: [
       { y: threshold, colour: "ink", width: 1, dash: [2, 3] },
-      { x: best, y: [range[0], most], text: `${predicted ? "found" : "highest"} ${number(best, 1)} mm` },
+      { x: best, y: [range[0], most], text: `${location === null ? "highest" : "found"} ${number(best, 1)} mm` },
       { x: truth, y: [range[0], high], text: truth === null ? "" : `true ${number(truth, 1)} mm`, row: 1, colour: "good-ink", dash: [7, 4] },
     ],
   };
@@ -148,7 +148,7 @@ function templateChart(evidence, verdict) {
   return {
     title: "Nearest template",
     caption:
-      `The template of ${sizeWords(template.size_mm)}, from all recordings that teach, at its best lag (lines) over the matrix ` +
+      `The template of ${template.size}, from all recordings that teach, at its best lag (lines) over the matrix ` +
       `(shades). The score is by how much the nearest template that this place did not teach reduces the squared difference.${nearer}`,
     draw: (canvas) => drawMatrix(canvas, evidence, template),
   };

@@ -26,7 +26,7 @@ function openFolds() {
 function setUpShown(data, list) {
   const [viewer, title, schemes] = [byId("viewer"), byId("viewer-title"), byId("schemes")];
   const buttons = [byId("previous"), byId("next")];
-  const choices = { recording: data.recordings, detector: data.detectors.map(({ name }) => name), scheme: data.schemes };
+  const choices = { recording: [...carried.keys()], detector: data.detectors.map(({ name }) => name), scheme: data.schemes };
   const plain = { recording: viewer.dataset.first, detector: choices.detector[0], scheme: choices.scheme[0] };
   let redraw = () => {};
 

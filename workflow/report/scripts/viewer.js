@@ -5,16 +5,11 @@ function labelOf(verdict) {
   return `${verdict.detector}, ${verdict.scheme}`;
 }
 
-/** Return a verdict's size in words, or that there is no verdict; its details then tell the reason. */
-function verdictWords(verdict) {
-  return verdict.predicted_mm === null ? "no verdict" : sizeWords(verdict.predicted_mm);
-}
-
 /** Return the recording's truth and a verdict in words. */
 function titleOf(evidence, verdict) {
-  if (!verdict || verdict.predicted_mm === null) return `${evidence.title}, not judged`;
+  if (!verdict || verdict.said === "no verdict") return `${evidence.title}, not judged`;
   const outcome = verdict.outcome === "unlabelled" ? "" : ` (${verdict.outcome})`;
-  return `${evidence.title}, taken for ${sizeWords(verdict.predicted_mm)} by ${verdict.detector}${outcome}`;
+  return `${evidence.title}, taken for ${verdict.said} by ${verdict.detector}${outcome}`;
 }
 
 /** Return a distance as a number with a bar, which makes the shortest distance easy to see. */
@@ -30,7 +25,7 @@ function distancesTable(evidence, sizes) {
   const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
   const longest = Math.max(0, ...known.flat());
   const rows = sizes.map((size, index) => [
-    sizeWords(size),
+    size,
     ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
   ]);
   const caption = "RMSE to every template; the shortest distance is the verdict of the paper’s detector, template.";
@@ -39,7 +34,7 @@ function distancesTable(evidence, sizes) {
 
 /** Return the table of all detectors' verdicts. */
 function verdictsTable({ verdicts }) {
-  const rows = verdicts.map((verdict) => [labelOf(verdict), element("strong", {}, verdictWords(verdict)), verdict.details]);
+  const rows = verdicts.map((verdict) => [labelOf(verdict), element("strong", {}, verdict.said), verdict.details]);
   return textTable("verdicts", "Every detector’s verdict.", ["Detector", "Verdict", "Details"], rows);
 }
 
@@ -61,14 +56,14 @@ function detectorLinks(verdicts, shown) {
   return verdicts.map((verdict) => {
     const current = verdict.detector === shown.detector ? { "aria-current": "true" } : {};
     const link = element("a", { href: addressOf({ ...shown, detector: verdict.detector }), ...current }, verdict.detector);
-    return element("li", {}, link, element("span", {}, verdictWords(verdict)));
+    return element("li", {}, link, element("span", {}, verdict.said));
   });
 }
 
 /** Return a verdict of a detector in words. */
 function judgement(verdict, detector) {
   if (!verdict) return ["This detector gave no verdict on the recording."];
-  const parts = [verdictWords(verdict), verdict.details].filter(Boolean).join(": ");
+  const parts = [verdict.said, verdict.details].filter(Boolean).join(": ");
   const needs = verdict.score === null && detector.needs ? ` It needs ${detector.needs}.` : "";
   return [element("strong", {}, `${parts}.`), ` ${labelOf(verdict)}.${needs}`];
 }

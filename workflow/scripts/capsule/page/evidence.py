@@ -63,7 +63,7 @@ def archive_evidence(rows: Sequence[Row], tables: Tables) -> Iterator[tuple[str,
         if nearest_mm in averaged:
             _, lag = SlidingComparison(tables.matrix(name)).gain_of(rendered[nearest_mm])
             shape = surface(averaged[nearest_mm], first_peak, lag, length)
-            judged["template"] = {"size_mm": nearest_mm, **shape}
+            judged["template"] = {"size": words.size(nearest_mm), **shape}
         drawn = tables.described[name]["drawn"]
         yield name, to_json({"drawn": drawn, "judged": deflated(to_json(judged))})
 
@@ -96,7 +96,7 @@ def in_words(
     return {
         "detector": verdict["detector"],
         "scheme": words.scheme(verdict["scheme"]),
-        "predicted_mm": predicted_mm,
+        "said": "no verdict" if predicted_mm is None else words.size(predicted_mm),
         "outcome": outcome(true_mm, predicted_mm, tolerance_mm),
         "details": _details(verdict, largest_mm),
         "distances": [seven_digits(verdict[name]) for name in labels],

@@ -42,7 +42,7 @@ def page_values(tables: Tables) -> Cells:
         "measures": [measure.title for measure in MEASURES.values()],
         # For the page's scripts.
         "data": {
-            "sizes": tables.evaluation.sizes_mm(),
+            "sizes": list(map(words.size, tables.evaluation.sizes_mm())),
             "detectors": [
                 {
                     "name": row.name,
@@ -52,7 +52,6 @@ def page_values(tables: Tables) -> Cells:
                 }
                 for row in detectors
             ],
-            "recordings": [row["recording"] for row in rows if row["accepted"]],
         },
     }
 
@@ -139,5 +138,5 @@ def score_marks(verdicts: pd.DataFrame) -> list[Cells]:
     for size_mm, scores in known.groupby("size_mm")["score"]:
         ranks = np.linspace(0, len(scores) - 1, min(len(scores), MAX_MARKS))
         kept = rounded(scores.iloc[np.rint(ranks).astype(int)])
-        marks.append({"size_mm": float(size_mm), "of": len(scores), "scores": kept})
+        marks.append({"size": words.size(size_mm), "of": len(scores), "scores": kept})
     return marks
