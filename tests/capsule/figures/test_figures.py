@@ -27,7 +27,6 @@ from capsule.figures.draw_signals import (
     template_table,
     typical_recordings,
 )
-from capsule.figures.files import write_figure
 from capsule.figures.registry import FIGURES
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
@@ -40,6 +39,7 @@ from capsule.figures.style import (
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from capsule.store.files import read_csv
+from draw import write_figure
 from support.synthetic import make_recording
 from support.verdicts import verdicts
 

@@ -19,14 +19,15 @@ from capsule.kinds import Look
 def curve_table(roc: pd.DataFrame, summary: pd.DataFrame, scheme: str) -> pd.DataFrame:
     """Return the curves and the operating points of one scheme; NaN mm is any nodule."""
     columns = ["detector", "size_mm", "false_positive_rate", "true_positive_rate"]
-    curves = roc[roc["scheme"] == scheme].reindex(columns=columns)
-    points = summary[(summary["scheme"] == scheme) & (summary["detector"] != ALWAYS)]
+    points = summary[summary["detector"] != ALWAYS]
     points = points.assign(
         false_positive_rate=1 - points["specificity"].astype(float),
         true_positive_rate=points["sensitivity"],
     )
-    points = points.reindex(columns=columns).dropna(subset=columns[2:])
-    parts = [curves.assign(kind="curve"), points.assign(kind="operating point")]
+    parts = [
+        table.loc[table["scheme"] == scheme, columns].dropna(subset=columns[2:]).assign(kind=kind)
+        for kind, table in (("curve", roc), ("operating point", points))
+    ]
     # Leave out empty parts: pandas warns about them, because their columns have no types.
     return pd.concat([part for part in parts if not part.empty] or parts[:1], ignore_index=True)
 
@@ -96,12 +97,10 @@ def draw_learning(
 
 
 def _draw_learning(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
-    for name, look in looks.items():
-        rows = table[table["detector"] == name].sort_values("taught")
-        if rows.empty:
-            continue
-        low, high = rows["rate_low"].to_numpy(), rows["rate_high"].to_numpy()
-        axes.fill_between(rows["taught"], low, high, color=look["color"], alpha=0.15, linewidth=0)
+    for name, of_name in table.groupby("detector", sort=False):
+        rows, look = of_name.sort_values("taught"), looks[name]
+        area = {"color": look["color"], "alpha": 0.15, "linewidth": 0}
+        axes.fill_between(rows["taught"], rows["rate_low"], rows["rate_high"], **area)
         axes.plot(rows["taught"], rows["rate"], markersize=4, label=name, **look)
     ticks = table.drop_duplicates("share").sort_values("taught")
     counts = ticks[["taught", "taught_healthy"]].to_numpy()

@@ -183,22 +183,19 @@ def draw_judged(
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
     with style.figure_style():
-        marks = []
         for number, (place, names) in enumerate(places_s.items()):
             look = style.DETECTOR_LOOKS[number % len(style.DETECTOR_LOOKS)]
             line: Look = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
             label = f"place by {words.enumerate_words(names)}: {words.place(place, None)}"
-            marks.append(signal.axvline(place, label=label, **line))
-            for axes in (envelope, matrix):
-                axes.axvline(place, **line)
+            for axes in (signal, envelope, matrix):
+                axes.axvline(place, label=label, **line)
         if passing_s:
             look = {"color": style.INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
-            signal.plot(passing_s, signal.get_yticks(), **look)
-            (drawn,) = matrix.plot(passing_s, matrix.get_yticks(), label="the diagonal", **look)
-            marks.append(drawn)
+            for axes in (signal, matrix):
+                axes.plot(passing_s, axes.get_yticks(), label="the diagonal", **look)
         low, high = signal.get_ylim()
         signal.set(title=run.title, ylim=(low, high + _HEADROOM * (high - low)))
-        if marks:
+        if marks := signal.get_legend_handles_labels()[0]:
             signal.legend(handles=marks, loc="upper right", ncols=len(marks), borderaxespad=0)
     return figure
 

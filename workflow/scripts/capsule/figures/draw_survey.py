@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from capsule import words
-from capsule.arrays import FloatArray, IntArray
+from capsule.arrays import FloatArray
 from capsule.detectors.verdicts import OF_SURVEY
 from capsule.figures import style
 from capsule.kinds import Look
@@ -244,7 +244,10 @@ def verdict_words(place: StoredPlace) -> str:
 def _draw_evidence(axes: Axes, picture: _Picture) -> None:
     """Draw the score and the threshold of suspicion, on the map's axis of time."""
     time_min, score = picture.time_min, np.clip(picture.track.score, 0, None)
-    some = _highest_of_each(score, _POINTS_OF_EVIDENCE)
+    # The highest score of each of so many pieces.
+    pieces = np.array_split(np.arange(score.size), min(_POINTS_OF_EVIDENCE, score.size))
+    known = np.nan_to_num(score, nan=-np.inf)
+    some = [piece[known[piece].argmax()] for piece in pieces]
     look: Look = {"facecolor": style.GREY, "edgecolor": style.MUTED, "linewidth": 0.4}
     axes.fill_betweenx(time_min[some], 0, score[some], **look)
     level = np.clip(picture.track.threshold, 0, None)
@@ -259,13 +262,6 @@ def _draw_evidence(axes: Axes, picture: _Picture) -> None:
     axes.tick_params(labelleft=False)
 
 
-def _highest_of_each(values: FloatArray, most: int) -> IntArray:
-    """Return the indices of the highest values of at most `most` pieces of a long series."""
-    pieces = np.array_split(np.arange(values.size), min(most, values.size))
-    known = np.nan_to_num(values, nan=-np.inf)
-    return np.array([piece[known[piece].argmax()] for piece in pieces])
-
-
 def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> None:
     """Draw the path near a place, large enough to show its sawtooth."""
     time_min, at_mm = picture.time_min, place.place_mm
@@ -276,10 +272,8 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
     # The whole path, up to a limit on both sides.
     inside = (time_min >= within_min[0]) & (time_min <= within_min[1])
     head_mm = np.clip(picture.track.head_mm[inside], at_mm - _FARTHEST_MM, at_mm + _FARTHEST_MM)
-    within_mm = (
-        min(at_mm - _BEFORE_MM, *(head_mm - _MARGIN_MM)),
-        max(at_mm + _BEHIND_MM, *(head_mm + _MARGIN_MM)),
-    )
+    reach_mm = [at_mm - _BEFORE_MM, at_mm + _BEHIND_MM, *(head_mm - _MARGIN_MM)]
+    within_mm = (min(reach_mm), max([*reach_mm, *(head_mm + _MARGIN_MM)]))
     _draw_window(axes, picture, within_mm, within_min, _PATH_MM)
     axes.axvline(at_mm, color=style.MUTED, linewidth=0.6, zorder=2)
     axes.plot([at_mm], [within_min[0]], clip_on=False, zorder=4, **_PIN_LOOKS[place.status])

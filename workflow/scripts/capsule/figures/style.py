@@ -28,8 +28,6 @@ Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 # Widths of one and of two columns of an IEEE journal, in inches.
 COLUMN_WIDTH_IN = 3.5
 PAGE_WIDTH_IN = 7.16
-# By the end of a figure's name.
-WIDTHS_IN = {"": PAGE_WIDTH_IN, "_column": COLUMN_WIDTH_IN}
 _DOTS_PER_INCH = 200
 
 INK = "#1a1a1a"
@@ -59,27 +57,17 @@ PAPER_LOOK = {"color": GREY, "marker": "s", "markerfacecolor": "white"}
 # Any, because matplotlib's types list every allowed key.
 _SETTINGS: dict[Any, object] = {
     "font.family": "DejaVu Sans",
-    "font.size": 7.5,
+    **dict.fromkeys(("font.size", "axes.labelsize"), 7.5),
     "axes.titlesize": 8,
-    "axes.labelsize": 7.5,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
-    "legend.frameon": False,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7),
+    **dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor"), INK),
+    **dict.fromkeys(("xtick.color", "ytick.color"), INK),
     "axes.titlelocation": "left",
     # Where titles stand anyway; matplotlib need not search for it.
     "axes.titley": 1.0,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
+    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right", "legend.frameon"), False),
     "axes.axisbelow": True,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
     "lines.linewidth": 1.0,
     "grid.color": "#d9d9d9",
     "grid.linewidth": 0.5,
