@@ -1,6 +1,7 @@
 """The figures: what they show, at every width, and that the bytes are always the same."""
 
 import re
+from dataclasses import replace
 from importlib import import_module
 from itertools import combinations
 from types import SimpleNamespace
@@ -12,13 +13,17 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 from capsule.detectors.registry import DETECTORS
-from capsule.evaluation import paper
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.figures.draw_curves import curve_table, draw_learning, draw_roc
-from capsule.figures.draw_rates import detection_drawing, draw_rates, series_rows
+from capsule.figures.draw_curves import learning_drawing, roc_drawing
+from capsule.figures.draw_rates import (
+    detection_drawing,
+    negatives_drawing,
+    series_rows,
+    sizing_drawing,
+)
 from capsule.figures.draw_signals import (
     contour_levels,
     draw_preprocessing,
@@ -139,16 +144,6 @@ def test_contour_levels_reach_the_highest_value():
     assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    table = paper.sizing_points(tables_of(judged(VERDICTS), SIZES)["sizing"])
-    panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
-    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", ["template"], width)
-    exact, within = figure.axes
-    assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
-    assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
-
-
 PRINTED = {
     "recordings_per_size": 20,
     "sizing_tolerance_mm": 1,
@@ -159,15 +154,23 @@ HALF_RIGHT = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0)]
 ALL_RIGHT = [(0, 0), (0, 0), (2.5, 2.5), (2.5, 2.5)]
 
 
-def rates_inputs(lead, **of_detectors):
+def rates_inputs(lead, sizes_mm=(0.0, 2.5), **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
     predictions = pd.concat([judged(pairs, name) for name, pairs in of_detectors.items()])
-    predictions = predictions.assign(rmse_0mm=0.0, **{"rmse_2.5mm": 0.0})
-    tables = tables_of(predictions, [0.0, 2.5])
+    predictions = predictions.assign(**{f"rmse_{size_mm:g}mm": 0.0 for size_mm in sizes_mm})
+    tables = tables_of(predictions, list(sizes_mm))
     evaluation = Evaluation(predictions, tables, printed_tables(PRINTED, 0.95))
     rules = {"schemes": SCHEMES, "confidence": 0.95, "tolerance_mm": 1.0}
     settings = {"evaluation": rules, "report": {"lead": lead}}
     return SimpleNamespace(evaluation=evaluation, settings=settings)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
+    _, draw = sizing_drawing(rates_inputs("template", SIZES, template=VERDICTS))
+    exact, within = draw(width).axes
+    assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
+    assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
 
 
 @pytest.mark.parametrize(
@@ -225,8 +228,14 @@ def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
     assert min(np.diff(grey)) > 0.08
 
 
+def inputs_of(detectors, tables=None, learning=None):
+    """Make the inputs of the figures of curves."""
+    evaluation = SimpleNamespace(tables=tables, detectors=lambda: list(detectors))
+    return SimpleNamespace(evaluation=evaluation, learning=learning)
+
+
 def curves(detectors, sizes=(np.nan, 1.0)):
-    """Make tables as capsule.evaluation.measures does: curves, and rates with the baseline's."""
+    """Return the drawing of curves, and of rates with the baseline's."""
     key = {"scheme": "leave_one_out"}
     roc = [
         key | {"detector": name, "size_mm": size}
@@ -239,16 +248,16 @@ def curves(detectors, sizes=(np.nan, 1.0)):
         for size in sizes
     ]
     table = pd.DataFrame(roc, columns=None if roc else COLUMNS["roc"])
-    return curve_table(table, pd.DataFrame(summary), "leave_one_out")
+    return roc_drawing(inputs_of(detectors, {"roc": table, "summary": pd.DataFrame(summary)}))
 
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
-    table = curves({"template": 1, "beats": 1, "diagonal": 0.5})
+    table, draw = curves({"template": 1, "beats": 1, "diagonal": 0.5})
     points = table[table["kind"] == "operating point"]
     assert set(points["false_positive_rate"]) == {0.25}
     assert set(points["detector"]) == set(table["detector"]) == {"template", "beats", "diagonal"}
-    figure = draw_roc(table, ["template", "beats", "diagonal"], width)
+    figure = draw(width)
     shown = texts(figure)
     assert "score of template" in shown and "verdicts of beats" in shown
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
@@ -269,10 +278,14 @@ def learned(*ranges):
     return pd.DataFrame(rows, columns=LEARNING)
 
 
+def learning_curves(table):
+    return learning_drawing(inputs_of(["template", "taught"], learning=table))
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
-    table = learned((0, 0), (1, 1), (2, 2), (3, 3), (2, 3))
-    figure = draw_learning(table, ["template", "taught"], width)
+    _, draw = learning_curves(learned((0, 0), (1, 1), (2, 2), (3, 3), (2, 3)))
+    figure = draw(width)
     titles = ["no nodule: specificity", "1 mm: found", "from 2 mm on: found"]
     assert [axes.get_title(loc="left") for axes in figure.axes] == titles
     (line,) = figure.axes[2].get_lines()
@@ -281,22 +294,25 @@ def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger
     assert figure.axes[0].get_xticklabels()[0].get_text() == "10\n(2)"
 
 
-def rates_of_no_healthy(verdicts=((2.5, 2.5), (6, 6))):
-    table = paper.negative_points(tables_of(judged(verdicts), SIZES)["confusion"])
-    return draw_rates(table, {"classified": "verdicts"}, SIZES, "size (mm)", ["template"])
+def rates_of_no_healthy():
+    inputs = rates_inputs("template", SIZES, template=[(2.5, 2.5), (6, 6)])
+    printed = {name: table[:0] for name, table in inputs.evaluation.paper.items()}
+    inputs.evaluation = replace(inputs.evaluation, paper=printed)
+    return negatives_drawing(inputs)
 
 
 @pytest.mark.parametrize(
-    "draw",
+    "drawing",
     [
         rates_of_no_healthy,
-        lambda: draw_roc(curves({}), ["template"]),
-        lambda: draw_learning(learned(), ["taught"]),
-        lambda: draw_learning(learned((0, 0)).assign(rate=np.nan), ["taught"]),
+        lambda: curves({}),
+        lambda: learning_curves(learned()),
+        lambda: learning_curves(learned((0, 0)).assign(rate=np.nan)),
     ],
 )
-def test_without_a_recording_the_figure_says_so(draw):
-    assert "no recording to count" in texts(draw())
+def test_without_a_recording_the_figure_says_so(drawing):
+    _, draw = drawing()
+    assert "no recording to count" in texts(draw(PAGE_WIDTH_IN))
 
 
 def test_files_are_vectors_that_need_no_font_from_elsewhere(example):

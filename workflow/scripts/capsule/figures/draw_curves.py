@@ -1,12 +1,11 @@
 """Draw curves of rates: for each threshold of a score, and by the recordings that teach."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.learning import main_ranges
@@ -33,23 +32,19 @@ def curve_table(roc: pd.DataFrame, summary: pd.DataFrame, scheme: str) -> pd.Dat
 
 
 def roc_drawing(inputs: FigureInputs) -> style.Drawing:
-    """Return the drawing of all detectors' curves for the main scheme."""
+    """Return the drawing of all detectors' curves for the main scheme, with their verdicts.
+
+    A panel each has any nodule and each size against no nodule.
+    """
     tables = inputs.evaluation.tables
     scheme = main_scheme(tables["roc"]["scheme"].unique())
-    curves = curve_table(tables["roc"], tables["summary"], scheme)
-    return curves, partial(draw_roc, curves, inputs.evaluation.detectors())
-
-
-def draw_roc(
-    table: pd.DataFrame, detectors: Sequence[str], width_in: float = style.PAGE_WIDTH_IN
-) -> Figure:
-    """Draw the curves of any nodule and of each size against no nodule, one panel per curve."""
+    table = curve_table(tables["roc"], tables["summary"], scheme)
     sizes = table["size_mm"]
     panels = {"any nodule": table[sizes.isna()]}
     panels |= {f"{size:g} mm": table[sizes == size] for size in sorted(sizes.dropna().unique())}
-    draw = partial(_draw_roc, looks=style.detector_looks(detectors))
+    draw = partial(_draw_roc, looks=style.detector_looks(inputs.evaluation.detectors()))
     labels = ("false alarms", "nodules found")
-    return style.rates_figure(panels, draw, labels, width_in, square=True)
+    return table, partial(style.rates_figure, panels, draw, labels, square=True)
 
 
 def _draw_roc(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
@@ -72,28 +67,20 @@ def _draw_roc(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> Non
 
 
 def learning_drawing(inputs: FigureInputs) -> style.Drawing:
-    """Return the drawing of the rates at each share of the archive, per learning detector."""
-    table, detectors = inputs.learning, inputs.evaluation.detectors()
-    return table, partial(draw_learning, table, detectors)
+    """Return the drawing of specificity and sensitivity against the recordings that teach.
 
-
-def draw_learning(
-    table: pd.DataFrame, detectors: Sequence[str], width_in: float = style.PAGE_WIDTH_IN
-) -> Figure:
-    """Draw specificity and sensitivity against the recordings that teach, one panel per rate.
-
-    A detector without a row has no curve.
+    A panel each has one rate. A detector without a row has no curve.
     """
+    table, panels = inputs.learning, {}
     known = table.dropna(subset="rate")
-    panels = {}
     # Without recordings, one empty panel remains, with a note.
     for low, high in main_ranges(table["size_from_mm"]) or [(0.0, 0.0)]:
         sizes = f"{low:g} mm" if low == high else f"from {low:g} mm on"
         of_range = (known["size_from_mm"] == low) & (known["size_to_mm"] == high)
         panels[f"{sizes}: found" if high > 0 else "no nodule: specificity"] = known[of_range]
-    draw = partial(_draw_learning, looks=style.detector_looks(detectors))
+    draw = partial(_draw_learning, looks=style.detector_looks(inputs.evaluation.detectors()))
     labels = ("recordings that teach\n(healthy ones)", "")
-    return style.rates_figure(panels, draw, labels, width_in)
+    return table, partial(style.rates_figure, panels, draw, labels)
 
 
 def _draw_learning(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from capsule import words
 from capsule.detectors.registry import PAPER
@@ -48,8 +47,16 @@ def _drawing(
     x_label: str = "size of the nodule (mm)",
     from_size: int = 1,
 ) -> style.Drawing:
-    sizes_mm, detectors = inputs.evaluation.sizes_mm()[from_size:], inputs.evaluation.detectors()
-    return table, partial(draw_rates, table, panels, sizes_mm, x_label, detectors)
+    """Return the drawing of rates with their intervals; `panels` has the title of each measure.
+
+    Rates are fractions, NaN if nothing was counted.
+    """
+    sizes_mm = inputs.evaluation.sizes_mm()[from_size:]
+    looks = style.detector_looks(inputs.evaluation.detectors()) | {paper.NAME: style.PAPER_LOOK}
+    known = table[table["size_mm"].isin(sizes_mm) & table["rate"].notna()]
+    of_title = {title: known[known["measure"] == measure] for measure, title in panels.items()}
+    draw = partial(_draw_panel, sizes_mm=sizes_mm, looks=looks)
+    return table, partial(style.rates_figure, of_title, draw, (x_label, ""))
 
 
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
@@ -59,39 +66,17 @@ def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
     one leads, then the paper's own rows.
     """
     evaluation, settings = inputs.evaluation, inputs.settings
-    schemes = settings["evaluation"]["schemes"]
-    lead = leading(
-        evaluation.tables["summary"], evaluation.detectors(), schemes, settings["report"]["lead"]
-    )
+    schemes, named = settings["evaluation"]["schemes"], settings["report"]["lead"]
+    lead = leading(evaluation.tables["summary"], evaluation.detectors(), schemes, named)
     table = evaluation.tables[name]
     table = table[table["scheme"] == main_scheme(table["scheme"].unique())]
     shown = [table[table["detector"] == each] for each in dict.fromkeys([lead.detector, PAPER])]
     return pd.concat([*shown, evaluation.paper[name]], ignore_index=True)
 
 
-def draw_rates(
-    table: pd.DataFrame,
-    panels: Mapping[str, str],
-    sizes_mm: Sequence[float],
-    x_label: str,
-    detectors: Sequence[str],
-    width_in: float = style.PAGE_WIDTH_IN,
-) -> Figure:
-    """Draw rates per size with their intervals, one panel per measure, whose title `panels` gives.
-
-    Rates are fractions, NaN if nothing was counted. The order of the detectors gives their looks.
-    """
-    looks = style.detector_looks(detectors) | {paper.NAME: style.PAPER_LOOK}
-    known = table[table["size_mm"].isin(sizes_mm) & table["rate"].notna()]
-    of_title = {title: known[known["measure"] == measure] for measure, title in panels.items()}
-    draw = partial(_draw_panel, sizes_mm=sizes_mm, looks=looks)
-    return style.rates_figure(of_title, draw, (x_label, ""), width_in)
-
-
 def _draw_panel(
     axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float], looks: Mapping[str, Look]
 ) -> None:
-    tick_of = {size_mm: position for position, size_mm in enumerate(sizes_mm)}
     series = table.groupby(["detector", "scheme"], sort=False)
     for order, ((detector, scheme), rows) in enumerate(series):
         shift = 0.2 * (order - (series.ngroups - 1) / 2)
@@ -99,7 +84,7 @@ def _draw_panel(
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
         shown = words.scheme(scheme)
         label = shown if detector == paper.NAME else f"{detector} ({shown})"
-        position = rows["size_mm"].map(tick_of) + shift
+        position = np.searchsorted(sizes_mm, rows["size_mm"]) + shift
         axes.errorbar(position, value, yerr=reach, label=label, **{**looks[detector], **_MARKS})
     one_sided = set(table.loc[table["one_sided"], "size_mm"])
     names = [

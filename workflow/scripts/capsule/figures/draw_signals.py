@@ -68,14 +68,12 @@ def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
     such a recording the name is None.
     """
     nodules_mm = evaluation.sizes_mm()[1:]
-    wanted = {"no nodule": 0.0, "nodule": None}
-    if nodules_mm:
-        middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2]
-        wanted = {"no nodule": 0.0, f"{middle_mm:g} mm nodule": middle_mm}
+    middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2] if nodules_mm else None
+    nodule = f"{middle_mm:g} mm nodule" if nodules_mm else "nodule"
     rows = evaluation.predictions.drop_duplicates("recording")
     ordered = rows.sort_values(["rmse_0mm", "recording"])
     typical = []
-    for title, size_mm in wanted.items():
+    for title, size_mm in (("no nodule", 0.0), (nodule, middle_mm)):
         names = ordered.loc[ordered["size_mm"] == size_mm, "recording"].tolist()
         typical.append((title, names[(len(names) - 1) // 2] if names else None))
     return typical
@@ -89,13 +87,15 @@ def _of_sensors(name: str, rows: FloatArray) -> dict[str, FloatArray]:
 def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
     """Return the figure's data as a table, one row per sample."""
     columns = ["recording", "time_s"]
-    frames = []
-    for each in filter(None, examples):
-        stages = {"reading": each.values, "envelope": each.envelope, "matrix": each.matrix}
-        cells = {"recording": each.recording, "time_s": each.time_s}
-        for name, rows in stages.items():
-            cells |= _of_sensors(name, rows)
-        frames.append(pd.DataFrame(cells))
+    frames = [
+        pd.DataFrame(
+            {"recording": each.recording, "time_s": each.time_s}
+            | _of_sensors("reading", each.values)
+            | _of_sensors("envelope", each.envelope)
+            | _of_sensors("matrix", each.matrix)
+        )
+        for each in filter(None, examples)
+    ]
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
 
 
@@ -134,13 +134,11 @@ def draw_preprocessing(
             # The readings of each sensor stand below the other, with one scale for all.
             readings = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
             distance = 0.75 * float(np.nanmax(readings) - np.nanmin(readings))
-            for sensor, (values, heights) in enumerate(
-                zip(readings, example.envelope, strict=True)
-            ):
-                look = style.sensor_line(sensor)
+            for sensor, values in enumerate(readings):
+                look, label = style.sensor_line(sensor), f"sensor {sensor + 1}"
                 line = {"color": look["color"], "linewidth": 0.6}
                 signal.plot(example.time_s, values - sensor * distance, **line)
-                envelope.plot(example.time_s, heights, label=f"sensor {sensor + 1}", **look)
+                envelope.plot(example.time_s, example.envelope[sensor], label=label, **look)
             sensors = np.arange(len(readings))
             signal.set_yticks(-distance * sensors, (sensors + 1).astype(str))
             look = {"label": f"threshold {threshold:g}", "color": style.INK, "linewidth": 0.6}
@@ -230,19 +228,16 @@ def draw_templates(
     levels = contour_levels(highest, with_faint=True)
     height = -(-len(templates) // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
     with style.new_figure(width_in, height) as figure:
-        labels = ("column (sample)", "sensor")
-        panels = style.panels_in_rows(figure, len(templates), across, *labels)
+        panels = style.panels_in_rows(figure, len(templates), across, "column (sample)", "sensor")
         filled = None
         for axes, (size_mm, matrix), count in zip(panels, templates.items(), counts, strict=True):
             column = np.arange(1, matrix.shape[1] + 1)
             filled = draw_matrix(axes, matrix, column, levels) or filled
             peak = float(np.max(matrix))
-            if size_mm == 0:
-                axes.set_title("no nodule")
-            elif narrow or np.isnan(peak):
-                axes.set_title(f"{size_mm:g} mm (n = {count})")
-            else:
-                axes.set_title(f"{size_mm:g} mm (mean of {count}, peak {peak:.2f})")
+            behind = f"mean of {count}, peak {peak:.2f}"
+            if narrow or np.isnan(peak):
+                behind = f"n = {count}"
+            axes.set_title(f"{size_mm:g} mm ({behind})" if size_mm else "no nodule")
         place = {"location": "bottom", "aspect": 40} if narrow else {"aspect": 25, "pad": 0.01}
         _add_height_bar(figure, filled, list(figure.axes), place)
     return figure

@@ -197,11 +197,10 @@ def _draw_map(axes: Axes, picture: _Picture) -> None:
 
 def _draw_pins(axes: Axes, picture: _Picture) -> None:
     """Mark each place on the free side of the path, with its number and its size."""
+    half_mm = picture.length_mm / 2
     # The area to the right is free above the path; the area to the left is free below it.
     for right in (True, False):
-        some = [
-            each for each in picture.places if (each[0].place_mm < picture.length_mm / 2) == right
-        ]
+        some = [each for each in picture.places if (each[0].place_mm < half_mm) == right]
         middles = [(pin.suspected_s + pin.decided_s) / 120 for _, pin in some]
         span_min = float(picture.time_min[-1])
         labels = spread_out(middles, _LABEL_PT / _MAP_PT * span_min, span_min)
