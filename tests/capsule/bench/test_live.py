@@ -90,10 +90,15 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
     )
     listener.close()
     state.add(None)
+    state.add(None)
     page.show(state)
-    listener = Listener(page, last="700")
-    assert listener.read()[1][0] == {"first": 700, "samples": [None]}
-    listener.close()
+    # The last number of another recording says nothing of this one.
+    for last, first, kept in (("700", 700, 2), ("9000", 102, 600)):
+        listener = Listener(page, last)
+        _, (news, values) = listener.read()
+        assert (news["first"], len(news["samples"]), news["samples"][-1]) == (first, kept, None)
+        assert (values["gaps"], values["missing"]) == (1, 2)
+        listener.close()
 
 
 def test_when_there_are_too_many_the_oldest_goes(page, state):

@@ -78,7 +78,8 @@ NAN = float("nan")
 STATE = State(
     0.1,
     title="demo, simulated",
-    samples=12904,
+    samples=12000,
+    away_s=90.4,
     head_mm=250.0,
     head_known=True,
     doing="exploring",
@@ -95,6 +96,8 @@ def test_the_lines_say_where_the_head_is_what_it_does_and_what_was_found():
     assert gut.startswith("0 ━") and gut.endswith("─ 1000 mm")
     bar = gut[2:-8]
     assert len(gut) == 100
+    long = replace(STATE, length_mm=float("inf"), head_mm=1720.0)
+    assert state_lines(long, 100)[1].endswith("─ 1750 mm")
     for mark, share in (("○", 0.1), ("●", 0.2), ("▶", 0.25)):
         assert bar.index(mark) == int(share * len(bar))
     # The threshold stands at a third, and half of it is filled.
@@ -126,7 +129,8 @@ def test_no_line_is_wider_than_the_terminal(width, changes):
 def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
     screen = Screen()
     terminal = Terminal(screen)
-    state = replace(STATE, title="demo", samples=0, places=[(1, "confirmed", 90.0, "2.0 mm")])
+    places = [(1, "confirmed", 90.0, "2.0 mm")]
+    state = replace(STATE, title="demo", samples=0, away_s=0.0, places=places)
     terminal.show(state)
     drawn = screen.getvalue()
     state.samples, state.doing = 8000, "returning"

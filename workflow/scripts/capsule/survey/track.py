@@ -139,12 +139,11 @@ def crest_at_mm(session: Session, detector: Settings) -> float:
     if known.size < 2:
         return float("nan")
     head_mm = np.interp(session.time_s, session.time_s[known], session.head_mm[known])
-    every = int(np.median(np.diff(known)))
     # Only samples between two known positions that follow each other directly.
-    after = np.searchsorted(known, np.arange(head_mm.size))
-    inside = (after > 0) & (after < known.size)
-    gap = known[np.minimum(after, known.size - 1)] - known[np.maximum(after - 1, 0)]
-    usable = inside & (gap <= every) & ~np.isnan(session.wave_mm)
+    steps = np.diff(known)
+    usable = np.zeros(head_mm.size, dtype=bool)
+    usable[known[0] + 1 : known[-1] + 1] = np.repeat(steps <= np.median(steps), steps)
+    usable &= ~np.isnan(session.wave_mm)
     rate_hz = 1 / float(np.median(np.diff(session.time_s)))
     pressed, _ = pressed_and_period(session.values, rate_hz, detector)
     behind_mm = detector["pitch_mm"] * np.arange(len(pressed))[:, np.newaxis]
