@@ -4,6 +4,7 @@ import contextlib
 import errno
 import os
 from datetime import UTC, datetime
+from itertools import pairwise
 
 import pytest
 
@@ -79,6 +80,9 @@ def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
     bench.run(script)
     assert bench.numbers() == list(numbers)
     assert len(bench.rows()) == rows
+    state, known = bench.recorder.state, [bool(row[1]) for row in bench.rows()]
+    gaps = sum(here and not there for here, there in pairwise(known))
+    assert (state.missing, state.gaps) == (known.count(False), gaps)
 
 
 # Kills: a switch whose wire is broken, taken for one that the capsule has pressed.
