@@ -1,10 +1,13 @@
 """The tables of rates: every cell from its table, and nothing said that is not known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from capsule import words
+from capsule.evaluation.answers import Estimate
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison, detector_sections
@@ -210,3 +213,23 @@ def test_more_passes_are_rows_and_sizes_are_columns():
     assert [row["passes"] for row in made["rows"]] == [1, 2]
     assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
     assert retest_rows(pd.DataFrame(columns=COLUMNS["retest"]))["rows"] == []
+
+
+# Kills: the ratio of the odds upside down, the wrong "no nodule" verdicts taken for the right ones.
+def test_the_slider_says_what_follows_from_sensitivity_and_specificity():
+    def right(prevalence, sensitivity=0.9, specificity=0.8):
+        ill, healthy = prevalence, 1 - prevalence
+        ppv = sensitivity * ill / (sensitivity * ill + (1 - specificity) * healthy)
+        npv = specificity * healthy / (specificity * healthy + (1 - sensitivity) * ill)
+        return ppv, npv
+
+    ours = SimpleNamespace(meaning=[Estimate(share, share, 1.0, 0, 1) for share in right(0.1)])
+    said = detector_sections.meaning_values(ours, 0.1)
+    assert len(said["moved"]) == detector_sections.MOST_PREVALENT
+    assert said["moved"][10] == {name: said[name] for name in ("ppv", "npv")}
+    for percent in (1, 37, 60):
+        ppv, npv = right(percent / 100)
+        assert said["moved"][percent] == {
+            "ppv": Estimate(ppv, ppv, 1.0, 0, 1).in_hundred(),
+            "npv": Estimate(1 - npv, 0.0, 1 - npv, 0, 1).in_hundred(),
+        }

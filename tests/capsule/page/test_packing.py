@@ -39,9 +39,7 @@ def test_json_in_a_script_element_cannot_end_it():
     text = to_json(content)
     assert "<" not in text and "&" not in text and "\u2028" not in text
     assert json.loads(text) == content
-
-
-def test_an_unknown_value_must_be_none_not_nan():
+    # What is not known must be None.
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json({"predicted_mm": float("nan")})
 
