@@ -59,6 +59,7 @@ def test_a_place_says_whether_it_may_be_off_or_unlike_and_one_of_an_earlier_vers
         ("stream.csv", b"time", b"\xff", "byte 1 is not UTF-8 text"),
         ("events.jsonl", b"}\n", b"\n", "line 1 is not an event"),
         ("events.jsonl", b'"suspected"', b"7", "line 2: event is '7'"),
+        ("events.jsonl", b'"time_s": 8.0', b'"time_s": null', "line 1: time_s is 'None'"),
         ("places.csv", b"confirmed", b"perhaps", "line 2 is not a place with a verdict"),
         ("places.csv", b"3.1", b"big", "line 2: size_mm is 'big'"),
         ("places.csv", b"3.1", b"inf", "line 2: size_mm is 'inf'"),

@@ -107,7 +107,6 @@ class AdaptiveThreshold:
 
     def __init__(self) -> None:
         self._blocks: deque[float] = deque(maxlen=_MEMORY)
-        self._learned = 0
         self.usual = _PRIOR
         # In a Gumbel distribution, blocks exceed this level at the wanted rate.
         rate = -np.log1p(-_BUDGET * _BLOCK_MM / 1000)
@@ -138,15 +137,15 @@ class AdaptiveThreshold:
     def learn(self, largest: float) -> None:
         """Add the largest evidence of a block without a nodule."""
         self._blocks.append(largest)
-        self._learned += 1
-        if self._learned > 1:
-            share = min(len(self._blocks) / _PRIOR_BLOCKS, 1.0)
+        known = len(self._blocks)
+        if known > 1:
+            share = min(known / _PRIOR_BLOCKS, 1.0)
             # A nodule that was not suspected raises the upper half, so only the lower half is used.
             low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
             scale = (middle - low) / _BELOW_MEDIAN
             median, spread = _PRIOR
             self.usual = share * middle + (1 - share) * median, share * scale + (1 - share) * spread
-        if self._learned == _PRIOR_BLOCKS:
+        if known == _PRIOR_BLOCKS:
             # This undoes the effect of a wrong prior on the level.
             self._level = self._begin
 
