@@ -29,10 +29,14 @@ function setUpTable(table) {
 
   const filter = () => {
     const wanted = search.value.trim().toLowerCase();
-    const isWanted = ({ dataset }) =>
-      (!size.value || dataset.size === size.value) &&
-      (!outcome.value || dataset.outcome === outcome.value) &&
-      (!wanted || `${dataset.text} ${dataset.outcome}`.includes(wanted));
+    const isWanted = (row) => {
+      const [name, itsSize, , itsOutcome, ...others] = [...row.cells].map((cell) => cell.textContent);
+      return (
+        (!size.value || itsSize === size.value) &&
+        (!outcome.value || itsOutcome === outcome.value) &&
+        [name, itsSize, itsOutcome, others.at(-1)].join(" ").toLowerCase().includes(wanted)
+      );
+    };
     fitting = ordered.filter(isWanted);
     show(step);
   };
