@@ -307,7 +307,7 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
     ],
 )
 def test_what_ends_a_survey(line, monkeypatch, make, batches, passed_s, words):
-    now_s = 0.0
+    now_s = 1000.0
     monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
     made = make(board(line, insists=True))
     for batch in batches:
