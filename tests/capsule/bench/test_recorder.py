@@ -195,6 +195,14 @@ def test_a_board_that_does_not_come_back_ends_by_patience(bench, monkeypatch):
     assert bench.numbers() == [*range(30), 33]
 
 
+# Kills: a sample in doubt that a survey, which goes on, never gets.
+def test_a_sample_in_doubt_is_kept_as_soon_as_its_board_is_lost(bench):
+    bench._script = iter([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
+    for _ in range(32):
+        bench.logger.serve(0.05)
+    assert (bench.logger.received, bench.logger.state.missing) == (31, 3)
+
+
 # Kills: a patience that begins anew with each return of a board that sends no sample.
 def test_a_board_that_comes_back_again_and_again_without_a_sample_ends_by_patience(
     bench, monkeypatch
