@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from capsule.engine.jobs import run
-from capsule.figures.draw_survey import draw_survey, draw_unreadable, frame_of, track_table
+from capsule.figures.draw_survey import draw_note, draw_survey, frame_of, track_table
 from capsule.figures.style import render_figure
 from capsule.page.surveys import player, survey_values, title_of
 from capsule.store import files
@@ -33,7 +33,8 @@ def main() -> None:
     except SessionError as error:
         print(f"{name}: {error}")
         content = {"name": name, "problem": str(error)}
-        table, figure = pd.DataFrame([{"problem": str(error)}]), draw_unreadable(name, str(error))
+        table = pd.DataFrame([{"problem": str(error)}])
+        figure = draw_note(f"{name} cannot be read: {error}")
     else:
         track, pins = track_of(session), pins_of(session)
         crest_mm = crest_at_mm(session, detector)

@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 from capsule.figures.draw_survey import (
+    draw_note,
     draw_survey,
-    draw_unreadable,
     frame_of,
     spread_out,
     track_table,
@@ -112,7 +112,7 @@ def test_the_frame_tells_where_a_place_and_a_time_are(figure):
 
 
 def test_a_survey_that_cannot_be_read_says_why():
-    figure = draw_unreadable("broken", "stream.csv: there is no column time_s")
+    figure = draw_note("broken cannot be read: stream.csv: there is no column time_s")
     assert any("no column time_s" in text.get_text() for text in figure.findobj(Text))
     assert list(frame_of(figure)) == ["size"]
 

@@ -17,10 +17,11 @@ from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.figures.draw_curves import learning_drawing, roc_drawing
 from capsule.figures.draw_rates import (
     detection_drawing,
+    learning_drawing,
     negatives_drawing,
+    roc_drawing,
     series_rows,
     sizing_drawing,
 )

@@ -34,7 +34,7 @@ def test_the_frame_holds_every_template_that_is_used_but_no_hidden_file(tmp_path
 
 def test_the_code_of_every_rule_is_named_with_its_checksum():
     checksums = page_files.code_checksums()
-    named = {*page_files.RULE_SCRIPTS, "capsule/store/files", "capsule/figures/draw_curves"}
+    named = {*page_files.RULE_SCRIPTS, "capsule/store/files", "capsule/figures/draw_rates"}
     assert {f"workflow/scripts/{name}.py" for name in named} <= checksums.keys()
     content = (ROOT / "workflow/scripts/fit.py").read_bytes()
     assert checksums["workflow/scripts/fit.py"] == hashlib.sha256(content).hexdigest()

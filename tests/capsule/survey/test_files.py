@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from capsule.figures.draw_survey import verdict_words
 from capsule.survey.files import SessionError, parse_session
 from capsule.survey.listed import list_surveys
 from support.surveys import EVENTS, PLACES, session_contents, stream_rows
@@ -41,7 +40,7 @@ def test_a_place_says_whether_it_may_be_off_or_unlike_and_one_of_an_earlier_vers
     rows = f"{head}\n{first},80.0,no,noise\n{second},0.0,,only 3 places teach\n"
     places = parse_session("demo", contents | {"places.csv": rows.encode()}).places
     assert (places[0].size_low_mm, places[0].size_high_mm) == (2.4, np.inf)
-    assert verdict_words(places[0]) == "nodule, 3.1 mm (2.4 mm or more)"
+    assert places[0].verdict == "nodule, 3.1 mm (2.4 mm or more)"
     assert [place.may_be_off_mm for place in places] == [80.0, 0.0]
     told = [(place.familiar, place.unfamiliar_because) for place in places]
     assert told == [("no", "noise"), ("", "only 3 places teach")]

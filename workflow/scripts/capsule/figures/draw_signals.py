@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import cycle
 from string import ascii_uppercase
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -34,30 +34,37 @@ def contour_levels(highest: float, *, with_faint: bool = False) -> FloatArray:
     return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
 
 
-def draw_matrix(
-    axes: Axes, matrix: FloatArray, column: NumberArray, levels: FloatArray
-) -> QuadContourSet | None:
-    """Draw one matrix with sensor 1 on top; heights between the rows are interpolated.
+def _draw_matrices(
+    panels: Sequence[tuple[Axes, FloatArray, NumberArray]], bar: Look, *, with_faint: bool = False
+) -> None:
+    """Draw matrices over their columns, sensor 1 on top, with one scale and its bar.
 
-    A matrix with any NaN, or with zeros only, has a note instead of contours, and returns None.
+    Heights between the rows are interpolated. A matrix with any NaN, or with zeros only, has a note
+    instead of contours.
     """
-    sensors = matrix.shape[0]
-    # Contours need two rows, so a single sensor becomes a band.
-    row = np.arange(1, sensors + 1) if sensors > 1 else np.array([0.5, 1.5])
-    heights = matrix if sensors > 1 else np.repeat(matrix, 2, axis=0)
-    step = max(1, -(-column.size // _COLUMNS_DRAWN))
-    axes.set(xlim=(column[0], column[-1]), ylim=(row[-1], row[0]))
-    axes.set_yticks(np.arange(1, sensors + 1))
-    if np.isnan(matrix).any():
-        style.say_nothing_to_show(axes, "not known: no accepted recording")
-        return None
-    if not matrix.any():
-        axes.text(0.5, 0.5, "zero everywhere", transform=axes.transAxes, ha="center", va="center")
-        return None
-    column, heights = column[::step], heights[:, ::step]
-    filled = axes.contourf(column, row, heights, levels=levels, cmap=style.COLOURS_OF_HEIGHT)
-    axes.contour(column, row, heights, levels=levels[1:], colors=style.INK, linewidths=0.4)
-    return filled
+    highest = max((float(np.nanmax(each, initial=0.0)) for _, each, _ in panels), default=0.0)
+    levels, filled = contour_levels(highest, with_faint=with_faint), None
+    for axes, heights, column in panels:
+        row = np.arange(1.0, len(heights) + 1)
+        axes.set_yticks(row)
+        if len(heights) == 1:
+            # Contours need two rows, so a single sensor becomes a band.
+            row, heights = np.array([0.5, 1.5]), np.repeat(heights, 2, axis=0)
+        axes.set(xlim=(column[0], column[-1]), ylim=(row[-1], row[0]))
+        if np.isnan(heights).any():
+            style.say_nothing_to_show(axes, "not known: no accepted recording")
+        elif not heights.any():
+            middle: Look = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+            axes.text(0.5, 0.5, "zero everywhere", **middle)
+        else:
+            some = slice(None, None, max(1, -(-column.size // _COLUMNS_DRAWN)))
+            drawn = column[some], row, heights[:, some]
+            filled = axes.contourf(*drawn, levels=levels, cmap=style.COLOURS_OF_HEIGHT)
+            axes.contour(*drawn, levels=levels[1:], colors=style.INK, linewidths=0.4)
+    if filled is not None:
+        beside = [axes for axes, _, _ in panels]
+        scale = axes.figure.colorbar(filled, ax=beside, label="height (SD)", **bar)
+        scale.outline.set_linewidth(0.4)
 
 
 def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
@@ -117,12 +124,12 @@ def draw_preprocessing(
     None stands for a run that the archive does not have. The threshold is in standard deviations.
     """
     known = [example for example in examples if example is not None]
-    levels = contour_levels(max((float(np.max(each.matrix)) for each in known), default=0.0))
     tallest = max((float(np.nanmax(each.envelope)) for each in known), default=1.0)
-    narrow, filled = width_in <= style.COLUMN_WIDTH_IN, None
-    with style.new_figure(width_in, 4.4 if narrow else 4.7) as figure:
+    with style.new_figure(width_in, 4.6) as figure:
         grid = figure.subplots(3, len(examples), squeeze=False, height_ratios=[1.15, 1, 1])
-        for axes, label in zip(grid[:, 0], ("readings", "envelope (SD)", "sensor"), strict=True):
+        matrices = []
+        labels = ("readings", "RMS envelope (SD)", "matrix, by sensor")
+        for axes, label in zip(grid[:, 0], labels, strict=True):
             axes.set_ylabel(label)
         for letter, example, column in zip(ascii_uppercase, examples, grid.T, strict=False):
             signal, envelope, matrix = column
@@ -130,41 +137,27 @@ def draw_preprocessing(
                 for axes in column:
                     style.say_nothing_to_show(axes, "no such recording")
                 continue
-            signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
-            # The readings of each sensor stand below the other, with one scale for all.
-            readings = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
-            distance = 0.75 * float(np.nanmax(readings) - np.nanmin(readings))
-            for sensor, values in enumerate(readings):
-                look, label = style.sensor_line(sensor), f"sensor {sensor + 1}"
-                line = {"color": look["color"], "linewidth": 0.6}
-                signal.plot(example.time_s, values - sensor * distance, **line)
-                envelope.plot(example.time_s, example.envelope[sensor], label=label, **look)
-            sensors = np.arange(len(readings))
-            signal.set_yticks(-distance * sensors, (sensors + 1).astype(str))
-            look = {"label": f"threshold {threshold:g}", "color": style.INK, "linewidth": 0.6}
-            envelope.axhline(threshold, zorder=0, **look)
-            envelope.set(ylim=(0, 1.05 * tallest))
+            signal.set_title(f"({letter}) {example.title}")
             for axes in (signal, envelope):
+                axes.set_prop_cycle(color=style.SENSOR_COLOURS, linestyle=style.SENSOR_DASHES)
                 axes.set_xlim(example.time_s[0], example.time_s[-1])
                 axes.tick_params(labelbottom=False)
-            filled = draw_matrix(matrix, example.matrix, example.time_s, levels) or filled
+            # The readings of each sensor stand below the other, with one scale for all.
+            readings = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
+            sensors = np.arange(1, len(readings) + 1)
+            middles = -0.75 * (np.nanmax(readings) - np.nanmin(readings)) * (sensors - 1)
+            signal.plot(example.time_s, readings.T + middles, linestyle="-", linewidth=0.6)
+            signal.set_yticks(middles, sensors.astype(str))
+            names = [f"sensor {sensor}" for sensor in sensors]
+            envelope.plot(example.time_s, example.envelope.T, label=names)
+            look = {"label": f"threshold {threshold:g}", "color": style.INK, "linewidth": 0.6}
+            envelope.axhline(threshold, zorder=0, **look)
+            envelope.set_ylim(0, 1.05 * tallest)
             matrix.set_xlabel("time (s)")
-            if not narrow:
-                envelope.set_title("RMS envelope and threshold")
-                matrix.set_title("matrix")
-        _add_height_bar(figure, filled, grid[2, :].tolist(), {"aspect": 9, "pad": 0.01})
-        style.add_legend(figure, grid[1, :].tolist(), 3 if narrow else 8, handlelength=2.8)
+            matrices.append((matrix, example.matrix, example.time_s))
+        _draw_matrices(matrices, {"aspect": 9, "pad": 0.01})
+        style.add_legend(figure, grid[1, :].tolist(), handlelength=2.8)
     return figure
-
-
-def _add_height_bar(
-    figure: Figure, filled: QuadContourSet | None, beside: Sequence[Axes], place: Look
-) -> None:
-    if filled is None:
-        return
-    bar = figure.colorbar(filled, ax=beside, **place)
-    bar.set_label("height (SD)")
-    bar.outline.set_linewidth(0.4)
 
 
 def draw_judged(
@@ -181,20 +174,20 @@ def draw_judged(
     figure = draw_preprocessing([run], threshold)
     signal, envelope, matrix = figure.axes[:3]
     with style.figure_style():
-        for number, (place, names) in enumerate(places_s.items()):
-            look = style.DETECTOR_LOOKS[number % len(style.DETECTOR_LOOKS)]
-            line: Look = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+        for (place, names), look in zip(places_s.items(), cycle(style.DETECTOR_LOOKS)):
             label = f"place by {words.enumerate_words(names)}: {words.place(place, None)}"
+            line = {**look, "marker": "", "linewidth": 1.2, "label": label}
             for axes in (signal, envelope, matrix):
-                axes.axvline(place, label=label, **line)
+                axes.axvline(place, **line)
         if passing_s:
             look = {"color": style.INK, "marker": "o", "markersize": 3.5, "linewidth": 0.9}
             for axes in (signal, matrix):
                 axes.plot(passing_s, axes.get_yticks(), label="the diagonal", **look)
         low, high = signal.get_ylim()
         signal.set(title=run.title, ylim=(low, high + _HEADROOM * (high - low)))
-        if marks := signal.get_legend_handles_labels()[0]:
-            signal.legend(handles=marks, loc="upper right", ncols=len(marks), borderaxespad=0)
+        marks, names = signal.get_legend_handles_labels()
+        if marks:
+            signal.legend(marks, names, loc="upper right", ncols=len(marks), borderaxespad=0)
     return figure
 
 
@@ -224,20 +217,14 @@ def draw_templates(
     """Draw every template T^b with one scale, and how many recordings it averages."""
     narrow = width_in <= style.COLUMN_WIDTH_IN
     across = min(len(templates), 2 if narrow else 3)
-    highest = max(float(np.nanmax(matrix, initial=0.0)) for matrix in templates.values())
-    levels = contour_levels(highest, with_faint=True)
     height = -(-len(templates) // across) * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
     with style.new_figure(width_in, height) as figure:
+        matrices = []
         panels = style.panels_in_rows(figure, len(templates), across, "column (sample)", "sensor")
-        filled = None
         for axes, (size_mm, matrix), count in zip(panels, templates.items(), counts, strict=True):
-            column = np.arange(1, matrix.shape[1] + 1)
-            filled = draw_matrix(axes, matrix, column, levels) or filled
-            peak = float(np.max(matrix))
-            behind = f"mean of {count}, peak {peak:.2f}"
-            if narrow or np.isnan(peak):
-                behind = f"n = {count}"
-            axes.set_title(f"{size_mm:g} mm ({behind})" if size_mm else "no nodule")
+            matrices.append((axes, matrix, np.arange(1, matrix.shape[1] + 1)))
+            peak = f" (n = {count}, peak {words.number(float(np.max(matrix)))})"
+            axes.set_title(words.size(size_mm) + (peak if size_mm else ""))
         place = {"location": "bottom", "aspect": 40} if narrow else {"aspect": 25, "pad": 0.01}
-        _add_height_bar(figure, filled, list(figure.axes), place)
+        _draw_matrices(matrices, place, with_faint=True)
     return figure

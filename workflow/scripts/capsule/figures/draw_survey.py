@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from capsule import words
 from capsule.arrays import FloatArray
 from capsule.detectors.verdicts import OF_SURVEY
 from capsule.figures import style
@@ -56,17 +55,13 @@ class _Picture:
     """What the panels of a survey's picture show; `length_mm` is the length of the distance."""
 
     track: Track
+    time_min: FloatArray
     # The suspected places, and the interval in which the survey examined each.
     places: Sequence[tuple[StoredPlace, Pin]]
     length_mm: float
     # Length of the wave, and a crest before the drive moved it; NaN if no wave was felt.
     wavelength_mm: float
     crest_mm: float
-
-    @property
-    def time_min(self) -> FloatArray:
-        """The times of the judgements, in min."""
-        return self.track.time_s / 60
 
 
 def track_table(track: Track) -> pd.DataFrame:
@@ -75,11 +70,10 @@ def track_table(track: Track) -> pd.DataFrame:
     return table.round({"head_mm": 2})
 
 
-def draw_unreadable(name: str, problem: str) -> Figure:
-    """Draw that a survey cannot be read, with the reason."""
+def draw_note(text: str) -> Figure:
+    """Draw why a survey has no picture."""
     with style.new_figure(style.PAGE_WIDTH_IN, 1.0) as figure:
-        text = textwrap.fill(f"{name} cannot be read: {problem}", 100)
-        style.say_nothing_to_show(figure.subplots(), text)
+        style.say_nothing_to_show(figure.subplots(), textwrap.fill(text, 100))
     return figure
 
 
@@ -113,12 +107,15 @@ def draw_survey(
     told = session.about.get("metres")
     length_mm = 1000 * told if isinstance(told, int | float) else 0.0
     known = track.head_mm[track.known]
+    if not known.size:
+        return draw_note(f"{title}: the survey never knew where the capsule was")
     length_mm = max([length_mm, *known, *(place.place_mm for place in session.places)])
-    picture = _Picture(track, list(zip(session.places, pins, strict=False)), length_mm, *wave)
+    places = list(zip(session.places, pins, strict=False))
+    picture = _Picture(track, track.time_s / 60, places, length_mm, *wave)
     # Nodules before others, those with more evidence first; then in the order of their numbers.
     order = {status: rank for rank, status in enumerate(_PIN_LOOKS)}
     ranked = sorted(
-        picture.places, key=lambda each: (order[each[0].status], -np.nan_to_num(each[0].height))
+        places, key=lambda each: (order[each[0].status], -np.nan_to_num(each[0].height))
     )
     shown = sorted(ranked[:_ACROSS], key=lambda each: each[0].place)
     heights_in = [_MAP_IN, _ROW_IN] if shown else [_MAP_IN]
@@ -126,10 +123,6 @@ def draw_survey(
         figure.suptitle(title, x=0.01, ha="left", fontsize=8.5)
         parts = figure.subfigures(len(heights_in), 1, squeeze=False, height_ratios=heights_in)[:, 0]
         space, evidence = parts[0].subplots(1, 2, sharey=True, width_ratios=[4.6, 1])
-        if not known.size:
-            style.say_nothing_to_show(space, "the survey never knew where the capsule was")
-            style.say_nothing_to_show(evidence, "")
-            return figure
         _draw_map(space, picture)
         _draw_evidence(evidence, picture)
         for part in parts[1:]:
@@ -139,7 +132,7 @@ def draw_survey(
             for axes, (place, pin) in zip(panels, shown, strict=False):
                 _draw_place(axes, picture, place, pin)
             panels[0].set_ylabel("time (min)")
-        style.add_legend(figure, [space, evidence], 4, handlelength=2.4)
+        style.add_legend(figure, [space, evidence], handlelength=2.4)
     return figure
 
 
@@ -209,7 +202,7 @@ def _draw_pins(axes: Axes, picture: _Picture) -> None:
             word, look = str(OF_SURVEY[place.status]), _PIN_LOOKS[place.status]
             axes.plot([place.place_mm], [middle], zorder=4, label=word, **look)
             axes.annotate(
-                f"{place.place} {verdict_words(place)}",
+                f"{place.place} {place.verdict}",
                 (place.place_mm, middle),
                 (place.place_mm + reach_mm, label),
                 arrowprops={"arrowstyle": "-", "color": style.MUTED, "linewidth": 0.5},
@@ -230,14 +223,6 @@ def spread_out(places: Sequence[float], least: float, end: float) -> FloatArray:
     apart = np.maximum.accumulate(places - steps) + steps
     moved: FloatArray = np.maximum(np.minimum(apart, end - steps[::-1]), 0.0)
     return moved
-
-
-def verdict_words(place: StoredPlace) -> str:
-    """Return the verdict on a place with its size: ``nodule, 3.1 mm (2.4 to 3.8)``."""
-    word = str(OF_SURVEY[place.status])
-    if place.status != "confirmed" or not words.is_known(place.size_mm):
-        return word
-    return f"{word}, {place.size}"
 
 
 def _draw_evidence(axes: Axes, picture: _Picture) -> None:
@@ -277,5 +262,5 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
     axes.axvline(at_mm, color=style.MUTED, linewidth=0.6, zorder=2)
     axes.plot([at_mm], [within_min[0]], clip_on=False, zorder=4, **_PIN_LOOKS[place.status])
     axes.set_xlabel("distance (mm)")
-    verdict = verdict_words(place).replace(", ", ",\n    ")
+    verdict = place.verdict.replace(", ", ",\n    ")
     axes.set_title(f"{place.place}  {verdict}", fontsize=7.5, pad=7)

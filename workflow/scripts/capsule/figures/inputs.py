@@ -1,15 +1,8 @@
-"""Define what figures show: each result is read when a figure needs it."""
+"""Read what figures show."""
 
-from collections.abc import Mapping
-from functools import cached_property
-
-import pandas as pd
-
-from capsule.arrays import FloatArray
 from capsule.detectors.files import read_templates
 from capsule.engine.project import PROJECT
 from capsule.evaluation.files import read_evaluation, read_printed, read_table
-from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Settings
 from capsule.method.preprocessing import PreprocessedRun, preprocess_run
 from capsule.store import files
@@ -17,34 +10,28 @@ from capsule.store.results import OfArchive, Results
 
 
 class FigureInputs:
-    """The results of a run of the workflow."""
+    """The results of a run of the workflow.
+
+    Attributes
+    ----------
+    evaluation : Evaluation
+        The rates of this project and of the paper.
+    learning : DataFrame
+        The rates that the detectors reach with parts of the archive.
+    templates : dict of float to (S, L) array
+        The template of every size in mm; size 0 is the first.
+    template_counts : list of int
+        The number of recordings behind each template.
+    """
 
     def __init__(self, results: Results, settings: Settings) -> None:
-        self._results, self.settings = results, settings
-
-    @cached_property
-    def evaluation(self) -> Evaluation:
-        """The rates of this project and of the paper."""
+        self._results, self.settings, folder = results, settings, results.folder
         printed = read_printed(PROJECT / "workflow" / "report" / "paper.yaml")
-        confidence = self.settings["evaluation"]["confidence"]
-        return read_evaluation(self._results.folder, printed, confidence)
-
-    @property
-    def learning(self) -> pd.DataFrame:
-        """The rates that the detectors reach with parts of the archive."""
-        return read_table(self._results.folder / OfArchive.LEARNING)
-
-    @cached_property
-    def templates(self) -> Mapping[float, FloatArray]:
-        """The template of every size in mm, (S, L); size 0 is the first."""
-        return read_templates(self._results.folder / OfArchive.TEMPLATES)
-
-    @property
-    def template_counts(self) -> list[int]:
-        """The number of recordings behind each template."""
-        path = self._results.folder / OfArchive.TEMPLATE_PARAMETERS
-        content = files.read_or_explain(path, files.read_json)
-        return [entry["recordings"] for entry in content["templates"]]
+        self.evaluation = read_evaluation(folder, printed, settings["evaluation"]["confidence"])
+        self.learning = read_table(folder / OfArchive.LEARNING)
+        self.templates = read_templates(folder / OfArchive.TEMPLATES)
+        told = files.read_or_explain(folder / OfArchive.TEMPLATE_PARAMETERS, files.read_json)
+        self.template_counts = [entry["recordings"] for entry in told["templates"]]
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Return an accepted recording after each stage of pre-processing."""

@@ -12,6 +12,6 @@ FIGURES = {
     "detection": "capsule.figures.draw_rates",
     "sizing": "capsule.figures.draw_rates",
     "negatives": "capsule.figures.draw_rates",
-    "roc": "capsule.figures.draw_curves",
-    "learning": "capsule.figures.draw_curves",
+    "roc": "capsule.figures.draw_rates",
+    "learning": "capsule.figures.draw_rates",
 }

@@ -7,18 +7,16 @@ the same bytes.
 
 import contextlib
 import io
+import itertools
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import matplotlib
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from capsule.kinds import Look
 
@@ -42,7 +40,7 @@ VIOLET = "#9b6fb0"
 COLOURS_OF_HEIGHT = "Blues"
 # One line per sensor, from dark to light, each with its own dashes.
 SENSOR_COLOURS = ("#08306b", ORANGE, GREEN, VIOLET, MUTED)
-SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)), "-")
 # Colour, dashes and marker of a detector, by its position in the configuration.
 DETECTOR_LOOKS: tuple[Look, ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
@@ -133,16 +131,7 @@ def say_nothing_to_show(axes: Axes, reason: str) -> None:
 
 def detector_looks(detectors: Sequence[str]) -> dict[str, Look]:
     """Return colour, dashes and marker of each detector, in the order of the configuration."""
-    count = len(DETECTOR_LOOKS)
-    return {name: DETECTOR_LOOKS[place % count] for place, name in enumerate(detectors)}
-
-
-def sensor_line(sensor: int) -> Look:
-    """Return the colour and dashes of a sensor; sensors count from 0."""
-    return {
-        "color": SENSOR_COLOURS[sensor % len(SENSOR_COLOURS)],
-        "linestyle": SENSOR_DASHES[sensor % len(SENSOR_DASHES)],
-    }
+    return dict(zip(detectors, itertools.cycle(DETECTOR_LOOKS), strict=False))
 
 
 def panels_in_rows(
@@ -161,40 +150,7 @@ def panels_in_rows(
     return list(grid[:count])
 
 
-def rates_figure(
-    panels: Mapping[str, pd.DataFrame],
-    draw: Callable[[Axes, pd.DataFrame], None],
-    labels: tuple[str, str],
-    width_in: float,
-    *,
-    square: bool = False,
-) -> Figure:
-    """Return a figure of rates: a panel for each title, drawn from its rows, or with a note.
-
-    `labels` are those of the axes. If both of these are rates, the panels are `square`.
-    """
-    narrow = width_in <= COLUMN_WIDTH_IN
-    across = min(len(panels), 1 + square if narrow else 3)
-    row_in = width_in / across if square else 1.9
-    with new_figure(width_in, row_in * -(-len(panels) // across) + 0.7) as figure:
-        shown = panels_in_rows(figure, len(panels), across, *labels, sharex=square)
-        for axes, (title, rows) in zip(shown, panels.items(), strict=True):
-            axes.set_title(title)
-            if rows.empty:
-                say_nothing_to_show(axes, "no recording to count")
-            else:
-                draw(axes, rows)
-        add_legend(figure, shown, 1 if narrow else 3)
-    return figure
-
-
-def show_percent(axis: Axis, ticks: int) -> None:
-    """Mark an axis of rates in percent, with ticks from 0 to 1."""
-    axis.set_ticks(np.linspace(0, 1, ticks))
-    axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-
-
-def add_legend(figure: Figure, panels: Sequence[Axes], columns: int, **look: float) -> None:
+def add_legend(figure: Figure, panels: Sequence[Axes], **look: float) -> None:
     """Add one legend below a figure, with each label of the panels once; none without a label."""
     handles: dict[str, Any] = {}
     for axes in panels:
@@ -202,4 +158,6 @@ def add_legend(figure: Figure, panels: Sequence[Axes], columns: int, **look: flo
             handles.setdefault(label, handle)
     if handles:
         names, marks = list(handles), list(handles.values())
-        figure.legend(marks, names, loc="outside lower center", ncols=columns, **look)
+        # A letter takes about 0.055 in, and the line beside a label 0.5 in.
+        columns = int(figure.get_figwidth() / (0.5 + 0.055 * max(map(len, names))))
+        figure.legend(marks, names, loc="outside lower center", ncols=max(columns, 1), **look)

@@ -14,6 +14,7 @@ import numpy as np
 
 from capsule import words
 from capsule.arrays import FloatArray
+from capsule.detectors.verdicts import OF_SURVEY
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
 from capsule.recordings.names import displayed
@@ -76,6 +77,13 @@ class StoredPlace:
         """Size of the nodule in words, with its interval."""
         ends = {"mm": self.size_mm, "low_mm": self.size_low_mm, "high_mm": self.size_high_mm}
         return words.estimated_size({f"estimate_{end}": size for end, size in ends.items()})
+
+    @property
+    def verdict(self) -> str:
+        """Verdict in words, with the size of a nodule: ``nodule, 3.1 mm (2.4 to 3.8)``."""
+        word = str(OF_SURVEY[self.status])
+        sized = self.status == "confirmed" and words.is_known(self.size_mm)
+        return f"{word}, {self.size}" if sized else word
 
 
 @dataclass(frozen=True)
