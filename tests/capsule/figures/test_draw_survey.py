@@ -1,5 +1,6 @@
 """The space-time picture of a survey holds the numbers of the survey's files."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -114,6 +115,14 @@ def test_the_frame_tells_where_a_place_and_a_time_are(figure):
 def test_a_survey_that_cannot_be_read_says_why():
     figure = draw_note("broken cannot be read: stream.csv: there is no column time_s")
     assert any("no column time_s" in text.get_text() for text in figure.findobj(Text))
+    assert list(frame_of(figure)) == ["size"]
+
+
+def test_a_survey_that_never_knew_its_position_says_so(session):
+    track = track_of(session)
+    lost = replace(track, known=np.zeros_like(track.known))
+    figure = draw_survey(session, "demo", lost, pins_of(session), (WAVELENGTH_MM, np.nan))
+    assert any("never knew where" in text.get_text() for text in figure.findobj(Text))
     assert list(frame_of(figure)) == ["size"]
 
 

@@ -85,7 +85,17 @@ def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width)
     figure = draw_preprocessing([None, example], 1.0, width)
     assert figure.get_figwidth() == width
     assert texts(figure).count("no such recording") == 3
-    assert any("3 mm nodule" in text for text in texts(figure))
+    shown = {
+        "(B) 3 mm nodule",
+        "readings",
+        "RMS envelope (SD)",
+        "sensor 1",
+        "sensor 3",
+        "height (SD)",
+    }
+    assert shown <= set(texts(figure))
+    # The bar of the matrices, which stands last, reaches its highest value.
+    assert 1 < example.matrix.max() <= figure.axes[-1].get_ylim()[1]
     table = example_table([None, example])
     assert list(table["envelope_2"]) == list(example.envelope[1])
     assert (table["matrix_1"] >= 0).all()
@@ -261,6 +271,9 @@ def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
         "any nodule",
         "1 mm",
     ]
+    # No threshold finds nothing without an alarm: each curve begins there.
+    for line in figure.axes[0].get_lines()[1:]:
+        assert line.get_linestyle() == "None" or line.get_xydata()[0].tolist() == [0, 0]
     assert render_figure(figure, "svg", "roc")
 
 
