@@ -110,6 +110,10 @@ def phase_of_the_drive_is_lost(bench, readings, state):
     return without(readings, "wave_mm") if bench.now_s > 60 else readings
 
 
+def never_finds_its_position(bench, readings, state):
+    return without(readings, "wave_mm") if "finding" in bench.began_s else readings
+
+
 # A pass without evidence is no verdict; one that was spoilt comes again.
 @pytest.mark.parametrize(
     ("fault", "status", "unknown", "happens"),
@@ -119,6 +123,7 @@ def phase_of_the_drive_is_lost(bench, readings, state):
         (partial(away_in_a_pass, name="values"), "confirmed", [False, True, False], ""),
         (never_folds, "undecided", [False], "late"),
         (never_unfolds, "undecided", [False], "late late"),
+        (never_finds_its_position, "undecided", [False], "lost"),
         (fold_board_falls_silent, "confirmed", [False, False], "let_go"),
         (logger_was_away, "confirmed", [False, False], ""),
         (phase_of_the_drive_is_lost, None, None, ""),
