@@ -194,6 +194,8 @@ def test_a_rate_has_its_interval_and_counts_and_one_that_nobody_counted_is_not_a
     points = pd.DataFrame({"scheme": ["leave_one_out", "paper"], "rate": [0.5, UNKNOWN]})
     points = points.assign(measure="recall", size_mm=2.0, low=0.2, high=0.8, hits=1, of=2)
     table = rate_table(points.assign(one_sided=False), {"recall": "Recall"}, [2.0, 3.0])
+    # Kills: heads in another order than the cells.
+    assert table["heads"] == ["Recall, leave-one-out", "Recall, paper, as printed"]
     counted, missing = (row["cells"] for row in table["rows"])
     keys = ("text", "interval", "count")
     assert [counted[0][key] for key in keys] == ["50 %", "20 to 80 %", "1 of 2"]

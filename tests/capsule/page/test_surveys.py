@@ -99,6 +99,8 @@ def test_the_signals_of_the_player_are_those_of_the_stream(session, played):
     for packed, row in zip(signals["rows"], session.values, strict=True):
         pairs = row[: row.size // 2 * 2].reshape(-1, 2).mean(axis=1)
         np.testing.assert_allclose(unpacked(packed)[: pairs.size], pairs, atol=0.5)
+    # Rows of a wave are hardly farther apart than the wave is high.
+    assert signals["distance"] == pytest.approx(1.1 * np.ptp(session.values, axis=1).max(), rel=0.1)
 
 
 def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
