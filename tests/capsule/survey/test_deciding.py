@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from capsule.survey.suspects import AdaptiveThreshold, decide
+from capsule.survey.gut_evidence import GutEvidence
+from capsule.survey.suspects import AdaptiveThreshold, Suspects, decide
 from capsule.survey.way_back import WayBack
 
 NAN = float("nan")
@@ -65,11 +66,31 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
     assert adaptive.height(2 * adaptive.usual[0]) == 2
 
 
+# Kills: a nodule that raises what is usual; gut that is suspected again after its pass.
+def test_a_suspected_place_is_neither_usual_nor_suspected_again():
+    places_mm = np.arange(100.0)
+
+    def seen(at_mm, score):
+        return GutEvidence(places_mm, np.where(np.abs(places_mm - at_mm) < 3, score, 0.0))
+
+    suspects = Suspects(18.9)
+    assert suspects.look(seen(50, 0.2), 60.0).first_mm == 50
+    for fix_mm in (70.0, 95.0, 120.0):
+        suspects.look_closer(seen(50, 9.0), fix_mm)
+    suspects.end_first_pass()
+    suspects.close("dismissed")
+    assert suspects.present.evidence == [9.0]
+    assert suspects.threshold.usual[0] < 0.1
+    assert suspects.look(seen(80, 9.0), 121.0) is None
+
+
 def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
     # Several of sixteen waves did not push the capsule: it is more than twice as fast.
     back = WayBack(80.0, 3.2).learned(-12.0, 51.2)
     seconds = back.leg_s(200.0)
     assert abs(-0.56 * seconds - back.expected_mm(seconds)) < 40
+    # The last leg counts most.
+    assert back.learned(-48.0, 51.2).speed_mm_s < -30.0 / 51.2
     # The better the speed is known, the longer a leg may be: until chance alone, some waves that do
     # not push, leads it half a wave astray.
     assert back.longest_s() < back.learned(-60.0, 256.0).longest_s()
