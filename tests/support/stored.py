@@ -15,7 +15,8 @@ class Described(dict):
     def __missing__(self, name):
         centre_s = [5.0, 15.0, 25.0, 35.0]
         depth = 1 + np.exp(-(((np.arange(40) - np.array(centre_s)[:, np.newaxis]) / 3) ** 2))
-        beats = {"first_s": 0.0, "step_s": 1.0, "passed_s": centre_s, **pack(depth)}
+        passed_s = [each + 1.0 for each in centre_s]
+        beats = {"first_s": 1.0, "step_s": 1.0, "passed_s": passed_s, **pack(depth)}
         drawn = deflated(to_json({"facts": {"File": f"raw/{name}.csv"}, "beats": beats}))
         return {"drawn": drawn, "quality": f"{name}: no gap, no loose sensor"}
 

@@ -103,8 +103,15 @@ def test_a_card_says_what_to_do_and_why(name, words):
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
     felt = inflated(Described()["a"]["drawn"])
-    assert len(felt_sketch(felt, diagonal=True)["passed"]) == 4
     assert felt_sketch(felt, diagonal=False)["passed"] == []
+    sketch = felt_sketch(felt, diagonal=True)
+    for row, (_, top) in zip(sketch["rows"], sketch["passed"], strict=True):
+        # A sensor passes the place at its bump, which stands on its usual depth.
+        heights = [float(point.split()[1]) for point in row["line"][1:].split("L")]
+        assert (min(heights), max(heights)) == (top, row["base"])
+    # A sensor that passes the place after the end leaves no diagonal.
+    felt["beats"]["passed_s"][3] = 1000.0
+    assert felt_sketch(felt, diagonal=True)["passed"] == []
 
 
 def test_scores_stand_in_the_order_of_their_values():
