@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
-from capsule.phantom.quantities import Limits, Positive, PositiveShare, Share, Signed
+from capsule.phantom.quantities import Limits, MostShare, Positive, PositiveShare, Share, Signed
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Advance:
     speed_mm_s: Positive
     speed_spread: float
     stroke_spread: float
-    stick_probability: Share
+    stick_probability: MostShare
     slip_probability: Share
     slip_back: float
     grip_fraction: PositiveShare
@@ -40,7 +40,7 @@ class Folding:
     half_width_mm: float
     speed_mm_s: Signed
     stroke_spread: float
-    stick_probability: Share
+    stick_probability: MostShare
     fold_s: Positive
     signal_left: Share
     height_redrawn: Share

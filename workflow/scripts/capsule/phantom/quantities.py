@@ -17,6 +17,8 @@ class Limits:
 Signed = Annotated[float, Limits(low=-math.inf)]
 # Of a whole, such as a probability.
 Share = Annotated[float, Limits(high=1.0)]
+# The model divides by the rest.
+MostShare = Annotated[float, Limits(high=0.99)]
 # A model divides by it.
 Positive = Annotated[float, Limits(beyond=True)]
 PositiveShare = Annotated[float, Limits(high=1.0, beyond=True)]
