@@ -74,7 +74,7 @@ def test_a_suspected_place_is_neither_usual_nor_suspected_again():
         return GutEvidence(places_mm, np.where(np.abs(places_mm - at_mm) < 3, score, 0.0))
 
     suspects = Suspects(18.9)
-    assert suspects.look(seen(50, 0.2), 60.0).first_mm == 50
+    assert suspects.look(seen(50, 0.2), 60.0).first_mm == pytest.approx(50)
     for fix_mm in (70.0, 95.0, 120.0):
         suspects.look_closer(seen(50, 9.0), fix_mm)
     suspects.end_first_pass()
