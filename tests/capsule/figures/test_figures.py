@@ -267,6 +267,8 @@ def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
     figure = draw(width)
     shown = texts(figure)
     assert "score of template" in shown and "verdicts of beats" in shown
+    curve = figure.axes[0].get_lines()[1]
+    assert (curve.get_xdata()[0], curve.get_ydata()[0]) == (0, 0)
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
         "any nodule",
         "1 mm",

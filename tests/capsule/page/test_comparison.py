@@ -94,6 +94,13 @@ def cells(page, title):
         # What a detector does not say is marked.
         ("leave_one_out", "Brier score of the probability", "template", words.NOT_APPLICABLE, ""),
         ("leave_one_out", "Exact size, of all nodules", "always_nodule", words.NOT_APPLICABLE, ""),
+        (
+            "leave_one_out",
+            "AUC, any nodule against none",
+            "always_nodule",
+            words.NOT_APPLICABLE,
+            "",
+        ),
         ("held_out", "Specificity", "diagonal", "90 %", ""),
         ("held_out", "Specificity, difference", "template", "reference", ""),
         # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
