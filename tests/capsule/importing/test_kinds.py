@@ -362,11 +362,11 @@ READ = {
         f"thousands behind {mark!r}": Read(
             lines(
                 TIME_S,
-                *([f"{4 * value:,.0f}".replace(",", mark) for value in row] for row in COUNTS),
+                *([f"{24 * value:,.0f}".replace(",", mark) for value in row] for row in COUNTS),
                 sign=";",
                 head="time_s;S1;S2;S3;S4",
             ),
-            values=4 * COUNTS,
+            values=24 * COUNTS,
             options="--unit counts",
         )
         for mark in (" ", "\u00a0", "\u2009", "'")
@@ -682,6 +682,7 @@ ASKED = {
             ("# time resolution 0.1 ms", "time resolution 0.1 ms", 1e4),
             ("# time_scale: 0.01", "time_scale: 0.01", 100),
             ("# time in hundredths of a second", "hundredths", 100),
+            ("# counted in hundredths of a second", "counted in hundredths of a second", 100),
         )
     },
     "two units of time": Asked(

@@ -149,3 +149,11 @@ def test_a_rate_that_would_fill_the_memory_is_refused(time_s):
     values = np.sin(np.arange(4 * time_s.size)).reshape(4, -1)
     with pytest.raises(CapsuleError, match="give --time-unit; otherwise give --time none"):
         resample(time_s, values, 10.0)
+
+
+def test_samples_that_lie_at_the_new_instants_are_not_smoothed():
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=(4, 300))
+    times = np.arange(300) / (10 + 1e-6) + rng.uniform(0, 1e-6, 300)
+    _, new = resample(times, values, 10.0, start_s=times[20])
+    np.testing.assert_allclose(new, values[:, 20 : 20 + new.shape[1]], atol=1e-5)
