@@ -298,6 +298,16 @@ READ = {
     "sides are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
     ),
+    **{
+        f"letters and words are no units, {names}": Read(
+            lines(TIME_S, *COUNTS, head=f"time_s,{names}")
+        )
+        for names in ("N,E,S,W", "A,B,C,D", "in_1,in_2,in_3,in_4", "gain1,gain2,gain3,gain4")
+    },
+    **{
+        f"no unit in {line!r}": Read(f"{line}\n{PLAIN}")
+        for line in ("# N", "# inflated to 20 kPa", "# operator: N", "# clock: 16 MHz", "# step 3")
+    },
     "words are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,left index 1,left index 2,S_min 3,S_min 4")
     ),

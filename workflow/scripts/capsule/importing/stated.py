@@ -69,7 +69,7 @@ _MENTIONED = (
     r"microstrain|\u00b5\u03b5|[mu\u00b5n]T|(?:[Mm]icro|[Mm]illi)?-?[Tt]esla|[Gg]auss|\u00b0C|dB|"
     r"[Pp]ercent|(?:[Mm]icro)?siemens|"
     r"(?<=[\[(])(?:V|N|g|A|T|%)(?=[\]),])|(?<=[:=] )V(?=[;,)]|$)|"
-    r"(?:(?<=\bin )|(?<=^)|(?<=/ ))(?:N|g|A|T|%)(?=\W*$| of))"
+    r"(?:(?<=\bin )|(?<=/ ))(?:N|g|A|T|%)(?=\W*$| of))"
 )
 _MENTION = re.compile(rf"(?<![\w.])(?<![0-9] ){_MENTIONED}(?![A-Za-z_0-9])(?![)\]] ?[:=] ?[0-9])")
 _MENTION_IN_NAME = re.compile(
@@ -94,7 +94,7 @@ _TIME_STEP = re.compile(
 )
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
 _PROSE = re.compile(
-    r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain[0-9]*|offset|multipl\w+|factor|lsb|amplif\w+|"
+    r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|(?<= )gain[0-9]+|offset|multipl\w+|factor|lsb|amplif\w+|"
     r"attenuat\w+|divi(de|sor)\w*|subtract\w*|resolution|sensitivity|ticks?)\b.*|"
     r".*\b(tenths|hundredths|thousandths|normali[sz]ed)\b.*|"
     r".*\b1 ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
