@@ -273,9 +273,6 @@ def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
         "any nodule",
         "1 mm",
     ]
-    # No threshold finds nothing without an alarm: each curve begins there.
-    for line in figure.axes[0].get_lines()[1:]:
-        assert line.get_linestyle() == "None" or line.get_xydata()[0].tolist() == [0, 0]
     assert render_figure(figure, "svg", "roc")
 
 
