@@ -80,7 +80,7 @@ def score_strip(
     across = _scale(min(every), max(every), LEFT + 84, RIGHT)
     return {
         "width": RIGHT + 50,
-        "height": _MARKS[1] + _MARK + 18,
+        "height": _MARKS[1] + _MARK + 21,
         "marks": [
             "".join(f"M{across(value)} {top}v{_MARK}" for value in some)
             for top, some in zip(_MARKS, (healthy, nodules), strict=True)
