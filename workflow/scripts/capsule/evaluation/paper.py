@@ -7,8 +7,10 @@ import pandas as pd
 
 from capsule.detectors.registry import PAPER
 from capsule.evaluation.columns import RATES, distance_columns
+from capsule.evaluation.intervals import rate
 from capsule.evaluation.measures import measure_tables
-from capsule.kinds import Settings
+from capsule.evaluation.rates import with_ends
+from capsule.kinds import Cells, Settings
 
 NAME = "paper"
 
@@ -63,31 +65,34 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, pd.DataFra
     confidence : float
         Level of the Wilson intervals, such as 0.95.
     """
-    count, tolerance_mm = printed["recordings_per_size"], printed["sizing_tolerance_mm"]
-    sized, verdicts = {row["size_mm"]: row for row in printed["sizing"]}, []
+    count, verdicts = printed["recordings_per_size"], []
     for row in printed["detection"]:
         hits, size_mm = round(row["recall_percent"] / 100 * count), float(row["size_mm"])
         alarms = round(hits / (row["precision_percent"] / 100)) - hits
-        exact, within = (
-            round(sized.get(size_mm, {}).get(f"{name}_percent", 0) / 100 * count)
-            for name in ("exact", "within")
-        )
-        # Any sizes do that are exact, that are only within the tolerance, and that are neither.
-        for error_mm, of in ((0, exact), (tolerance_mm, within - exact), (9, hits - within)):
-            verdicts += [(size_mm, size_mm + error_mm)] * of
-        verdicts += [(size_mm, 0.0)] * (count - hits) + [(0.0, size_mm)] * alarms
+        verdicts += [(size_mm, size_mm)] * hits + [(size_mm, 0.0)] * (count - hits)
+        verdicts += [(0.0, size_mm)] * alarms
     quiet = count - sum(true_mm == 0 for true_mm, _ in verdicts)
     verdicts += [(0.0, 0.0)] * quiet
     predictions = pd.DataFrame(verdicts, columns=["size_mm", "predicted_mm"])
     predictions = predictions.assign(detector=NAME, scheme=NAME)
     sizes_mm = [0.0, *(float(row["size_mm"]) for row in printed["detection"])]
-    rules = {"tolerance_mm": tolerance_mm, "confidence": confidence}
-    made = measure_tables(predictions, sizes_mm, rules, names=RATES)
-    sizing = made["sizing"][made["sizing"]["size_mm"].isin([*sized])]
-    one_sided = [row["one_sided"] for row in printed["sizing"]]
-    error = [name for name in sizing if name.startswith("mean_absolute_error_mm")]
-    made["sizing"] = sizing.assign(one_sided=one_sided, **dict.fromkeys(error, float("nan")))
-    return made | {"confusion": made["confusion"].query("size_mm == 0")}
+    rules = {"tolerance_mm": printed["sizing_tolerance_mm"], "confidence": confidence}
+    made = measure_tables(predictions, sizes_mm, rules, names=["detection", "confusion"])
+    sizing = pd.DataFrame(
+        _printed_sizing(row, count, confidence) for row in printed["sizing"]
+    ).reindex(columns=RATES["sizing"])
+    confusion = made["confusion"].query("size_mm == 0")
+    return {"detection": made["detection"], "sizing": sizing, "confusion": confusion}
+
+
+def _printed_sizing(printed: Settings, count: int, confidence: float) -> Cells:
+    """Return a row of the table of sizing, of what the paper prints of a size."""
+    row: Cells = {"detector": NAME, "scheme": NAME, "size_mm": float(printed["size_mm"])}
+    row |= {"recordings": count, "clusters": count, "one_sided": printed["one_sided"]}
+    for name in ("exact", "within"):
+        row[name] = round(printed[f"{name}_percent"] / 100 * count)
+        row |= with_ends(**{f"{name}_rate": rate(row[name], count, confidence)})
+    return row
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
