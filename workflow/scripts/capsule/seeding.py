@@ -2,12 +2,12 @@
 
 import hashlib
 
-import numpy as np
+import numpy as np  # its random numbers are imported late: half of the jobs need none
 
 from capsule.arrays import FloatArray
 
 
-def generator(seed: int, *names: str) -> np.random.Generator:
+def generator(seed: int, *names: str) -> "np.random.Generator":
     """Return the random generator of a configured seed and some names.
 
     Its random numbers depend only on the seed and the names. The order and the number of jobs
@@ -44,6 +44,6 @@ def readings_checksum(values: FloatArray) -> str:
     return hashlib.sha256(values.tobytes()).hexdigest()
 
 
-def fit_generator(seed: int, values: FloatArray) -> np.random.Generator:
+def fit_generator(seed: int, values: FloatArray) -> "np.random.Generator":
     """Return the random generator for the fit to a recording with these readings (S, K)."""
     return generator(seed, "fit", readings_checksum(values))
