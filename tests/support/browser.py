@@ -96,9 +96,11 @@ class Browser:
         self._command("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
 
     def wait_until_there(self, path: Path) -> None:
-        """Wait until a file is saved; the browser gives it its name when it is whole."""
+        """Wait until a file is saved; before it is whole, an empty one can have its name."""
         wait = pytest.importorskip("selenium.webdriver.support.wait")
-        wait.WebDriverWait(self.driver, 20, 0.05).until(lambda _: path.exists())
+        wait.WebDriverWait(self.driver, 20, 0.05).until(
+            lambda _: path.exists() and path.stat().st_size
+        )
 
     def run(self, script: str, *arguments: object) -> object:
         """Run JavaScript in the page, and return its result."""
