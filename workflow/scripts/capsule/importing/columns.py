@@ -222,9 +222,9 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     if not any(texts):
         mentions += [table.label] if mentioned_unit(table.label, is_name=True) else []
         mentions += filter(mentioned_unit, table.remarks)
-    for mention in [] if "" in units and any(texts) else mentions[:1]:
+    if mentions and not (any(texts) and "" in units):
         raise QuestionError(
-            f"the file says {displayed(mention)[:60]!r}, and of no column that this is its "
+            f"the file says {displayed(mentions[0])[:60]!r}, and of no column that this is its "
             "unit; give the unit of the readings with --unit, or convert them first"
         )
     values = np.concatenate([table.channels[index].values for index in sensors])

@@ -125,12 +125,12 @@ def _begins(clocks: Sequence[Clock]) -> np.ndarray:
         raise CapsuleError(f"sensor {at + 1} starts at {first_s[at]:g} s; export it with a start")
     dates = np.array([_date_s(clock.started) for clock in clocks])
     unknown = np.isnan(dates)
-    differing = [at for at, clock in enumerate(clocks) if clock.started != clocks[0].started]
-    for at in [at for at in (0, *differing) if unknown[at] and clocks[at].started and differing]:
+    undated = [at for at, clock in enumerate(clocks) if clock.started and unknown[at]]
+    if undated and len({clock.started for clock in clocks}) > 1:
         raise CapsuleError(
-            f"sensor {at + 1} names its start, {clocks[at].started[:60]!r}, which is no date such "
-            "as 2026-03-04T12:00:02.5Z; write the start of each sensor so, as # started: DATE, "
-            "and give one file a sensor with --per-sensor"
+            f"sensor {undated[0] + 1} names its start, {clocks[undated[0]].started[:60]!r}, which "
+            "is no date such as 2026-03-04T12:00:02.5Z; write the start of each sensor so, as "
+            "# started: DATE, and give one file a sensor with --per-sensor"
         )
     if unknown.any() and not unknown.all():
         at, other = int(np.argmin(unknown)), int(np.argmax(unknown))
