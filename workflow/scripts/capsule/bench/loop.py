@@ -7,12 +7,15 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import TYPE_CHECKING
 
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.live import SHOW_EVERY_S, LivePage
 from capsule.bench.state import State
-from capsule.bench.survey_folder import SessionFolder
 from capsule.bench.terminal import Terminal
+
+if TYPE_CHECKING:
+    from capsule.bench.survey_folder import SessionFolder
 
 
 class Loop:
@@ -67,7 +70,7 @@ class Loop:
 
 
 @contextlib.contextmanager
-def kept(files: GrowingFile | SessionFolder, begun: Callable[[], bool]) -> Iterator[None]:
+def kept(files: "GrowingFile | SessionFolder", begun: Callable[[], bool]) -> Iterator[None]:
     """Finish the files of a run at its end; after a fault, keep what it has begun, as it is."""
     try:
         yield

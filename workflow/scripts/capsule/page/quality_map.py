@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 
@@ -99,6 +98,8 @@ def quality_cells(described: Mapping[str, Row]) -> dict[str, Cells]:
 
 def _deviations(scaled: FloatArray, least: float) -> FloatArray:
     """Return the deviations from the median, in robust standard deviations or ``least``."""
+    from statistics import NormalDist  # for the page alone: each plot job imports this module
+
     if not scaled.size:
         return scaled
     deviations: FloatArray = scaled - np.median(scaled)
