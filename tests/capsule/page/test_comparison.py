@@ -15,7 +15,7 @@ from capsule.page.cells import cell_of, rate_table, retest_rows
 from capsule.seeding import generator
 from support.evaluated import evaluated
 from support.project import ROOT
-from support.sections import page_of
+from support.sections import page_of, section
 from support.verdicts import index_of, verdicts
 
 SETTINGS = {
@@ -157,13 +157,17 @@ def test_a_number_has_its_unit_and_its_interval(value, low, cell):
 
 
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
+    rates = {"specificity": "0.95", "recall at 1 mm": "0.1", "recall from 2 mm": "0.4"}
     rows = [
-        {"detector": detector, "part": part}
+        {"detector": detector, "part": part, "of the benches the": "worst", "bench": part, **rates}
         for detector in ("diagonal", "other")
         for part in ("chose", "judged only")
     ]
-    shown = comparison.bench_rows(rows, ["diagonal", "template"])
-    assert shown == [{"detector": "diagonal", "part": "judged only"}]
+    (shown,) = comparison.bench_rows(rows, ["diagonal", "template"])
+    assert (shown["detector"], shown["bench"]) == ("diagonal", "judged only")
+    page = page_of(evaluated([])) | {"benches": [shown]}
+    text = section("detectors", **page)
+    assert "<td>judged only</td><td>95 %</td><td>10 %</td><td>40 %</td>" in text
 
 
 @pytest.mark.parametrize("scheme", ["held_out", "leave_one_out", "resubstitution"])
