@@ -10,6 +10,7 @@ import pytest
 from capsule.bench import loop
 from capsule.bench.state import State
 from capsule.bench.terminal import WAITING_TEXTS, PatientOutput, Terminal, state_lines
+from capsule.words import MINUS
 
 
 class Screen(io.StringIO):
@@ -85,66 +86,44 @@ STATE = State(
     doing="exploring",
     score=0.075,
     threshold=0.15,
-    length_mm=1000.0,
+    following="folds soon",
     places=[(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")],
 )
 
 
-def test_the_lines_say_where_the_head_is_what_it_does_and_what_was_found():
-    first, gut, score, *places = state_lines(STATE, 100)
-    assert first == "demo, simulated  21 min 30 s  head at 250.0 mm: explores"
-    assert gut.startswith("0 ━") and gut.endswith("─ 1000 mm")
-    bar = gut[2:-8]
-    assert len(gut) == 100
-    long = replace(STATE, length_mm=float("inf"), head_mm=1720.0)
-    assert state_lines(long, 100)[1].endswith("─ 1750 mm")
-    for mark, share in (("○", 0.1), ("●", 0.2), ("▶", 0.25)):
-        assert bar.index(mark) == int(share * len(bar))
-    # The threshold stands at a third, and half of it is filled.
-    bar = score[len("score 0.075 ") : -len(" threshold 0.150")]
-    assert bar.count("█") == pytest.approx(bar.index("│") / 2, abs=0.5)
-    assert places == [
-        "● place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
-        "○ place 1 at 100 mm: no nodule",
-    ]
-
-
-@pytest.mark.parametrize("width", [40, 300])
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"head_mm": NAN, "head_known": False, "score": NAN, "places": [], "doing": "starting"},
-        {"length_mm": float("inf"), "head_mm": 1720.0, "score": 9.0},
-        {"places": [(n, "", 10.0 * n, "") for n in range(1, 12)], "score": -0.1},
-    ],
-)
-def test_no_line_is_wider_than_the_terminal(width, changes):
-    lines = state_lines(replace(STATE, **changes), width)
-    assert all(len(line) <= width for line in lines)
-    assert len(lines) <= 10
-    plain = state_lines(replace(STATE, **changes), width, plain=True)
-    assert all(line.isascii() for line in plain)
-
-
+# Kills: a last position taken for the present one; a place without its verdict; the first places.
 def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
     screen = Screen()
     terminal = Terminal(screen)
-    places = [(1, "confirmed", 90.0, "2.0 mm")]
-    state = replace(STATE, title="demo", samples=0, away_s=0.0, places=places)
-    terminal.show(state)
+    terminal.show(STATE)
     drawn = screen.getvalue()
-    state.samples, state.doing = 8000, "returning"
-    # Folded, the head points back, and its position is the last known one.
-    state.head_mm, state.head_known = 199.9, False
-    terminal.show(state)
+    assert drawn.splitlines() == [
+        "demo, simulated  21 min 30 s  head at 250.0 mm: explores",
+        "  folds soon",
+        "score 0.075, threshold 0.150",
+        "place 1 at 100 mm: no nodule",
+        "place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
+    ]
+    places = [(number, "", 10.0 * number, "") for number in range(1, 9)]
+    later = {"head_mm": 199.9, "head_known": False, "doing": "returning", "score": NAN}
+    terminal.show(replace(STATE, **later, places=places))
     last = screen.getvalue()[len(drawn) :]
-    assert last.startswith("\x1b[4A\x1b[Jdemo  13 min 20 s  head last at 199.9 mm: is folded")
-    assert "◀" in last and "▶" not in last
+    assert last.startswith("\x1b[5A\x1b[Jdemo")
+    assert "head last at 199.9 mm: is folded" in last and "no score, threshold" in last
+    assert "place 2" not in last and "place 3 at 30 mm: suspected" in last
     # What follows does not wipe it away.
     terminal.leave()
     ended = screen.getvalue()
     terminal.note("the survey is over")
     assert "\x1b" not in screen.getvalue()[len(ended) :]
+
+
+def test_a_narrow_plain_terminal_gets_what_it_can_show(state):
+    start = replace(STATE, head_mm=NAN, threshold=NAN, places=[], following="", doing="starting")
+    assert state_lines(start, 20) == ["demo, simulated  21 "]
+    state.judgement.lines_so_far = lambda: [f"{MINUS}2.0 mm"]
+    plain = state_lines(state, 40, plain=True)
+    assert plain[-1] == "-2.0 mm" and all(line.isascii() for line in plain)
 
 
 # Kills: a display that is drawn at each sample, or never again.

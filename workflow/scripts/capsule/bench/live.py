@@ -9,8 +9,10 @@ import contextlib
 import json
 import secrets
 import threading
+import time
 import webbrowser
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from capsule.bench.state import State
@@ -23,12 +25,15 @@ MOST_LISTENERS = 8
 TAKES_WITHIN_S = 5.0
 LAST_WORDS_S = 1.0
 _REPORT = PROJECT / "workflow" / "report"
-_STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
-_SCRIPTS = (
-    "scripts/elements.js",
-    "vendor/uplot/uPlot.iife.min.js",
-    *(f"scripts/{name}.js" for name in ("theme", "charts")),
-)
+_PARTS = {
+    "style": ("vendor/uplot/uPlot.min.css", "report.css"),
+    "script": (
+        "scripts/elements.js",
+        "vendor/uplot/uPlot.iife.min.js",
+        "scripts/theme.js",
+        "scripts/charts.js",
+    ),
+}
 
 
 class LivePage(ThreadingHTTPServer):
@@ -36,43 +41,35 @@ class LivePage(ThreadingHTTPServer):
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), _Browser)
-        self._news = threading.Condition()
-        self._samples: list[tuple[float, ...] | None] = []
-        self._count, self._version, self._values = 0, 0, "null"
-        self._listeners: list[object] = []
-        self._closed = False
+        # Number of samples so far, the last of them, and all else as JSON; replaced as a whole.
+        self._shown: tuple[int, list[tuple[float, ...] | None], str] | None = None
+        self._listeners: deque[object] = deque(maxlen=MOST_LISTENERS)
+        self._closed = threading.Event()
         self.host = f"127.0.0.1:{self.server_port}"
         self.path = f"/{secrets.token_urlsafe(16)}/"
         self.address = f"http://{self.host}{self.path}"
-        threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
+        threading.Thread(target=self.serve_forever, args=(SHOW_EVERY_S,), daemon=True).start()
 
     def show(self, state: State) -> None:
         """Take over the state."""
         values = json.dumps(state.as_values(), allow_nan=False)
-        with self._news:
-            self._samples = list(state.recent)
-            self._count, self._values = state.samples, values
-            self._version += 1
-            self._news.notify_all()
+        self._shown = state.samples, list(state.recent), values
 
     def close(self) -> None:
         """Send the last state, and end all events."""
         self.shutdown()
-        with self._news:
-            self._closed = True
-            self._news.notify_all()
-            self._news.wait_for(lambda: not self._listeners, LAST_WORDS_S)
+        self._closed.set()
+        until_s = time.monotonic() + LAST_WORDS_S
+        while self._listeners and time.monotonic() < until_s:
+            time.sleep(SHOW_EVERY_S / 10)
         self.server_close()
 
     def document(self) -> tuple[str, str]:
         """Return the page, and the policy that allows its own style and script alone."""
         nonce = secrets.token_urlsafe(16)
-        style, script = (
-            "\n".join((_REPORT / name).read_text(encoding="utf-8") for name in names)
-            for names in (_STYLES, _SCRIPTS)
-        )
-        page = (_REPORT / "live.html").read_text(encoding="utf-8")
-        for name, text in {"style": style, "script": script, "nonce": nonce}.items():
+        page = (_REPORT / "live.html").read_text(encoding="utf-8").replace("{{ nonce }}", nonce)
+        for name, files in _PARTS.items():
+            text = "\n".join((_REPORT / file).read_text(encoding="utf-8") for file in files)
             page = page.replace(f"{{{{ {name} }}}}", text)
         policy = "default-src 'none'; img-src data:; connect-src 'self'; base-uri 'none'"
         policy += f"; form-action 'none'; style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'"
@@ -84,30 +81,25 @@ class LivePage(ThreadingHTTPServer):
         The id of an event is the number of samples so far; a browser begins with the `sent` that
         it has.
         """
-        mine, version = object(), 0
-        with self._news:
-            self._listeners.append(mine)
-            del self._listeners[:-MOST_LISTENERS]
-            self._news.notify_all()
+        mine, last = object(), None
+        self._listeners.append(mine)
         try:
-            while True:
-                with self._news:
-                    while self._version == version and not self._closed and mine in self._listeners:
-                        self._news.wait()
-                    if self._version == version or mine not in self._listeners:
-                        return
-                    new = min(self._count - sent, len(self._samples))
+            while mine in self._listeners:
+                closed, shown = self._closed.is_set(), self._shown
+                if shown and shown is not last:
+                    last = shown
+                    count, recent, values = shown
                     # A number from another recording is above all of this one: begin anew.
-                    new = len(self._samples) if new < 0 else new
-                    samples = self._samples[len(self._samples) - new :]
-                    sent, version, values = self._count, self._version, self._values
-                data = json.dumps({"first": sent - new, "samples": samples})
-                yield f"id: {sent}\ndata: [{data}, {values}]\n\n"
+                    new = count - sent if sent <= count else count
+                    samples, sent = recent[max(len(recent) - new, 0) :], count
+                    data = json.dumps({"first": count - len(samples), "samples": samples})
+                    yield f"id: {count}\ndata: [{data}, {values}]\n\n"
+                elif closed:
+                    return
+                self._closed.wait(SHOW_EVERY_S)
         finally:
-            with self._news:
-                if mine in self._listeners:
-                    self._listeners.remove(mine)
-                self._news.notify_all()
+            with contextlib.suppress(ValueError):
+                self._listeners.remove(mine)
 
 
 @contextlib.contextmanager
@@ -123,10 +115,8 @@ def opened_page(*, browser: bool = True) -> Iterator[LivePage]:
             found = webbrowser.get()
             if type(found) is not webbrowser.GenericBrowser:
                 threading.Thread(target=found.open, args=(page.address,), daemon=True).start()
-    try:
+    with contextlib.closing(page):
         yield page
-    finally:
-        page.close()
 
 
 class _Browser(BaseHTTPRequestHandler):
@@ -144,28 +134,24 @@ class _Browser(BaseHTTPRequestHandler):
             self.send_error(403)
         elif self.path == page.path:
             document, policy = page.document()
-            self._begin("text/html; charset=utf-8", policy)
-            self.wfile.write(document.encode("utf-8"))
+            self._send("text/html; charset=utf-8", policy, [document])
         elif self.path == f"{page.path}events":
-            self._begin("text/event-stream", "default-src 'none'")
             last = self.headers.get("Last-Event-ID", "")
             sent = int(last) if last.isascii() and last.isdecimal() else 0
-            for event in page.events(sent):
-                self.wfile.write(event.encode("utf-8"))
+            self._send("text/event-stream", "default-src 'none'", page.events(sent))
         else:
             self.send_error(404)
 
     def log_message(self, *arguments: object) -> None:
         """Print nothing: the terminal belongs to the recording."""
 
-    def _begin(self, kind: str, policy: str) -> None:
+    def _send(self, kind: str, policy: str, texts: Iterable[str]) -> None:
         self.send_response(200)
-        for name, value in (
-            ("Content-Type", kind),
-            ("Content-Security-Policy", policy),
-            ("Cache-Control", "no-store"),
-            ("Referrer-Policy", "no-referrer"),
-            ("X-Content-Type-Options", "nosniff"),
-        ):
-            self.send_header(name, value)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Security-Policy", policy)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("X-Content-Type-Options", "nosniff")
         self.end_headers()
+        for text in texts:
+            self.wfile.write(text.encode("utf-8"))

@@ -83,25 +83,26 @@ class State:
 
     def left(self) -> str:
         """Return in words how long the recording can go on."""
-        limits = []
-        if self.end_s:
-            limits.append(f"{_minutes(max(self.end_s - self.time_s, 0))} left")
-        if math.isfinite(self.longest):
-            over_s = self.longest * self.period_s - self.time_s
-            limits.append(
-                f"{_minutes(over_s)} until it is too long for the workflow"
-                if over_s >= 0
-                else "too long for the workflow"
-            )
+        limits = [f"{_minutes(max(self.end_s - self.time_s, 0))} left"] if self.end_s else []
+        over_s = self.longest * self.period_s - self.time_s
+        if over_s < 0:
+            limits.append("too long for the workflow")
+        elif math.isfinite(over_s):
+            limits.append(f"{_minutes(over_s)} until it is too long for the workflow")
         return ", ".join(limits)
 
     def as_values(self) -> object:
         """Return what the live page shows besides the samples, as values of JSON."""
-        values = vars(self) | {"time": _minutes(self.time_s), "left": self.left()}
-        values |= {"advice": self.judgement.advice if self.judgement else ""}
-        values |= {"scores": self.judgement.scores if self.judgement else []}
+        judged = self.judgement
+        values = vars(self) | {
+            "time": _minutes(self.time_s),
+            "left": self.left(),
+            "remarks": self.remarks(),
+            "doing": STATES.get(self.doing, ""),
+            "advice": judged.advice if judged else "",
+            "scores": judged.scores if judged else [],
+        }
         del values["recent"], values["judgement"]
-        values |= {"remarks": self.remarks(), "doing": STATES.get(self.doing, "")}
         return plain(values)
 
     def remarks(self) -> dict[int, str]:
@@ -115,14 +116,13 @@ class State:
             return {}
         swing = np.subtract(*np.percentile(known, [95, 5], axis=0))
         flat = swing < FLAT_SHARE * self.full_scale
-        usual = float(np.median(swing[~flat])) if not flat.all() else 0.0
+        usual = math.inf if flat.all() else float(np.median(swing[~flat]))
         remarks = {}
-        for sensor, each in enumerate(swing.tolist(), start=1):
-            if flat[sensor - 1]:
+        for sensor, (is_flat, share) in enumerate(zip(flat, swing / usual, strict=True), start=1):
+            if is_flat:
                 remarks[sensor] = "flat: check its connection"
-            elif each < _WEAK_SHARE * usual:
-                share = f"{100 * each / usual:.0f} % of the usual wave"
-                remarks[sensor] = f"weak: {share}; check its seat"
+            elif share < _WEAK_SHARE:
+                remarks[sensor] = f"weak: {100 * share:.0f} % of the usual wave; check its seat"
         return remarks
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TextIO
 from capsule import words
 from capsule.bench.state import FLAT_SHARE, State
 from capsule.detectors.verdicts import OF_SURVEY
-from capsule.survey.cycle import FOLDED_STATES, STATES
+from capsule.survey.cycle import STATES
 from capsule.words import BARS, PLAIN_BARS, trace
 
 if TYPE_CHECKING:
@@ -22,14 +22,16 @@ if TYPE_CHECKING:
 
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
+MOST_PLACES = 6  # the last ones that are listed
 WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
 LAST_WORDS_S = 1.0
+_PLAIN = str.maketrans(f"{BARS}{words.MINUS}", f"{PLAIN_BARS}-")
 
 
 class PatientOutput(io.RawIOBase):
     """A file that a second thread writes, so that the caller never waits."""
 
-    def __init__(self, descriptor: int | None) -> None:
+    def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
         self._texts: queue.Queue[bytes | None] = queue.Queue(WAITING_TEXTS)
         # A daemon: a terminal that accepts no output must not keep the program alive.
@@ -38,7 +40,7 @@ class PatientOutput(io.RawIOBase):
 
     def isatty(self) -> bool:
         """Return whether this is a terminal."""
-        return self._descriptor is not None and os.isatty(self._descriptor)
+        return os.isatty(self._descriptor)
 
     def writable(self) -> bool:
         """Return True: text can be written."""
@@ -53,28 +55,24 @@ class PatientOutput(io.RawIOBase):
 
     def finish(self) -> None:
         """Wait a short time for the queued texts to be written."""
-        try:
+        with contextlib.suppress(queue.Full):
             self._texts.put(None, timeout=LAST_WORDS_S)
-        except queue.Full:
-            return
-        self._writer.join(LAST_WORDS_S)
+            self._writer.join(LAST_WORDS_S)
 
     def _write_all(self) -> None:
         while (content := self._texts.get()) is not None:
-            try:
-                while content and self._descriptor is not None:
+            # The output may be closed, or its disk full.
+            with contextlib.suppress(OSError):
+                while content:
                     content = content[os.write(self._descriptor, content) :]
-            except OSError:
-                self._descriptor = None  # the output is closed, or its disk is full
 
 
 def install() -> None:
     """Replace standard output by a `PatientOutput`, for the whole program."""
     try:
-        descriptor = sys.stdout.fileno()
-        encoding = sys.stdout.encoding
+        descriptor, encoding = sys.stdout.fileno(), sys.stdout.encoding
     except (AttributeError, OSError, ValueError):  # closed before the program began
-        descriptor, encoding = None, "utf-8"
+        descriptor, encoding = os.open(os.devnull, os.O_WRONLY), "utf-8"
     output = PatientOutput(descriptor)
     atexit.register(output.finish)
     sys.stdout = io.TextIOWrapper(output, encoding, "backslashreplace", write_through=True)
@@ -101,15 +99,13 @@ class Terminal:
 
         If the terminal cannot redraw, a line shows a recording that goes on, and nothing a survey.
         """
-        if not self.redraws:
-            if not (state.doing or state.ended):
-                self.note("\n".join([state.summary(), *_verdicts(state)]))
-            return
-        width = shutil.get_terminal_size().columns - 1
-        lines = state_lines(state, width, plain=self._plain)
-        self.clear()
-        print("\n".join(lines), file=self._stream, flush=True)
-        self._drawn_lines = len(lines)
+        if self.redraws:
+            width = shutil.get_terminal_size().columns - 1
+            lines = state_lines(state, width, plain=self._plain)
+            self.note("\n".join(lines))
+            self._drawn_lines = len(lines)
+        elif not (state.doing or state.ended):
+            self.note("\n".join([state.summary(), *_verdicts(state)]))
 
     def clear(self) -> None:
         """Remove the lines."""
@@ -132,23 +128,10 @@ def _can_redraw() -> bool:
     return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))
 
 
-# Number of places that the display lists.
-_PLACES = 6
-# Step in mm by which the bar grows if the length of the gut is unknown.
-_STRETCH_MM = 250.0
-# The bar of the score ends at this multiple of the threshold.
-_THRESHOLDS = 3
-_MARKS = {"confirmed": "●", "dismissed": "○", "undecided": "◇", "": "?"}
-_PLAIN = str.maketrans(f"{BARS}●○◇━─▶◀│·{words.MINUS}", f"{PLAIN_BARS}*oU=-><|.-")
-
-
 def state_lines(state: State, width: int, *, plain: bool = False) -> list[str]:
     """Return the lines that show the state, none of them longer than `width`."""
-    if state.doing:
-        lines = _survey_lines(state, width)
-    else:
-        lines = [state.summary(), *_sensor_lines(state, width), *_verdicts(state)]
-    short = [line[:width] for line in lines]
+    of_recording = [state.summary(), *_sensor_lines(state, width), *_verdicts(state)]
+    short = [line[:width] for line in (_survey_lines(state) if state.doing else of_recording)]
     return [line.translate(_PLAIN) for line in short] if plain else short
 
 
@@ -169,55 +152,18 @@ def _sensor_lines(state: State, width: int) -> list[str]:
     return lines
 
 
-def _survey_lines(state: State, width: int) -> list[str]:
-    """Return where the head is and what it does, the gut, the score, and the last places."""
+def _survey_lines(state: State) -> list[str]:
+    """Return where the head is and what it does, what comes next, and the last places."""
     head = "head not found yet"
     if not math.isnan(state.head_mm):
-        last = "" if state.head_known else "last "
-        head = f"head {last}at {words.number(state.head_mm, 1)} mm"
-    first = f"{state.title}  {words.duration(state.time_s)}  {head}: {STATES[state.doing]}"
-    lines = [first, _gut_bar(state, width), _score_bar(state, width)]
-    for number, status, place_mm, size in state.places[: -_PLACES - 1 : -1]:
+        head = f"head {'' if state.head_known else 'last '}at {state.head_mm:.1f} mm"
+    score = "no score" if math.isnan(state.score) else f"score {state.score:.3f}"
+    lines = [
+        f"{state.title}  {words.duration(state.time_s)}  {head}: {STATES[state.doing]}",
+        f"  {state.following}",
+        "" if math.isnan(state.threshold) else f"{score}, threshold {state.threshold:.3f}",
+    ]
+    for number, status, place_mm, size in state.places[-MOST_PLACES:]:
         verdict = f"{OF_SURVEY.get(status, 'suspected')}{f', {size}' if size else ''}"
-        lines.append(f"{_MARKS[status]} place {number} at {place_mm:.0f} mm: {verdict}")
-    if len(state.places) > _PLACES:
-        lines.append(f"  and {len(state.places) - _PLACES} before")
-    return lines
-
-
-def _gut_bar(state: State, width: int) -> str:
-    """Return a bar of the gut: the part passed so far, the places, the head and its direction."""
-    reached_mm = max([0.0, *(place_mm for _, _, place_mm, _ in state.places)])
-    if not math.isnan(state.head_mm):
-        reached_mm = max(reached_mm, state.head_mm)
-    length_mm = state.length_mm
-    if math.isinf(length_mm):
-        length_mm = _STRETCH_MM * (reached_mm // _STRETCH_MM + 1)
-    end = f" {length_mm:.0f} mm"
-    cells = max(width - len(end) - 2, 10)
-
-    def cell_of(place_mm: float) -> int:
-        return min(max(int(place_mm / length_mm * cells), 0), cells - 1)
-
-    passed = cell_of(reached_mm)
-    bar = ["━" if at <= passed else "─" for at in range(cells)]
-    for _, status, place_mm, _ in state.places:
-        bar[cell_of(place_mm)] = _MARKS[status]
-    if not math.isnan(state.head_mm):
-        bar[cell_of(state.head_mm)] = "◀" if state.doing in FOLDED_STATES else "▶"
-    return f"0 {''.join(bar)}{end}"
-
-
-def _score_bar(state: State, width: int) -> str:
-    """Return a bar of the score, with a mark at the threshold."""
-    score = "none" if math.isnan(state.score) else words.number(state.score, 3)
-    label, end = f"score {score:<6}", f" threshold {state.threshold:.3f}"
-    cells = max(min(width - len(label) - len(end), 60), 9)
-    mark = cells // _THRESHOLDS
-    filled = 0
-    if not math.isnan(state.score):
-        filled = min(max(round(state.score / state.threshold * mark), 0), cells)
-    bar = ["█" if at < filled else "·" for at in range(cells)]
-    if filled <= mark:
-        bar[mark] = "│"
-    return f"{label}{''.join(bar)}{end}"
+        lines.append(f"place {number} at {place_mm:.0f} mm: {verdict}")
+    return [line for line in lines if line.strip()]

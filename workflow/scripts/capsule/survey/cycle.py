@@ -39,8 +39,6 @@ STATES = {
     "closing": "unfolds at the end",
     "ended": "the survey is over",
 }
-# In these states the origami is folded, or may be folded.
-FOLDED_STATES = {"folding", "returning"}
 
 _TABLE: dict[tuple[str, str], Step] = {
     ("starting", "placed"): Step("exploring"),
