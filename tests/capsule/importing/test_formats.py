@@ -106,6 +106,10 @@ def nwb(*series, **electrical):
     return write
 
 
+def series(**said):
+    return {"name": "run", "data": COUNTS.T, "rate": 10.0, **said}
+
+
 def tdms(rows, *, group="g", about=None, **properties):
     """Return what writes a channel for each row; a property can be a list, one for each."""
 
@@ -514,6 +518,23 @@ UNITS = {
     ),
     "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
     "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
+    "a description": (attributed("V", "description", value="N"), "says 'description: N'"),
+    "a description beside a unit": (
+        hdf(
+            {"t": TIME_S, "V": COUNTS.T},
+            {("V", "units"): "counts", ("V", "description"): "pressure in kPa"},
+        ),
+        "names counts and kPa of",
+    ),
+    "a description of NWB": (nwb(series(description="in kPa")), "names counts and kPa of"),
+    "two units of TDMS": (
+        tdms(SENSORS, wf_increment=0.1, unit_string="counts", NI_UnitDescription="kPa"),
+        "names counts and kPa of",
+    ),
+    "a letter behind names": (
+        hdf({"t": TIME_S, **{f"{n}_T": row for n, row in SENSORS.items()}}),
+        "names T of 'S1_T' and all others",
+    ),
     "a form": (workbook(TIME_S.tolist(), form='0.00" kPa"'), "names kPa of"),
     "a form of few letters": (workbook(TIME_S.tolist(), form='#,##0 "g"'), "names g of"),
     **{
@@ -528,6 +549,11 @@ SCALES = {
     "of a compound": (hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}), "scale_factor = 0.01"),
     "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "scale = 0.01"),
     "of a structure beside": (timed(info={"scale_factor": 0.01}), "scale_factor = 0.01"),
+    "of an amplifier": (attributed("V", "gain", value=10.0), "gain = 10.0"),
+    "of each amplifier": (timed(gain=np.array([10.0, 10.0, 10.0, 20.0])), "gain = 10.0, 20.0"),
+    "of a root": (attributed("/", "slope", value=0.5), "slope = 0.5"),
+    "of a channel": (tdms(SENSORS, wf_increment=0.1, sensitivity=0.5), "sensitivity = 0.5"),
+    "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "of a converter": (attributed("V", "bit_volts", value=0.01), "bit_volts = 0.01"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
@@ -569,6 +595,16 @@ ASKED = {
     "a unit of time": (
         hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}),
         "the file names the unit 'cs'",
+        "--time none --rate 10",
+    ),
+    "a clock of another rate": (
+        hdf({"t": TIME_S * 250_000, "V": COUNTS.T}, {("t", "clock"): "250 kHz"}),
+        "the file names the unit 'clock: 250 kHz'",
+        "--time none --rate 10",
+    ),
+    "a time without a unit": (
+        matlab(t=TIME_S * 100, V=COUNTS.T),
+        "or 0.01 s, 10 Hz (--time none --rate 10); choose one",
         "--time none --rate 10",
     ),
     "a unit of time beside the arrays": (

@@ -15,7 +15,7 @@ import numpy as np
 import pandas
 import pytest
 
-from capsule.importing.table import is_far, is_lone
+from capsule.importing.table import is_far, lone_runs
 from capsule.recordings.recording import read_recording
 from support.importing import ODD, import_files
 from support.project import ROOT
@@ -267,21 +267,6 @@ READ = {
             "# dt_ms: 100",
         )
     },
-    **{
-        f"scaling in {line!r}": Read(
-            f"{line}\n{PLAIN}", note=f"the file says {line.strip('# ')}; that is not applied"
-        )
-        for line in (
-            "# values x 10",
-            "# scaled by 0.001",
-            "# readings are 10 * counts",
-            "# true = raw * 0.5 + 3",
-            "# 1 LSB = 4.88 mV",
-            "# gain: 10",
-            "All values multiplied by 100",
-            "# supplied by 5 V, with a gain of 2",
-        )
-    },
     "sample interval": Read("# Sample Interval: 100 ms\n" + lines(*COUNTS, head="S1,S2,S3,S4")),
     **{
         f"ohm as {name!r}": Read(
@@ -302,11 +287,18 @@ READ = {
         f"letters and words are no units, {names}": Read(
             lines(TIME_S, *COUNTS, head=f"time_s,{names}")
         )
-        for names in ("N,E,S,W", "A,B,C,D", "in_1,in_2,in_3,in_4", "gain1,gain2,gain3,gain4")
+        for names in (
+            "N,E,S,W",
+            "S1_L,S2_R,S3_T,S4_B",
+            "T1,T2,T3,T4",
+            "A,B,C,D",
+            "in_1,in_2,in_3,in_4",
+            "gain1,gain2,gain3,gain4",
+        )
     },
     **{
         f"no unit in {line!r}": Read(f"{line}\n{PLAIN}")
-        for line in ("# N", "# inflated to 20 kPa", "# operator: N", "# clock: 16 MHz", "# step 3")
+        for line in ("# inflated to 20 kPa", "# operator: N", "# clock: 16 MHz", "# step 3")
     },
     "words are no units": Read(
         lines(TIME_S, *COUNTS, head="time_s,left index 1,left index 2,S_min 3,S_min 4")
@@ -396,6 +388,10 @@ READ = {
         options="--unit counts",
         note="the file says scale factor: 0.1; that is not applied to the readings",
     ),
+    **{
+        f"no scaling in {line!r}": Read(f"{line}\n{PLAIN}")
+        for line in ("# calibrated: 2026-03-04", "# baseline: 10 s", "# resolution: 10 bit")
+    },
     "a scaling that changes nothing": Read("# gain: 1\n# offset: 0\n# scale_factor: 1.0\n" + PLAIN),
     "all in quotes": Read(
         lines(
@@ -522,6 +518,11 @@ ASKED = {
             ("Vertical Units,kPa", "kPa"),
             ("# signals in nT", "nT"),
             ("# force in N", "N"),
+            ("# N", "N"),
+            ("// kPa", "kPa"),
+            ("kPa", "kPa"),
+            ("# unit: counts\n# pressure in kPa", "counts and kPa"),
+            ("# unit: counts\n# mV", "counts and mV"),
         )
     },
     **{
@@ -585,6 +586,22 @@ ASKED = {
             ("Offset,-2", "Offset = -2"),
             ("# mV_per_lsb: 4.88", "mV_per_lsb = 4.88"),
             ("mV/count,4.88", "mV/count = 4.88"),
+            ("# gain: 10", "gain = 10"),
+            ("# calib_slope: 2.2", "calib_slope = 2.2"),
+        )
+    },
+    **{
+        f"scale in words, {line!r}": Asked(
+            f"{line}\n{PLAIN}", f"says {line.strip('# ')!r}, and not whether", "--unit counts"
+        )
+        for line in (
+            "# values x 10",
+            "# scaled by 0.001",
+            "# readings are 10 * counts",
+            "# true = raw * 0.5 + 3",
+            "# 1 LSB = 4.88 mV",
+            "All values multiplied by 100",
+            "# supplied by 5 V, with a gain of 2",
         )
     },
     "unit between name and number": Asked(
@@ -635,11 +652,13 @@ ASKED = {
         for name, words in {
             "P{}kPa": "the file says 'P{}kPa', and of no",
             "S{} (kPa) filtered": "the file says 'S{} (kPa) filtered', and of no",
-            "S{} kPa (raw)": "the file says 'S{} kPa (raw)', and of no",
+            "S{} kPa (raw)": "the file names raw and says 'S{} kPa (raw)', and of no",
             "kg_{}": "the file says 'kg_{}', and of no",
             "force_N_{}": "the file says 'force_N_{}', and of no",
             "S{}_V_gain10": "the file names a scaling of 'S{}_V_gain10' and all",
             "S{} x10 (V)": "the file names a scaling of 'S{} x10 (V)' and all",
+            "S{}_T": "the file names T of 'S{}_T' and all others",
+            "S{} G": "the file names G of 'S{} G' and all others",
             "10*S{}": "the file names a scaling of '10*S{}' and all",
             "S{} in 0.1 mV": "the file names in 0.1 mV of",
         }.items()
@@ -691,8 +710,25 @@ ASKED = {
             ("# 1 tick = 10 us", "1 tick = 10 us", 1e5),
             ("# time resolution 0.1 ms", "time resolution 0.1 ms", 1e4),
             ("# time_scale: 0.01", "time_scale: 0.01", 100),
+            ("# timer: 250 kHz", "timer: 250 kHz", 250_000),
+            ("# clock_hz: 32768", "clock_hz: 32768", 32_768),
+            ("# counted by a clock of 2 MHz", "counted by a clock of 2 MHz", 2_000_000),
             ("# time in hundredths of a second", "hundredths", 100),
             ("# counted in hundredths of a second", "counted in hundredths of a second", 100),
+        )
+    },
+    **{
+        f"a time without a unit in {unit}": Asked(
+            lines(TIME_S * per_second, *COUNTS, head="time,S1,S2,S3,S4"),
+            f"or {unit}, 10 Hz ({remedy}); choose one",
+            remedy,
+        )
+        for unit, per_second, remedy in (
+            ("0.01 s", 1e2, "--time none --rate 10"),
+            ("0.1 ms", 1e4, "--time none --rate 10"),
+            ("10 us", 1e5, "--time none --rate 10"),
+            ("100 ns", 1e7, "--time none --rate 10"),
+            ("min", 1 / 60, "--time-unit min"),
         )
     },
     "two units of time": Asked(
@@ -745,9 +781,23 @@ ASKED = {
     ),
     "two units": Asked(
         "# unit: kPa\n" + lines(TIME_S, *COUNTS, head="t,S1_raw,S2_raw,S3_raw,S4_raw"),
-        "the file says 'unit: kPa', and of no column",
+        "the file names raw and says 'unit: kPa', and of no column",
         "--unit counts",
     ),
+    **{
+        f"all numbers with points, {names}": Asked(
+            lines(
+                TIME_S * 1000,
+                *([german(v) for v in 20 * row] for row in COUNTS),
+                head=names.replace(",", ";"),
+                sign=";",
+            ),
+            "can be 9.38 (--decimal point) or 9380 (--thousands point); choose one",
+            "--unit counts --thousands point",
+            values=20 * COUNTS,
+        )
+        for names in ("ms,S1,S2,S3,S4", "ms,S1 (ohm),S2 (ohm),S3 (ohm),S4 (ohm)")
+    },
     "counts with points": Asked(
         lines(
             TIME_S * 1000,
@@ -872,6 +922,10 @@ def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
     before, after = values[2, [99, 101]]
     told = f"note: line 102: 5 of sensor_3 is far from {before:g} before and {after:g} after it"
     assert told in shown and shown.count("is far from") == 1
+    values[2, 101] = 53
+    path.write_text(lines(TIME_S[:120], *values[:, :120]))
+    shown = import_files(tmp_path / "two", path).shown
+    assert "note: line 102 and line 103: 5 and 53 of sensor_3 is far from" in shown
     path.write_text(PLAIN.rpartition("\n")[0][:-2] + "\n")
     shown = import_files(tmp_path / "cut", path).shown
     assert (
@@ -897,7 +951,7 @@ def test_nothing_is_named_in_the_recordings_of_the_archive():
     for path in files:
         with path.open("rb") as stream:
             values = read_recording(stream, 4).values
-        assert not is_lone(values).any() and not is_far(values).all(), path
+        assert not lone_runs(values) and not is_far(values).all(), path
 
 
 def test_json_is_named_and_the_remedy_works(tmp_path, monkeypatch):

@@ -31,7 +31,7 @@ PER_SECOND = {"s": 1, "ms": 1e3, "us": 1e6, "ns": 1e9, "day": 1 / 86_400, "min":
 
 @pytest.mark.parametrize("unit", ["s", "ms", "us", "ns", "day"])
 def test_the_unit_is_the_one_that_gives_a_rate_that_can_be(unit):
-    for hertz in (5, 10, 36, 100, 500):
+    for hertz in (5, 10, 36, 120, 500):
         time_s = np.arange(50) / hertz
         read = clock((45_000.25 if unit == "day" else 0) + time_s * PER_SECOND[unit])
         assert read.unit == unit

@@ -18,15 +18,15 @@ from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     MARK,
-    UNIT,
     as_remarks,
     as_text,
     attribute,
     decoded,
     facts,
-    is_scale,
+    is_scaling,
     scalings,
     starts,
+    stated_unit,
     states_rate,
     unsure_start,
 )
@@ -78,7 +78,7 @@ def array_tables(
     about |= {path: dict(said) for path, said in told.items()}
     places = {path: path.rpartition(separator) for path in arrays}
     for path, (parent, _, name) in places.items():
-        is_about_all = is_scale(name) or states_rate(name)
+        is_about_all = is_scaling(name) or states_rate(name)
         most = keys.sensor_count if is_about_all else 1
         if 1 <= arrays[path].size <= most and arrays[path].dtype.kind in "iuf":
             about[parent][name] = arrays[path]
@@ -93,7 +93,7 @@ def array_tables(
         while parent not in bearing:
             parent = parent.rpartition(separator)[0]
         for name, value in said.items():
-            if is_scale(name) or states_rate(name):
+            if is_scaling(name) or states_rate(name):
                 about[parent][name] = [as_text(about[parent].get(name, value)), as_text(value)]
     for path, (parent, _, name) in places.items():
         for key in (f"{name}_unit", f"{name}_units"):
@@ -132,7 +132,7 @@ def array_tables(
             channels = with_own_times([each for _, each in part], keys)
             compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
             own = [about[path] for path, _ in part]
-            unit = attribute(compounds + around, *UNIT)
+            unit = stated_unit(compounds + around, around)
             notes = ({"unit": unit} if unit else {}) | scalings([*around[::-1], *own])
             if unit := attribute(around, *_TIME_UNIT):
                 notes["time unit"] = unit
@@ -374,7 +374,7 @@ def read_nwb(content: bytes, _: Keys) -> Iterator[Table]:
             shape[each.attrs.get("axis", 1)] = -1
             values = values * each[()].reshape(shape)
         values = values + told.get("offset", 0.0)
-        how: dict[str, Any] = {"unit": decoded(told.get("unit", ""))}
+        how: dict[str, Any] = {"unit": stated_unit([told], [told, group.attrs])}
         if times:
             how |= {"stamps": Channel("timestamps", times[()], "s"), "start_s": float(times[0])}
         elif start:

@@ -8,7 +8,13 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import is_scale, mentioned_unit, scales, speaks_of_scaling
+from capsule.importing.stated import (
+    described_unit,
+    mentioned_unit,
+    scales,
+    scaling_remarks,
+    speaks_of_scaling,
+)
 from capsule.importing.table import QuestionError, Table, naming
 from capsule.importing.text import STAMP_NAME
 from capsule.importing.times import NO_TIME, WRAPS, text_kind, unwrapped
@@ -36,6 +42,8 @@ _BEHIND_NUMBER = re.compile(
     r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|"
     r"(?:in )?(?:[0-9]*[.]|1/)[0-9]+ ?[^\W\d]\S*|.+[\s_*][x\u00d7] ?[0-9.]+)"
 )
+# The letter of a unit behind the number of a sensor, as in S1_T.
+_LETTER = re.compile(r"\D*[0-9]+[\s_.-]+([NgGTACFWJK])")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 # Least reading, and range of the largest one, that fit a unit.
@@ -195,37 +203,14 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     """
     if keys.unit:
         return keys.unit, "given"
-    for key, value in table.notes.items():
-        if is_scale(key) and scales(key, value):
-            raise QuestionError(
-                f"the file states {displayed(key)} = {displayed(value)[:60]}, and not whether it "
-                "is applied already; if it is, or is not needed, give the unit of the readings "
-                "with --unit, or else convert them first"
-            )
-    texts = [_named(table, index) for index in sensors]
-    # Different texts that are no units, such as (left) and (right), are names.
-    if len({*texts}) == len(texts) > 1 and not any(map(is_unit, texts)):
-        texts = [""] * len(texts)
-    noted = table.notes.get("unit", "")
-    for at, index in enumerate(sensors):
-        is_adc = split_unit(table.names[index])[0].lower().startswith("adc")
-        texts[at] = texts[at] or noted or ("counts" if is_adc else "")
+    _check_scaling(table)
+    texts = _named_units(table, sensors)
     units = [unit_of(text) or "" for text in texts]
-    mentions = [
-        name
-        for name, unit in zip((table.names[at] for at in sensors), units, strict=True)
-        if (word := mentioned_unit(name, is_name=True)) and (not unit or unit_of(word) != unit)
-    ]
-    # In a text or a workbook, nothing tells which of two units is nearer.
-    if table.lines is not None and is_unit(noted) and unit_of(noted) not in units:
-        mentions.append(f"unit: {noted}")
-    if not any(texts):
-        mentions += [table.label] if mentioned_unit(table.label, is_name=True) else []
-        mentions += filter(mentioned_unit, table.remarks)
-    if mentions and not (any(texts) and "" in units):
+    if mentions := [] if any(texts) and "" in units else _mentions(table, sensors, texts, units):
+        named = f"names {displayed(texts[0])[:60]} and " if any(texts) else ""
         raise QuestionError(
-            f"the file says {displayed(mentions[0])[:60]!r}, and of no column that this is its "
-            "unit; give the unit of the readings with --unit, or convert them first"
+            f"the file {named}says {displayed(mentions[0])[:60]!r}, and of no column that this is "
+            "its unit; give the unit of the readings with --unit, or convert them first"
         )
     values = np.concatenate([table.channels[index].values for index in sensors])
     known = values[~np.isnan(values)]
@@ -251,6 +236,63 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
             "readings have one of these units, or else convert them first"
         )
     return units[0], "named in the file"
+
+
+def _check_scaling(table: Table) -> None:
+    """Raise a question if the file states what turns its numbers into readings."""
+    # A recording of this project names what was done to it.
+    if "format_version" in table.notes:
+        return
+    said = [
+        f"states {displayed(key)} = {displayed(value)[:60]}"
+        for key, value in table.notes.items()
+        if scales(key, value)
+    ]
+    said += [f"says {displayed(text)!r}" for text in scaling_remarks(table.remarks)]
+    if said:
+        raise QuestionError(
+            f"the file {said[0]}, and not whether it is applied already; if it is, or is not "
+            "needed, give the unit of the readings with --unit, or else convert them first"
+        )
+
+
+def _named_units(table: Table, sensors: Sequence[int]) -> list[str]:
+    """Return the unit that the file names for each sensor, known or not; empty if it names none."""
+    texts = [_named(table, index) for index in sensors]
+    # A letter behind the number of each sensor tells no two of them apart, so it is a unit.
+    letters = [_LETTER.fullmatch(table.names[index]) for index in sensors]
+    behind = [match[1] for match in letters if match]
+    if len(behind) == len(sensors) > 1 and len({*behind}) == 1 and not any(texts):
+        texts = behind
+    # Different texts that are no units, such as (left) and (right), are names.
+    if len({*texts}) == len(texts) > 1 and not any(map(is_unit, texts)):
+        texts = [""] * len(texts)
+    noted = table.notes.get("unit", "")
+    for at, index in enumerate(sensors):
+        is_adc = split_unit(table.names[index])[0].lower().startswith("adc")
+        texts[at] = texts[at] or noted or ("counts" if is_adc else "")
+    return texts
+
+
+def _mentions(
+    table: Table, sensors: Sequence[int], texts: Sequence[str], units: Sequence[str]
+) -> list[str]:
+    """Return what the file says of units in words, of no column, or against the named units."""
+    names, noted = [table.names[index] for index in sensors], table.notes.get("unit", "")
+    told = [
+        name
+        for name, unit in zip(names, units, strict=True)
+        if (word := mentioned_unit(name, is_name=True)) and (not unit or unit_of(word) != unit)
+    ]
+    if not any(texts):
+        told += [table.label] if mentioned_unit(table.label, is_name=True) else []
+        told += [text for text in table.remarks if mentioned_unit(text) or described_unit(text)]
+    # In a text or a workbook, nothing tells which of two units is nearer.
+    elif table.lines is not None:
+        told += [f"unit: {noted}"] if is_unit(noted) and unit_of(noted) not in units else []
+        described = [(text, described_unit(text)) for text in table.remarks]
+        told += [text for text, word in described if word and unit_of(word) not in units]
+    return told
 
 
 def _named(table: Table, index: int) -> str:

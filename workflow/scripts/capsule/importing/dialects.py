@@ -7,7 +7,7 @@ them, and the keys of lab.yaml that decide.
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
@@ -16,7 +16,13 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.table import QuestionError
-from capsule.importing.units import LEAST_COUNT, THOUSANDFOLD, is_time_name
+from capsule.importing.units import (
+    LEAST_COUNT,
+    THOUSANDFOLD,
+    is_time_name,
+    split_unit,
+    unit_of,
+)
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
@@ -44,6 +50,8 @@ _NUMBERS = {
         ("comma", "point"): r"(?:[1-9][0-9]{0,2}(?:\.[0-9]{3})+|[0-9]+)(?:,[0-9]+)?",
     }.items()
 }
+# A number whose point can be a decimal sign or separate thousands.
+_POINTED = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[\s'\u2019][0-9]{3})+(?:[.,][0-9]+)?")
 
 
@@ -250,30 +258,53 @@ def _ambiguity(lines: Sequence[Line], ways: Sequence[Dialect]) -> QuestionError:
     return QuestionError(f"line {number}: {text!r} can be {can_be}; choose one", answers)
 
 
-def check_thousands(lines: Sequence[Line], dialect: Dialect, keys: Keys) -> None:
-    """Raise an error if points can separate thousands: numbers with one jump a thousandfold."""
+def check_thousands(
+    word: str,
+    heads: Iterable[str],
+    lines: Sequence[tuple[int, str | list[str]]],
+    rows: Iterable[list[str]],
+    dialect: Dialect,
+    keys: Keys,
+) -> None:
+    """Raise an error if points can separate thousands.
+
+    They can if numbers with one jump a thousandfold, or if all numbers with one have three digits
+    behind it. `heads` holds what stands above the samples, `lines` their numbers, each of a
+    `word`, and `rows` their cells.
+    """
     if "point" not in dialect.style or keys.thousands or (keys.decimal and keys.unit != "counts"):
         return
-    rows = [row for _, line in lines if len(row := dialect.split(line)) == dialect.cells]
-    for column in zip(*rows, strict=True):
+    table = (cells for cells in rows if len(cells) == dialect.cells)
+    columns = [column for column in zip(*table, strict=True) if any("." in cell for cell in column)]
+    whole_columns = [column for column in columns if all("." in cell for cell in column if cell)]
+    numbers = (cell for column in columns for cell in column if "." in cell)
+    # A number with two points, a comma, or other digits behind the point settles it; so does a
+    # unit of which a thousand are too many.
+    settled = any(
+        np.isfinite(dialect.number(cell)) and not _POINTED.fullmatch(cell) for cell in numbers
+    )
+    said = {
+        unit_of(part) for head in heads for part in (split_unit(head)[1], head.rpartition(":")[2])
+    }
+    said = {keys.unit} if keys.unit else said
+    is_open = len(whole_columns) >= keys.sensor_count and not settled and not said & {"V", "kohm"}
+    for column in columns:
         pointed = [cell for cell in column if "." in cell]
         whole = [float(cell) for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
-        # A number with two points, or with a comma too, settles it.
-        is_open = all(re.fullmatch(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}", cell) for cell in pointed)
-        if not (pointed and is_open):
+        if not all(map(_POINTED.fullmatch, pointed)):
             continue
         usual = np.median(list(map(float, pointed)))
         jumps = bool(whole) and np.median(whole) > THOUSANDFOLD * usual
-        is_small = keys.unit in ("counts", "ohm") and len(pointed) == len(column)
+        is_small = bool(said & {"counts", "ohm"}) and usual < LEAST_COUNT
         number = next(number for number, line in lines if pointed[0] in line)
         if jumps and keys.decimal:
             raise QuestionError(
-                f"line {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "
+                f"{word} {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "
                 "point in place of --decimal point, or give another --unit"
             )
-        if not keys.decimal and (jumps or (is_small and usual < LEAST_COUNT)):
+        if not keys.decimal and (jumps or (column in whole_columns and (is_open or is_small))):
             raise QuestionError(
-                f"line {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
+                f"{word} {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
                 f"or {pointed[0].replace('.', '')} (--thousands point); choose one",
                 [{"decimal": "point"}, {"thousands": "point"}],
             )

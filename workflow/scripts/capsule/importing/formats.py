@@ -35,7 +35,7 @@ from capsule.importing.array_formats import (
 )
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.reading_apart import Reader, read_apart
-from capsule.importing.stated import as_remarks, states_rate
+from capsule.importing.stated import as_remarks, stated_unit, states_rate
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.text import read_sheets, read_text
 from capsule.store.files import read_limited
@@ -179,12 +179,21 @@ def _read_xdf(content: bytes, _: Keys) -> Iterator[Table]:
         channels = []
         for number, values in enumerate(data.T, start=1):
             channel = described[number - 1] if number <= len(described) else {}
-            name = str(_first(channel.get("label")) or f"channel {number}")
-            unit = str(_first(channel.get("unit")) or "")
-            channels.append(Channel(name, values.astype(float), unit, **how))
+            said = {key: _first(value) for key, value in channel.items()}
+            name = str(said.get("label") or f"channel {number}")
+            channels.append(Channel(name, values.astype(float), stated_unit([said], [said]), **how))
         label = str(_first(info["name"]))
-        words = as_remarks({key: _first(each[key]) for key in each} for each in described)
+        words = as_remarks(_leaves(_first(info.get("desc"))))
         yield Table(with_stamps(channels), VARIABLE, label, warnings=no_end, remarks=words)
+
+
+def _leaves(element: Any) -> Iterator[dict[str, str]]:
+    """Yield the texts in an XML element, which pyxdf reads as a dictionary of lists."""
+    for key, values in element.items() if isinstance(element, dict) else ():
+        for value in values:
+            if isinstance(value, str):
+                yield {key: value}
+            yield from _leaves(value)
 
 
 def _first(values: Any) -> Any:

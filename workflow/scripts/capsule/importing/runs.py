@@ -12,13 +12,13 @@ from capsule.importing.columns import choose_columns, reading_unit
 from capsule.importing.joining import at_same_instants
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
-from capsule.importing.stated import not_applied, starts, unsure_start
+from capsule.importing.stated import scaling_remarks, starts, unsure_start
 from capsule.importing.table import (
     Channel,
     QuestionError,
     Table,
     is_far,
-    is_lone,
+    lone_runs,
     naming,
     without_first,
 )
@@ -31,8 +31,8 @@ from capsule.recordings.recording import Recording
 _KEPT = ("site", "session", "setup", "adc_bits", "vref_v", "series_ohm")
 _MILLI_DIGITS = 9
 _MOST_RUNS = 1000
-# Readings far from their neighbours that are named.
-_MOST_LONE = 5
+# Readings far from their neighbours that are named, and scalings that are quoted.
+_MOST_LONE = _MOST_QUOTED = 5
 # A longer gap is named.
 _LONG_GAP_S = 60.0
 # Characters of a header line that the import adds.
@@ -227,7 +227,9 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
     """
     header, values = run.header, run.values
     table = reading.table
-    yield from [*table.warnings, *not_applied(table.remarks), *reading.clock.warnings]
+    yield from [*table.warnings, *reading.clock.warnings]
+    if told := "; ".join(scaling_remarks(table.remarks)[:_MOST_QUOTED]):
+        yield f"the file says {told}; that is not applied to the readings"
     if reading.clock.started and "started" not in header:
         yield (
             f"the file says that it began {reading.clock.started[:60]!r}, which is no date such as "
@@ -253,12 +255,14 @@ def _remarks(reading: Reading, first: int, run: Recording, keys: Keys) -> Iterat
             f"a gap of {steps.max() / 60:.3g} min follows sample {np.argmax(steps) + 1}; if "
             "another run begins behind it, give --run-gap-s"
         )
-    for sensor, at in np.argwhere(is_lone(values))[:_MOST_LONE].tolist():
-        before, here, *after = values[sensor, at - 1 : at + 2]
-        behind = "".join(f" and {value:g} after" for value in after)
+    for lone, begin, end in lone_runs(values)[:_MOST_LONE]:
+        places = " and ".join(table.line(first + row) for row in range(begin, end))
+        here = " and ".join(f"{each:g}" for each in values[lone, begin:end])
+        sides = [f"{each:g} before" for each in values[lone, begin - 1 : begin]]
+        sides += [f"{each:g} after" for each in values[lone, end : end + 1]]
         yield (
-            f"{reading.table.line(first + at)}: {here:g} of sensor_{sensor + 1} is far from "
-            f"{before:g} before{behind} it; if digits were lost, correct the line"
+            f"{places}: {here} of sensor_{lone + 1} is far from {' and '.join(sides)} it; if "
+            "digits were lost, correct the line"
         )
     highest = np.nanmax(values, initial=0.0)
     if header["unit"] == "V" and "vref_v" not in header:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule.importing.units import SECONDS, is_unit, unit_of
+from capsule.importing.units import SECONDS, is_time_unit, is_unit, unit_of
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
@@ -45,17 +45,19 @@ _PER_SECOND |= dict.fromkeys(["samples per second", "samples/sec", "s^-1"], 1.0)
 _PER_SECOND |= dict.fromkeys(["khz", "ksps", "ks/s"], 1000.0)
 # Without a unit, a longer time between two samples is hardly in seconds.
 _LONGEST_INTERVAL_S = 5.0
-# Names of what turns stored numbers into readings.
-_SCALE = re.compile(
-    r"(add_?)?offset|(scal(e|ing)|conversion)([_ ]?factor)?|factor|multiplier|"
-    r"lsb[_ ([].*|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?|bit_?volts|(.*2|to_)volts",
+# Names of what turns stored numbers into readings, which may be applied already.
+_SCALING = re.compile(
+    r"(?!(wf_start|time|clock|utc|zone|trigger)[_ ]|offset[_ ][mnuµ]?s$|NI_(scal|number))"
+    r"((\w+[_ ])?(scal|gain|offset|multipl|factor|lsb|calibrat|calib[_ ]|amplif|(probe.?)?attenu|"
+    r"probe|slope|tare|divi|sensitiv|cal$|bias|intercept|baseline|polynom|coeff|transform|quantum|"
+    r"conversion|(physical|digital)_?(max|min)|exponent|power$|(unit_?)?prefix).*|"
+    r"add_?offset|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?|bit_?volts|(.*2|to_)volts)",
     re.IGNORECASE,
 )
-# Other words for a scaling, which may be that of the recorder.
-_SCALING = re.compile(
-    r"(?!(wf_start|time|clock|utc|zone|trigger)[_ ])(\w+[_ ])?(scal|gain|offset|multipl|factor|lsb|"
-    r"calibrat|amplif|(probe.?)?attenu|probe|slope|tare|divi|sensitiv|cal$|bias|intercept|baseline|"
-    r"polynom|coeff|transform|quantum|(physical|digital)_?(max|min)|exponent|power$|(unit_?)?prefix).*",
+# What is no number of a scaling: none, a date, a duration, or a sensor's kind.
+_NO_SCALING = re.compile(
+    r"(none|no|off|false|n/?a|unscaled|raw|unknown)?|.*[0-9]{4}-[0-9]{2}-[0-9]{2}.*|"
+    r"[0-9]{1,2}[./][0-9]{1,2}[./][0-9]{2,4}.*|[0-9.]+ ?(m?s|min|h|bits?)",
     re.IGNORECASE,
 )
 # Units of readings that are no other words, wherever they stand, but not beside a number: a
@@ -92,10 +94,25 @@ _TIME_STEP = re.compile(
     r"\w+\W+1/[0-9]+ ?s(?:ec\w*)?)",
     re.IGNORECASE,
 )
+# Words for the rate of a clock, whose unit may stand in the name.
+_TICKS = re.compile(
+    r"(?=(?:.*[^a-z])?(?:f_?cpu|clk|clock|timer|counter|ticks?|"
+    r"time[ _-]?(?:base|stamps?))(?![a-z]))"
+    r"(?:(?=.*hz|.*freq|.*per[ _]s|.*rate|.*/ ?s).*?[\s:=(]|.*?[\s:=(])"
+    r"([0-9]+\.?[0-9]*(?:e[+-]?[0-9]+)?) ?([kmg]?hz)?\b[^0-9]*",
+    re.IGNORECASE,
+)
+_METRIC = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
+# Names of what describes readings in words.
+_DESCRIBES = re.compile(
+    r"(channel[_ ])?(desc(ription)?|comments?|notes?|remarks?|label|title|quantity|measurand|info|"
+    r"(long|standard|display|full)[_ ]?name)",
+    re.IGNORECASE,
+)
 # A remark that speaks of a scaling, as "values x 10" or "1 LSB = 4.88 mV" does.
 _PROSE = re.compile(
     r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|(?<= )gain[0-9]+|offset|multipl\w+|factor|lsb|amplif\w+|"
-    r"attenuat\w+|divi(de|sor)\w*|subtract\w*|resolution|sensitivity|ticks?)\b.*|"
+    r"attenuat\w+|divi(de|sor)\w*|subtract\w*|resolution(?!.*bits?\b)|sensitivity|slope)\b.*|"
     r".*\b(tenths|hundredths|thousandths|normali[sz]ed)\b.*|"
     r".*\b1 ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
     r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"
@@ -110,8 +127,6 @@ MARK = re.compile(
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
 # To look through more of a remark would take long.
 _LONGEST_REMARK = 5000
-# Scalings that a note quotes.
-_MOST_QUOTED = 5
 # More values of an attribute are no list of units or scales.
 _MOST_VALUES = 256
 
@@ -125,6 +140,33 @@ def nearest(scopes: Iterable[Mapping[str, Any]], *names: str) -> Any:
 def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
     """Return the nearest statement with one of the names as a text; empty if there is none."""
     return as_text(nearest(scopes, *names))
+
+
+def stated_unit(
+    scopes: Iterable[Mapping[str, Any]], around: Iterable[Mapping[str, Any]] = ()
+) -> str:
+    """Return the unit that the nearest of the scopes names; empty if none does.
+
+    If it names several, or if a description around names another one, all of them are returned.
+    """
+    for said in scopes:
+        named = [as_text(said[key]) for name in UNIT for key in said if key.lower() == name]
+        if not any(named):
+            continue
+        others = [as_text(value) for key, value in said.items() if "unit" in key.lower()]
+        others += [described_unit(text) for text in as_remarks(around)]
+        is_time = is_time_unit(named[0].partition(" since ")[0])
+        named += [text for text in others if is_unit(text) and not (is_time or is_time_unit(text))]
+        return different(filter(None, named))
+    return ""
+
+
+def different(units: Iterable[str]) -> str:
+    """Return units as a text, with other words for the same one left out."""
+    told: dict[str, str] = {}
+    for text in units:
+        told.setdefault(unit_of(text) or text.strip(), text)
+    return " and ".join(told.values())
 
 
 def as_text(value: Any) -> str:
@@ -185,7 +227,7 @@ def facts(scopes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
     Its unit and the start by its clock are its own; its date and its rate may be those around it.
     """
-    unit, _, date = attribute(scopes[:1], *UNIT).partition(" since ")
+    unit, _, date = stated_unit(scopes[:1], scopes).partition(" since ")
     told: dict[str, Any] = {"unit": unit, "started": date or attribute(scopes, "started")}
     told["rates_hz"] = stated_rates(scopes)
     for key, value in starts({name: as_text(each) for name, each in scopes[0].items()}).items():
@@ -213,16 +255,17 @@ def unsure_start(remarks: Iterable[str]) -> str:
     return "; ".join(text for text in remarks if _UNSURE_START.fullmatch(text[:_LONGEST_REMARK]))
 
 
-def is_scale(name: str) -> bool:
-    """Return whether a number of this name turns stored numbers into readings."""
-    return bool(_SCALE.fullmatch(name))
+def is_scaling(name: str) -> bool:
+    """Return whether a number of this name can turn stored numbers into readings."""
+    return bool(_SCALING.fullmatch(name))
 
 
 def scales(name: str, value: str) -> bool:
     """Return whether a statement tells a scaling of the readings, other than one by 1 and 0."""
-    neutral = "[+-]?0*[.]?0*" if "offset" in name.lower() else "[+]?1([.]0*)? ?[xX]?"
-    told = is_scale(name) or _SCALING.fullmatch(name)
-    return bool(told) and not re.fullmatch(neutral, value.strip())
+    is_sum = re.search("offset|intercept|tare|bias|baseline", name, re.IGNORECASE)
+    neutral = "[+-]?0*[.]?0*" if is_sum else "[+]?1([.]0*)? ?[xX]?"
+    told = value.strip()
+    return is_scaling(name) and not (re.fullmatch(neutral, told) or _NO_SCALING.fullmatch(told))
 
 
 def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -235,6 +278,30 @@ def mentioned_unit(text: str, *, is_name: bool = False) -> str:
     """Return the word for a unit of readings in words or a name; empty if there is none."""
     match = (_MENTION_IN_NAME if is_name else _MENTION).search(text[:_LONGEST_REMARK])
     return match[0] if match else ""
+
+
+def described_unit(remark: str) -> str:
+    """Return the unit that a remark such as ``comment: pressure in kPa`` names; empty for none."""
+    note = NOTE.fullmatch(remark[:_LONGEST_REMARK])
+    if not note or not _DESCRIBES.fullmatch(note[1]):
+        return ""
+    # A label can be a name, such as N or S2.
+    is_name = note[1].lower().endswith(("label", "name", "title"))
+    return mentioned_unit(note[3]) or ("" if is_name else bare_unit(note[3]))
+
+
+def bare_unit(text: str) -> str:
+    """Return the unit that a text is, with or without brackets; empty if it is none."""
+    word = text.strip(" \t.,:;[](){}\"'")
+    # A or B can be the name of a run, but so is R or k.
+    is_name = word in ("r", "R", "k", "K") or unit_of(word) == "sample"
+    return word if is_unit(word) and not is_name else ""
+
+
+def ticks_per_second(remark: str) -> float:
+    """Return the rate in Hz that a remark tells of a clock or a timer; 0 if it tells none."""
+    match = _TICKS.fullmatch(remark[:_LONGEST_REMARK].strip())
+    return float(match[1]) * _METRIC[(match[2] or "")[:-2].lower()] if match else 0.0
 
 
 def mentioned_time_unit(text: str) -> str:
@@ -255,13 +322,13 @@ def speaks_of_scaling(text: str) -> bool:
     return bool(_PROSE.fullmatch(text[:_LONGEST_REMARK]))
 
 
-def not_applied(remarks: Iterable[str]) -> list[str]:
-    """Return the note on the scalings that remarks tell; none if none does."""
+def scaling_remarks(remarks: Iterable[str]) -> list[str]:
+    """Return the remarks that tell a scaling of the readings, each once."""
     told = dict[str, None]()
     for text in remarks:
         note = NOTE.fullmatch(text)
-        is_key = note and (is_scale(note[1]) or _SCALING.fullmatch(note[1]))
+        is_key = note and is_scaling(note[1])
+        is_of_time = mentioned_time_unit(text) or ticks_per_second(text)
         if scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text):
-            told[text[:60]] = None
-    shown = "; ".join([*told][:_MOST_QUOTED])
-    return [f"the file says {shown}; that is not applied to the readings"] if told else []
+            told |= {} if is_of_time else {text[:60]: None}
+    return [*told]

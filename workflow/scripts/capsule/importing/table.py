@@ -14,8 +14,9 @@ from capsule.importing.stated import UNSURE_RATE
 from capsule.recordings.recording import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
-# A reading far from its neighbours: samples, and steps in those that hardly any exceeds.
-_LEAST_LONE, _LONE_STEPS = 50, 4.0
+# Readings far from their neighbours: samples, readings in a row, the share of steps in % that are
+# usual, and how many times these the others are.
+_LEAST_LONE, _LONGEST_LONE, _USUAL_STEPS, _LONE_STEPS = 50, 3, 95, 4.0
 
 
 @contextlib.contextmanager
@@ -290,25 +291,36 @@ def is_far(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(values[:, 0] - (low + high) / 2) > 1.5 * (high - low))
 
 
-def is_lone(values: np.ndarray) -> np.ndarray:
-    """Return for each reading (S, K) whether it is far from both of its neighbours.
+def lone_runs(values: np.ndarray) -> list[tuple[int, int, int]]:
+    """Return the runs of some readings (S, K) that are far from those before and behind them.
 
-    It is less than half or more than twice of both, as a number with a digit too few or too many
-    is, and hardly another step of its sensor is as large.
+    A run is its sensor, its first index and the one behind its last. The readings of a run are less
+    than half or more than twice of both neighbours, as numbers with a digit too few or too many
+    are, and hardly another step of their sensor is as large.
     """
-    lone = np.zeros(values.shape, dtype=bool)
-    if values.shape[1] < _LEAST_LONE:
-        return lone
-    # Behind the last reading, the one before it counts again.
-    padded = np.pad(values, ((0, 0), (0, 1)), mode="reflect")
-    before, here, after = padded[:, :-2], padded[:, 1:-1], padded[:, 2:]
-    jump = np.fmin(np.abs(here - before), np.abs(here - after))
-    steps = np.nan_to_num(np.abs(np.diff(values)))
-    usual = np.percentile(steps, 99, axis=1, keepdims=True)
-    low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
-    is_far_off = (2 * np.abs(here) < low) | (np.abs(here) > 2 * high)
-    lone[:, 1:] = is_far_off & (jump > _LONE_STEPS * usual) & (high < 2 * low)
-    return lone
+    sensors, samples = values.shape
+    found: list[tuple[int, int, int]] = []
+    if samples < _LEAST_LONE:
+        return found
+    usual = np.percentile(np.nan_to_num(np.abs(np.diff(values))), _USUAL_STEPS, axis=1)[:, None]
+    is_known = np.zeros(values.shape, dtype=bool)
+    for length in range(1, _LONGEST_LONE + 1):
+        # Before the first reading and behind the last one, the other neighbour counts again.
+        edge = np.full((sensors, 1), np.nan)
+        before = np.hstack([edge, values[:, :-length]])
+        after = np.hstack([values[:, length:], edge])
+        low, high = np.fmin(np.abs(before), np.abs(after)), np.fmax(np.abs(before), np.abs(after))
+        is_run = high < 2 * low
+        for at in range(length):
+            here = values[:, at : samples - length + 1 + at]
+            jump = np.fmin(np.abs(here - before), np.abs(here - after))
+            is_far_off = (2 * np.abs(here) < low) | (np.abs(here) > 2 * high)
+            is_run &= is_far_off & (jump > _LONE_STEPS * usual)
+            is_run &= ~is_known[:, at : samples - length + 1 + at]
+        for sensor, first in np.argwhere(is_run).tolist():
+            found.append((sensor, first, first + length))
+            is_known[sensor, first : first + length] = True
+    return sorted(found, key=lambda run: run[1])
 
 
 def without_first(table: Table, sensors: Sequence[int]) -> Table:

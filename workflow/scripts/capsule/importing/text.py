@@ -30,6 +30,8 @@ from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     MARK,
     NOTE,
+    bare_unit,
+    different,
     facts,
     scales,
     speaks_of_scaling,
@@ -37,7 +39,7 @@ from capsule.importing.stated import (
     states_rate,
 )
 from capsule.importing.table import Channel, Table, not_a_number
-from capsule.importing.units import is_unit, unit_of
+from capsule.importing.units import is_time_unit, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
@@ -107,13 +109,17 @@ def read_text(content: bytes, keys: Keys) -> Table:
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-        check_thousands(known[dialect.first :], dialect, keys)
+        words = [cell for _, line in known[: dialect.first] for cell in dialect.split(line)]
+        below = known[dialect.first :]
+        samples = (dialect.split(line) for _, line in below)
+        check_thousands("line", [*words, *comments.values()], below, samples, dialect, keys)
         above = [dialect.split(line) for _, line in known[: dialect.first]]
         for number, line in known[: dialect.first]:
             cells, plain = dialect.split(line), line.strip()
             text = ": ".join(filter(None, cells))
             is_prose = len(cells) < dialect.cells and speaks_of_scaling(plain)
             is_prose |= any(way.fullmatch(plain) for way in (_UNIT_LINE, _IN_UNIT))
+            is_prose |= bool(bare_unit(plain))
             if _states_much(text) or is_prose:
                 comments[number] = text if _states_much(text) else plain
         heads, said = above, _labview(above, dialect)
@@ -245,6 +251,8 @@ def _sheet(
         merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
     notes = merged | _notes(said)
     way = way._replace(cells=width)
+    heads = [*words, *(cell for row in named for cell in row)]
+    check_thousands("row", heads, below, (cells[:width] for _, cells in below), way, keys)
     return _table(
         named,
         samples,
@@ -324,20 +332,23 @@ def _bare(lines: Iterable[Line], stamps: dict[int, str]) -> Iterator[Line]:
 
 
 def _notes(comments: Mapping[int, str]) -> dict[str, str]:
-    """Return the comments of the form ``key: value``, by key."""
+    """Return the comments of the form ``key: value``, by key; units under the keys ``unit``."""
     notes: dict[str, tuple[str, int]] = {}
+    units: dict[str, list[str]] = {"unit": [], "time unit": []}
     for number, text in comments.items():
         if (match := _TIME_BASE.fullmatch(text)) and is_unit(match[1]):
             notes["time base"] = match[1], number
         elif (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
-            key = "time unit" if match[1].lower().startswith("time") else "unit"
-            notes.setdefault(key, (match[2], number))
+            units["time unit" if match[1].lower().startswith("time") else "unit"].append(match[2])
         elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
-            notes.setdefault("unit", (match[2], number))
+            units["unit"].append(match[2])
+        elif word := bare_unit(text):
+            units["time unit" if is_time_unit(word) else "unit"].append(word)
         elif match := NOTE.fullmatch(text):
             key, value = _key(match), match[3]
             if re.search("unit|einheit", key, re.IGNORECASE):
                 key = "time unit" if _TIME_AXIS.match(key) else "unit"
+                units[key].append(value)
             other, line = notes.get(key, (value, number))
             if (key in _DECISIVE or states_rate(key)) and other != value:
                 raise CapsuleError(
@@ -345,7 +356,8 @@ def _notes(comments: Mapping[int, str]) -> dict[str, str]:
                     f"{value[:60]!r}; delete the line that is wrong"
                 )
             notes[key] = value, number
-    return {key: value for key, (value, _) in notes.items()}
+    told = {key: value for key, (value, _) in notes.items()}
+    return told | {key: different(each) for key, each in units.items() if each}
 
 
 def _above(
@@ -368,15 +380,17 @@ def _above(
             f"{len(above[-1])} columns: a comma seems to be delimiter and decimal sign; export it "
             "with another delimiter"
         )
+    rows = [dialect.split(text) for number, text in comments.items() if number < first]
     if above and dialect.names_columns(above[-1]):
-        return above
+        # Below or above the names, a comment can hold their units.
+        return above + [row for row in rows if all(map(is_unit, filter(None, row)))][-1:]
     is_below_names = False
     for (number, _), row in zip(lines, above, strict=False):
         if is_below_names and not is_log and 2 * dialect.count_numbers(row) > len(row):
             raise _incomplete(f"line {number}", row, dialect)
         is_below_names |= dialect.names_columns(row)
     # np.savetxt writes the names as a comment.
-    return [dialect.split(text) for number, text in comments.items() if number < first][-1:]
+    return rows[-1:]
 
 
 def _partial_first(lines: Sequence[Line], dialect: Dialect) -> list[str]:

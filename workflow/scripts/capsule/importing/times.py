@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import mentioned_time_unit
+from capsule.importing.stated import mentioned_time_unit, ticks_per_second
 from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
 
@@ -19,6 +19,10 @@ NO_TIME = "none"
 _NAMED = (*SECONDS, "sample")
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
+# Other units, in s, which are no key of lab.yaml or hardly ever meant, unless only they give the
+# configured rate.
+_RARE = {"0.1 s": 0.1, "0.01 s": 0.01, "0.1 ms": 1e-4, "10 us": 1e-5, "100 ns": 1e-7, "10 ns": 1e-8}
+_RARE |= {unit: SECONDS[unit] for unit in ("min", "h")}
 # First cells of a column that tell whether it holds dates or times of day.
 _CELLS_TRIED = 50
 # Plausible sampling rates: a wave of 3 s needs the lower one, and no sensor is faster than the
@@ -276,11 +280,24 @@ def _unit(
             f"{numbers[0]:.15g} seems to be a clock without colons, as 120059.9 for 12:00:59.9; "
             "write it with colons, or give --time none and the sampling rate with --rate"
         )
-    configured = [unit for unit in fitting if abs(rates[unit] / keys.rate_hz - 1) <= _SAME_RATE]
+    configured = [unit for unit in fitting if _same(rates[unit], keys.rate_hz)]
     fitting = configured if len(configured) == 1 else fitting
+    for text in table.remarks:
+        ticks_hz = ticks_per_second(text)
+        by_ticks = ticks_hz / step
+        if _PLAUSIBLE_HZ[0] <= by_ticks <= _PLAUSIBLE_HZ[1]:
+            fitting = [unit for unit in fitting if _same(rates[unit], by_ticks)]
+            if not fitting:
+                raise QuestionError(_OTHER_UNIT.format(text.strip()[:60]))
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
         options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
+    for unit, seconds in _RARE.items():
+        if fitting and not known and not configured and _same(1 / (step * seconds), keys.rate_hz):
+            how = (
+                f"--time-unit {unit}" if unit in SECONDS else f"--time none --rate {keys.rate_hz:g}"
+            )
+            options[unit] = f"{unit}, {1 / (step * seconds):.4g} Hz ({how})"
     if not options and channel.rate_hz and not keys.rate:
         raise QuestionError(
             f"its usual step of {step:.6g} is in no unit the rate that the file states, "
@@ -292,16 +309,20 @@ def _unit(
             f"its usual step of {step:.6g} is a rate between {low:g} and {high:g} Hz in no unit; "
             "use --time-unit, or name another column with --time"
         )
-    if len(options) > 1:
+    words = [each for each in map(mentioned_time_unit, table.remarks) if each]
+    if len(options) > 1 and not words:
         can_be = " or ".join(options.values())
         raise QuestionError(f"its usual step of {step:.6g} can be {can_be}; choose one")
-    (unit,) = options
-    words = filter(None, map(mentioned_time_unit, table.remarks))
-    for word in [word for word in words if unit_of(word) != unit][:1]:
+    unit = next(iter(options))
+    for word in [word for word in words if unit_of(word) != unit or len(options) > 1][:1]:
         raise QuestionError(_OTHER_UNIT.format(word))
     if unit == "sample":
         return unit, "counts"
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
+
+
+def _same(rate_hz: float, other_hz: float) -> bool:
+    return abs(rate_hz / other_hz - 1) <= _SAME_RATE
 
 
 def text_kind(channel: Channel) -> str:

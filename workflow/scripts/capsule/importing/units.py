@@ -97,3 +97,8 @@ def unit_of(text: str) -> str | None:
     It is empty for an empty text.
     """
     return _UNITS.get(text.strip().strip("[]()<>{}").strip().lower())
+
+
+def is_time_unit(text: str) -> bool:
+    """Return whether a text names a unit of time that is known."""
+    return unit_of(text) in (*SECONDS, "sample")
