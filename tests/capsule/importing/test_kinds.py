@@ -390,7 +390,12 @@ READ = {
     ),
     **{
         f"no scaling in {line!r}": Read(f"{line}\n{PLAIN}")
-        for line in ("# calibrated: 2026-03-04", "# baseline: 10 s", "# resolution: 10 bit")
+        for line in (
+            "# calibrated: yes",
+            "# calibrated: 2026-03-04",
+            "# baseline: 10 s",
+            "# resolution: 10 bit",
+        )
     },
     "a scaling that changes nothing": Read("# gain: 1\n# offset: 0\n# scale_factor: 1.0\n" + PLAIN),
     "all in quotes": Read(
@@ -521,6 +526,7 @@ ASKED = {
             ("# N", "N"),
             ("// kPa", "kPa"),
             ("kPa", "kPa"),
+            ("# s;N;N;N;N", "N"),
             ("# unit: counts\n# pressure in kPa", "counts and kPa"),
             ("# unit: counts\n# mV", "counts and mV"),
         )
@@ -588,6 +594,8 @@ ASKED = {
             ("mV/count,4.88", "mV/count = 4.88"),
             ("# gain: 10", "gain = 10"),
             ("# calib_slope: 2.2", "calib_slope = 2.2"),
+            ("# counts_per_V: 204.8", "counts_per_V = 204.8"),
+            ("# YScale: 0.5", "YScale = 0.5"),
         )
     },
     **{
@@ -596,6 +604,7 @@ ASKED = {
         )
         for line in (
             "# values x 10",
+            "# 0.1 mV per count",
             "# scaled by 0.001",
             "# readings are 10 * counts",
             "# true = raw * 0.5 + 3",
@@ -622,11 +631,19 @@ ASKED = {
         "the file says 'Pressure (kPa)', and of no column",
         "--unit counts",
     ),
-    "unit in a column": Asked(
-        lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units"),
-        "the file says 'kPa', and of no column that this is its unit",
+    "a description in words beside a unit": Asked(
+        "# converted to kPa\n" + with_unit("counts"),
+        "the file names counts and says 'converted to kPa', and of no",
         "--unit counts",
     ),
+    **{
+        f"unit {unit} in a column": Asked(
+            lines(TIME_S, *COUNTS, [unit] * 525, head="time,S1,S2,S3,S4,units"),
+            f"the file names {unit} of 'S1' and all others",
+            "--unit counts",
+        )
+        for unit in ("kPa", "N")
+    },
     **{
         f"unit in words, {line!r}": Asked(
             f"{line}\n{PLAIN}", f"the file says {line.strip('# ')!r}, and of no", "--unit counts"
@@ -712,6 +729,8 @@ ASKED = {
             ("# time_scale: 0.01", "time_scale: 0.01", 100),
             ("# timer: 250 kHz", "timer: 250 kHz", 250_000),
             ("# clock_hz: 32768", "clock_hz: 32768", 32_768),
+            ("# timer: 4 us", "timer: 4 us", 250_000),
+            ("# ticks_per_s: 250,000", "ticks_per_s: 250,000", 250_000),
             ("# counted by a clock of 2 MHz", "counted by a clock of 2 MHz", 2_000_000),
             ("# time in hundredths of a second", "hundredths", 100),
             ("# counted in hundredths of a second", "counted in hundredths of a second", 100),

@@ -9,6 +9,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
+    NOTE,
     described_unit,
     mentioned_unit,
     scales,
@@ -39,11 +40,11 @@ _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 # What follows the number of a sensor and is short, or a share, or a multiple: no name, but a unit.
 _BEHIND_NUMBER = re.compile(
     r"\D*[0-9]+[\s_/,:;-]*"
-    r"(%.*|[Pp]ercent|[cdnµμu]?N|oz|g|[mµμun]?S|[*x\u00d7] ?[0-9.]+|"
+    r"(%.*|[Pp]ercent|[cdnµμu]N|oz|[mµμun]S|[*x\u00d7] ?[0-9.]+|"
     r"(?:in )?(?:[0-9]*[.]|1/)[0-9]+ ?[^\W\d]\S*|.+[\s_*][x\u00d7] ?[0-9.]+)"
 )
 # The letter of a unit behind the number of a sensor, as in S1_T.
-_LETTER = re.compile(r"\D*[0-9]+[\s_.-]+([NgGTACFWJK])")
+_LETTER = re.compile(r"\D*[0-9]+[\s_./,:;-]+([NgGTACFWJKS])")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 # Least reading, and range of the largest one, that fit a unit.
@@ -284,14 +285,18 @@ def _mentions(
         for name, unit in zip(names, units, strict=True)
         if (word := mentioned_unit(name, is_name=True)) and (not unit or unit_of(word) != unit)
     ]
+    word = mentioned_unit(table.label, is_name=True)
+    told += [table.label] if word and (unit_of(word) or word) not in units else []
     if not any(texts):
-        told += [table.label] if mentioned_unit(table.label, is_name=True) else []
         told += [text for text in table.remarks if mentioned_unit(text) or described_unit(text)]
     # In a text or a workbook, nothing tells which of two units is nearer.
     elif table.lines is not None:
         told += [f"unit: {noted}"] if is_unit(noted) and unit_of(noted) not in units else []
-        described = [(text, described_unit(text)) for text in table.remarks]
-        told += [text for text, word in described if word and unit_of(word) not in units]
+        words = [
+            (text, described_unit(text) if NOTE.fullmatch(text) else mentioned_unit(text))
+            for text in table.remarks
+        ]
+        told += [text for text, word in words if word and unit_of(word) not in units]
     return told
 
 

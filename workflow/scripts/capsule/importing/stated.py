@@ -47,16 +47,19 @@ _PER_SECOND |= dict.fromkeys(["khz", "ksps", "ks/s"], 1000.0)
 _LONGEST_INTERVAL_S = 5.0
 # Names of what turns stored numbers into readings, which may be applied already.
 _SCALING = re.compile(
-    r"(?!(wf_start|time|clock|utc|zone|trigger)[_ ]|offset[_ ][mnuµ]?s$|NI_(scal|number))"
-    r"((\w+[_ ])?(scal|gain|offset|multipl|factor|lsb|calibrat|calib[_ ]|amplif|(probe.?)?attenu|"
-    r"probe|slope|tare|divi|sensitiv|cal$|bias|intercept|baseline|polynom|coeff|transform|quantum|"
-    r"conversion|(physical|digital)_?(max|min)|exponent|power$|(unit_?)?prefix).*|"
-    r"add_?offset|.*(per|/)[_ ]?(lsb|count|bit|digit|step|adu)s?[\])]?|bit_?volts|(.*2|to_)volts)",
+    r"(?!wf_|(time|clock|utc|zone|trigger)[_ ]|offset[_ ][mnuµ]?s$|NI_(scal|number))"
+    r"((\w+[_ ]|[xyv])?(scal|skal|gain|off$|offset|mult|factor|faktor|lsb|calib|amplif|"
+    r"(probe.?)?attenu|verst.rk|probe|slope|tare|divi|sensitiv|empfindlich|cal$|bias|intercept|"
+    r"baseline|polynom|coef|transform|quant(um|i[sz])|conversion|(physical|digital)_?(max|min)|"
+    r"exponent|power$|(unit_?)?prefix|v?div$|increment$).*|"
+    r"pga|amp|ratio|conv|zero([ _](level|point))?|nullpunkt|step[_ ]m?v|add_?offset|"
+    r".*(per|/)[_ ]?(lsb|count|bit|digit|step|adu|div(ision)?|m?v(olt)?)s?[\])]?|"
+    r"bit_?volts|(.*2|to_)volts)",
     re.IGNORECASE,
 )
 # What is no number of a scaling: none, a date, a duration, or a sensor's kind.
 _NO_SCALING = re.compile(
-    r"(none|no|off|false|n/?a|unscaled|raw|unknown)?|.*[0-9]{4}-[0-9]{2}-[0-9]{2}.*|"
+    r"(none|no|off|false|yes|true|done|ok|n/?a|unscaled|raw|unknown)?|.*[0-9]{4}-[0-9]{2}-[0-9]{2}.*|"
     r"[0-9]{1,2}[./][0-9]{1,2}[./][0-9]{2,4}.*|[0-9.]+ ?(m?s|min|h|bits?)",
     re.IGNORECASE,
 )
@@ -94,18 +97,23 @@ _TIME_STEP = re.compile(
     r"\w+\W+1/[0-9]+ ?s(?:ec\w*)?)",
     re.IGNORECASE,
 )
-# Words for the rate of a clock, whose unit may stand in the name.
-_TICKS = re.compile(
-    r"(?=(?:.*[^a-z])?(?:f_?cpu|clk|clock|timer|counter|ticks?|"
-    r"time[ _-]?(?:base|stamps?))(?![a-z]))"
-    r"(?:(?=.*hz|.*freq|.*per[ _]s|.*rate|.*/ ?s).*?[\s:=(]|.*?[\s:=(])"
-    r"([0-9]+\.?[0-9]*(?:e[+-]?[0-9]+)?) ?([kmg]?hz)?\b[^0-9]*",
+# Words for a clock, its rate or its period, and the unit of either in a name.
+_CLOCK = re.compile(
+    r"(?:f_?cpu|\w*clk|clock|timer[0-9]?|counter|ticks?|takt|rtc|tsf|oscillator|crystal|quar[tz]z?|"
+    r"time[ _-]?(?:base|stamps?))(?![a-z])(?P<name>.*)",
     re.IGNORECASE,
 )
+_NUMBER = r"(?<![\w.])([0-9][0-9,]*\.?[0-9]*(?:e[+-]?[0-9]+)?)"
+_QUANTITIES = [
+    re.compile(rf"{_NUMBER} ?(?:([kmg]?)(?:hz|hertz)|([mnuµμ]?s))\b", re.IGNORECASE),
+    re.compile(rf"{_NUMBER}([kmg]?)\b()", re.IGNORECASE),
+]
+_CLOCK_UNIT = re.compile(r"(?<!per)[ _\[(]+(?:([kmg]?)hz|([mnuµμ]?s))[\])]?\s*[:=]", re.IGNORECASE)
 _METRIC = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
 # Names of what describes readings in words.
 _DESCRIBES = re.compile(
-    r"(channel[_ ])?(desc(ription)?|comments?|notes?|remarks?|label|title|quantity|measurand|info|"
+    r"(channel[_ ])?(desc(ription)?|comments?|notes?|remarks?|columns|label|title|quantity|"
+    r"measurand|info|"
     r"(long|standard|display|full)[_ ]?name)",
     re.IGNORECASE,
 )
@@ -114,7 +122,9 @@ _PROSE = re.compile(
     r"(?=.*[0-9]).*\b(scal(ed?|ings?)|gain|(?<= )gain[0-9]+|offset|multipl\w+|factor|lsb|amplif\w+|"
     r"attenuat\w+|divi(de|sor)\w*|subtract\w*|resolution(?!.*bits?\b)|sensitivity|slope)\b.*|"
     r".*\b(tenths|hundredths|thousandths|normali[sz]ed)\b.*|"
-    r".*\b1 ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
+    r".*\b(1|one) ?(count|digit|bit|step|unit)s? ?(=|is|are) ?[0-9.]+.*|"
+    r".*[0-9] ?\w+ ?(per |/ ?)(count|digit|bit|lsb)s?\b.*|.*\b(multiplied|divided) by \w+.*|"
+    r"[/\u00f7] ?[0-9.]+|"
     r"(.*[\s)(=])?([x\u00d7*] [0-9.]+|[x\u00d7*](10+|[0-9]*\.[0-9]+)|[0-9.]+ ?[x\u00d7]|"
     r"[0-9.]+ ?[*] ?\w+)([\s)].*)?",
     re.IGNORECASE,
@@ -291,17 +301,33 @@ def described_unit(remark: str) -> str:
 
 
 def bare_unit(text: str) -> str:
-    """Return the unit that a text is, with or without brackets; empty if it is none."""
-    word = text.strip(" \t.,:;[](){}\"'")
-    # A or B can be the name of a run, but so is R or k.
-    is_name = word in ("r", "R", "k", "K") or unit_of(word) == "sample"
-    return word if is_unit(word) and not is_name else ""
+    """Return the unit that a text is, with or without brackets; empty if it is none.
+
+    If it holds a unit for each column, as ``s, N, N, N, N``, that of the readings is returned.
+    """
+    words = [word.strip(".:(){}[]\"'") for word in re.split(r"[\s,;|]+", text[:_LONGEST_REMARK])]
+    words = list(dict.fromkeys(filter(None, words)))
+    if len(words) > 1 and is_time_unit(words[0]):
+        words = words[1:]
+    # A can be the name of a run, but so can R or k, which are no other words for units, too.
+    if len(words) != 1 or words[0] in ("r", "R", "k", "K") or unit_of(words[0]) == "sample":
+        return ""
+    return words[0] if is_unit(words[0]) else ""
 
 
 def ticks_per_second(remark: str) -> float:
     """Return the rate in Hz that a remark tells of a clock or a timer; 0 if it tells none."""
-    match = _TICKS.fullmatch(remark[:_LONGEST_REMARK].strip())
-    return float(match[1]) * _METRIC[(match[2] or "")[:-2].lower()] if match else 0.0
+    text = remark[:_LONGEST_REMARK].replace("kilohertz", "kHz").replace("megahertz", "MHz")
+    clock = _CLOCK.search(text)
+    told = next(filter(None, (way.search(text) for way in _QUANTITIES)), None)
+    if not (clock and told):
+        return 0.0
+    number, prefix, unit = float(told[1].replace(",", "")), told[2] or "", told[3]
+    if named := _CLOCK_UNIT.search(clock["name"]):
+        prefix, unit = named[1] or "", named[2]
+    if unit:
+        return 1 / (number * SECONDS[unit_of(unit) or "s"]) if number else 0.0
+    return number * _METRIC[prefix.lower()]
 
 
 def mentioned_time_unit(text: str) -> str:

@@ -16,7 +16,7 @@ from capsule.recordings.recording import LARGEST_NUMBER
 _NAMED_AT_MOST = 20
 # Readings far from their neighbours: samples, readings in a row, the share of steps in % that are
 # usual, and how many times these the others are.
-_LEAST_LONE, _LONGEST_LONE, _USUAL_STEPS, _LONE_STEPS = 50, 3, 95, 4.0
+_LEAST_LONE, _LONGEST_LONE, _USUAL_STEPS, _LONE_STEPS = 50, 5, 95, 4.0
 
 
 @contextlib.contextmanager

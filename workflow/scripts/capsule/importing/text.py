@@ -119,7 +119,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
             text = ": ".join(filter(None, cells))
             is_prose = len(cells) < dialect.cells and speaks_of_scaling(plain)
             is_prose |= any(way.fullmatch(plain) for way in (_UNIT_LINE, _IN_UNIT))
-            is_prose |= bool(bare_unit(plain))
+            is_prose |= len(cells) < dialect.cells and bool(bare_unit(plain))
             if _states_much(text) or is_prose:
                 comments[number] = text if _states_much(text) else plain
         heads, said = above, _labview(above, dialect)
@@ -130,7 +130,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
     remarks = [*comments.values()]
     for (number, line), row in zip(known, heads, strict=False):
         if not (number in comments or dialect.names_columns(row)):
-            remarks.append(line)
+            remarks.append(line if dialect.delimiter != "tab" else ": ".join(filter(None, row)))
     table = _table(
         above,
         rows,
@@ -478,8 +478,10 @@ def _table(
     # Of a column, and of what stands above the names, a word can be the unit.
     remarks = [*remarks, *(cell for row in heads_only[:-1] for cell in row)]
     for each in channels:
-        if not each.holds_numbers:
-            remarks += [*dict.fromkeys(filter(None, each.words))][:_MOST_WORDS]
+        cells = [] if each.holds_numbers else [*dict.fromkeys(filter(None, each.words))]
+        remarks += cells[:_MOST_WORDS]
+        if cells and re.search("unit|einheit", each.name, re.IGNORECASE):
+            told["notes"].setdefault("unit", different(cells[:_MOST_WORDS]))
     return Table(
         channels,
         lines=np.asarray(lines),

@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import mentioned_time_unit, ticks_per_second
+from capsule.importing.stated import UNSURE_RATE, mentioned_time_unit, ticks_per_second
 from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
 
@@ -282,13 +282,20 @@ def _unit(
         )
     configured = [unit for unit in fitting if _same(rates[unit], keys.rate_hz)]
     fitting = configured if len(configured) == 1 else fitting
-    for text in table.remarks:
-        ticks_hz = ticks_per_second(text)
+    own = {} if stamps.rates_hz == channel.rates_hz else dict(stamps.rates_hz)
+    own |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
+    clocks = {
+        mentioned_time_unit(text) or text.strip()[:60]: ticks_per_second(text)
+        for text in table.remarks
+    }
+    clocks |= {f"{name} = {hz:g}": hz for name, hz in own.items()}
+    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
+    for text, ticks_hz in clocks.items():
         by_ticks = ticks_hz / step
-        if _PLAUSIBLE_HZ[0] <= by_ticks <= _PLAUSIBLE_HZ[1]:
-            fitting = [unit for unit in fitting if _same(rates[unit], by_ticks)]
-            if not fitting:
-                raise QuestionError(_OTHER_UNIT.format(text.strip()[:60]))
+        is_ticks = is_whole and _PLAUSIBLE_HZ[0] <= by_ticks <= _PLAUSIBLE_HZ[1]
+        fitting = [unit for unit in fitting if not is_ticks or _same(rates[unit], by_ticks)]
+        if is_ticks and not fitting:
+            raise QuestionError(_OTHER_UNIT.format(text))
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
         options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
