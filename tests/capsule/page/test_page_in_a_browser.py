@@ -459,6 +459,18 @@ def test_a_survey_is_replayed_by_keys_buttons_and_a_mark_in_its_picture(browser,
     assert browser.messages() == []
 
 
+# Kills: a range of rows alone, which cuts off the last sensor's dip over a nodule.
+def test_a_press_deeper_than_the_distance_of_the_rows_stays_in_the_picture(browser, page):
+    browser.open(page)
+    drawn = """
+        const rows = [[0, 9, null, 0], [0, 0, null, -9]];
+        const drawing = { time: [0, 1, 2, 3], rows, distance: 4, middle: 0, unit: "" };
+        const { scales } = drawStacked(document.body, drawing);
+        return Promise.resolve().then(() => [scales.y.min, scales.y.max]);
+    """
+    assert browser.run(drawn) == [-1 - 9 / 4, 9 / 4]
+
+
 def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, page, tmp_path):
     printed = []
     widths = "return [...document.querySelectorAll('#viewer .canvas canvas')].map((c) => c.width)"
