@@ -73,12 +73,16 @@ class StopRequest:
         signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
         self._told = told
         threading.Thread(target=_end_at_the_second, args=(heard,), daemon=True).start()
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            if hasattr(signal, name):
-                signal.signal(getattr(signal, name), self._note)
+        names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+        self._former = {
+            number: signal.signal(number, self._note)
+            for number in (getattr(signal, name) for name in names)
+        }
 
     def close(self) -> None:
-        """Count no more, because the recording is over."""
+        """Count no more, because the recording is over: each signal does what it did before."""
+        for number, handler in self._former.items():
+            signal.signal(number, handler)
         signal.set_wakeup_fd(-1)
         self._told.close()
 

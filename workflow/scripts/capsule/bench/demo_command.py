@@ -6,13 +6,14 @@ import signal
 import subprocess
 import time
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from itertools import count
 from pathlib import Path
 
 from capsule import words
 from capsule.arguments import natural, number_within
-from capsule.arrays import IntArray
+from capsule.arrays import FloatArray, IntArray
 from capsule.bench import record_command, recorder, terminal
 from capsule.bench.clock import elapsed_s
 from capsule.bench.line import Arrival
@@ -24,12 +25,11 @@ from capsule.commands.report import INTERRUPTED, call_workflow, check_workflow, 
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import OWN_CONFIG
 from capsule.errors import CapsuleError
-from capsule.judging.verdict import FinalVerdict
+from capsule.judging.verdict import FinalVerdict, Judgement
 from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.sensor import Electronics
-from capsule.phantom.simulation import Run, planned_runs, simulate_run, simulated_header
+from capsule.phantom.simulation import planned_runs, simulate_run, simulated_header
 from capsule.recordings.names import PART, UNLABELLED
 from capsule.store import files
 from capsule.store.results import OfArchive
@@ -81,17 +81,13 @@ def demo(chosen: argparse.Namespace) -> None:
     CapsuleError
         The folder was not made by a demo, or the workflow or the recorder failed.
     """
-    begun_s = time.monotonic()
-    with contextlib.ExitStack() as at_end:
-        page = None
-        if chosen.live:
-            page = at_end.enter_context(opened_page(browser=chosen.open))
-        settings = read_settings()
-        phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
+    live = opened_page(browser=chosen.open) if chosen.live else contextlib.nullcontext()
+    with live as page:
+        phantom, sensors = read_phantom(DEFAULT_TABLE, []), read_settings()["recording"]["sensors"]
         prepare(chosen.out, phantom, sensors)
         seed = chosen.seed or next_seed(chosen.out)
         name = run_name(seed)
-        played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
+        truth = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
         how = "in real time" if chosen.speed == 1 else f"{chosen.speed:g} times as fast"
         print(
             f"Everything here is simulated and goes to {chosen.out}/. A simulated board plays a "
@@ -99,23 +95,21 @@ def demo(chosen: argparse.Namespace) -> None:
             f"keeps it. Meanwhile the detectors learn from {sum(LABELLED.values())} labelled "
             "recordings, unless an earlier demo did it."
         )
-        learning = Learning(chosen)
-        at_end.callback(learning.end)
-        header = simulated_header(SOURCE, phantom, seed)
-        run = PlayedRun(played.counts, phantom.electronics, chosen.speed, header)
-        # Afterwards Ctrl-C reaches the workflow again.
-        for number in (signal.SIGINT, signal.SIGTERM):
-            at_end.callback(signal.signal, number, signal.getsignal(number))
-        options = _recorder_options(chosen, name)
-        recorded = recorder.record(options, run, learning.final, page)
+        with contextlib.closing(Learning(chosen)) as learning:
+            run = PlayedRun(truth.counts, phantom, seed, chosen.speed)
+            recorded = recorder.record(_recorder_options(chosen, name), run, learning, page)
     path = chosen.out / "raw" / UNLABELLED / recorded.name
     path.parent.mkdir(parents=True, exist_ok=True)
     recorded.rename(path)
-    _tell_truth(played)
-    print(f"The verdicts came {_since(begun_s)} after the start. Now the report is made.")
+    if truth.nodule_mm:
+        at = words.number(truth.nodule_at_mm, 1)
+        print(f"The truth: a nodule of {truth.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
+    else:
+        print("The truth: there is no nodule.")
+    print("Now the report is made.")
     _make(chosen, REPORT)
     report = chosen.out / REPORT
-    print(f"The report came {_since(begun_s)} after the start: {report}. To judge the run again:")
+    print(f"The report: {report}. To judge the run again:")
     print(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
     if chosen.open and not webbrowser.open(report.resolve().as_uri()):
         print("The demo cannot open a browser; open the report yourself.")
@@ -125,48 +119,39 @@ class Learning:
     """The detectors, which learn from the labelled recordings while the run is played."""
 
     def __init__(self, chosen: argparse.Namespace) -> None:
-        self._chosen = chosen
-        self._final: FinalVerdict | None = None
+        self._chosen, self._settings = chosen, read_settings(chosen.out / OWN_CONFIG)
         check_workflow(chosen.out)
-        arguments = [f"--cores={chosen.cores}", *LEARNED]
-        log = chosen.out / "logs" / "learning.log"
-        log.parent.mkdir(parents=True, exist_ok=True)
-        with log.open("wb") as output:
-            self._snakemake = subprocess.Popen(
-                snakemake_command(chosen.out, arguments),
-                cwd=chosen.out,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-            )
+        command = snakemake_command(chosen.out, [f"--cores={chosen.cores}", *LEARNED])
+        (chosen.out / "logs").mkdir(exist_ok=True)
+        with (chosen.out / "logs" / "learning.log").open("wb") as log:
+            self._snakemake = subprocess.Popen(command, cwd=chosen.out, stdout=log, stderr=log)
 
-    def end(self) -> None:
+    def close(self) -> None:
         """End the learning, if it still goes on."""
         if self._snakemake.poll() is None:
             self._snakemake.send_signal(signal.SIGINT)
             self._snakemake.wait()
 
-    def final(self, wait: bool) -> FinalVerdict | None:
-        """Return the detectors; None while they learn, unless it is to wait for them.
+    def judge_so_far(
+        self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
+    ) -> Judgement:
+        """Judge a run in progress, once the detectors have learned."""
+        if self._snakemake.poll() == 0:
+            return self._final.judge_so_far(samples, header)
+        return Judgement(self._settings, waits="the detectors still learn")
 
-        Raises
-        ------
-        CapsuleError
-            They cannot learn.
-        """
-        if self._final is None and (wait or self._snakemake.poll() is not None):
-            if self._snakemake.poll() is None:
-                print("The detectors still learn; the verdicts come in a moment.")
-            if self._snakemake.wait() and wait:
-                _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
-            if wait or self._snakemake.returncode == 0:
-                templates, learned = (self._chosen.out / name for name in LEARNED)
-                settings = read_settings(self._chosen.out / OWN_CONFIG)
-                self._final = FinalVerdict(templates, learned, settings)
-        return self._final
+    def judge(self, values: FloatArray) -> Judgement:
+        """Judge a recording; raise `CapsuleError` if the detectors cannot learn."""
+        return self._final.judge(values)
 
-
-def _since(begun_s: float) -> str:
-    return words.duration(time.monotonic() - begun_s)
+    @cached_property
+    def _final(self) -> FinalVerdict:
+        if self._snakemake.poll() is None:
+            print("The detectors still learn; the verdicts come in a moment.")
+        if self._snakemake.wait():
+            _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
+        templates, learned = (self._chosen.out / name for name in LEARNED)
+        return FinalVerdict(templates, learned, self._settings)
 
 
 def _make(chosen: argparse.Namespace, *targets: str) -> None:
@@ -186,42 +171,22 @@ def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespa
     about = ["--name", name, "--site", name, "--session", "demo", "--setup", name]
     options = parser.parse_args(["--unlabelled", "--detect", *about])
     options.raw, options.logs = chosen.out / PLAYED, chosen.out / "logs"
-    options.templates, options.config = chosen.out / LEARNED[0], chosen.out / OWN_CONFIG
+    options.config = chosen.out / OWN_CONFIG
     return options
 
 
-def _tell_truth(played: Run) -> None:
-    if played.nodule_mm:
-        at = words.number(played.nodule_at_mm, 1)
-        print(f"The truth: a nodule of {played.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
-    else:
-        print("The truth: there is no nodule.")
-
-
 class PlayedRun(Source):
-    """A simulated run in place of a logger board."""
+    """A simulated run in place of a logger board, played at a `speed` relative to a real one."""
 
-    def __init__(
-        self,
-        counts: IntArray,
-        electronics: Electronics,
-        speed: float,
-        header: Mapping[str, str],
-    ) -> None:
-        self._readings, self._rate_hz, self._speed = counts.T.tolist(), electronics.rate_hz, speed
-        entries = {
-            "rate_hz": f"{self._rate_hz:g}",
-            "channels": str(len(counts)),
-            "adc_bits": str(electronics.adc_bits),
-        }
-        super().__init__("a simulated board", Identity("logger", entries), header)
-        self._begun_s: float | None = None
-        self._sent = 0
+    def __init__(self, counts: IntArray, phantom: Phantom, seed: int, speed: float) -> None:
+        header = simulated_header(SOURCE, phantom, seed)
+        identity = Identity("logger", header | {"channels": str(len(counts))})
+        super().__init__("a simulated board", identity, header)
+        self._readings, self._rate_hz = counts.T.tolist(), phantom.electronics.rate_hz
+        self._speed, self._begun_s, self._sent = speed, elapsed_s(), 0
 
     def read(self, timeout_s: float) -> list[Arrival]:
-        """Wait, and return the samples that are due since the first call."""
-        if self._begun_s is None:
-            self._begun_s = elapsed_s()
+        """Wait, and return the samples that are due."""
         time.sleep(timeout_s)
         now_s = elapsed_s()
         due = int((now_s - self._begun_s) * self._rate_hz * self._speed)

@@ -43,17 +43,11 @@ class Loop:
             self.attempt_due()
             self._state.ended = ended
 
-    def show(self) -> None:
-        """Show the last state, however short ago one was shown."""
-        for what in ("its display", "its live page"):
-            if what in self._acts:
-                self.attempt(what, self._acts[what][0])
-
     def attempt_due(self) -> None:
-        """Do what was not done for long enough."""
+        """Do what was not done for long enough; at the end, all of it."""
         now_s = time.monotonic()
         for what, (act, every_s) in list(self._acts.items()):
-            if now_s - self._done_s.get(what, -math.inf) >= every_s:
+            if self._state.ended or now_s - self._done_s.get(what, -math.inf) >= every_s:
                 self._done_s[what] = now_s
                 self.attempt(what, act)
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
@@ -39,6 +39,7 @@ from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
+    from capsule.bench.demo_command import Learning
     from capsule.judging.verdict import FinalVerdict
 
 JUDGE_EVERY_S = 0.5
@@ -76,7 +77,6 @@ class Recorder:
         self.loop = Loop("the recording", self.state, log)
         self._trouble: AcquisitionError | None = None
         self._begun_s = elapsed_s()
-        self._dated = False
 
     def archive(self) -> None:
         """Run from the start of the wave to its stop, and archive the samples.
@@ -111,7 +111,6 @@ class Recorder:
         # Read first: samples that came while this program was stopped are in the port.
         self._source.serve(READ_TIMEOUT_S)
         self._write()
-        self._date()
         self._part.sync()
         if self._drive:
             self._drive.serve(self.state.samples * self.state.period_s)
@@ -122,7 +121,10 @@ class Recorder:
     def _write(self) -> None:
         """Write the new samples to the file."""
         new = self._source.take()
-        for number, counts in enumerate(new, self.state.samples - len(new)):
+        first = self.state.samples - len(new)
+        if new and first == 0:
+            self._date()
+        for number, counts in enumerate(new, first):
             # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
             time_s = round(number * self.state.period_s, 6)
             self._part.add(format_sample(time_s, counts, self._source.sensors))
@@ -131,10 +133,7 @@ class Recorder:
         self._part.flush()
 
     def _date(self) -> None:
-        """Write the time of the first sample into the header, once it is known."""
-        if self._dated or not self.state.samples:
-            return
-        self._dated = True
+        """Write the time of the first sample into the header."""
         first_s = self._source.taken_s - (self.state.samples - 1) * self.state.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
         self._amend("started", moment_text(started))
@@ -188,17 +187,13 @@ class Recorder:
         return str(self._trouble or "")
 
 
-#: Returns the detectors, None while they still learn; if True is given, it waits for them.
-Learned: TypeAlias = "Callable[[bool], FinalVerdict | None]"
-
-
 def record(
     options: argparse.Namespace,
     played: Source | None = None,
-    learned: "Learned | None" = None,
+    detectors: "FinalVerdict | Learning | None" = None,
     page: LivePage | None = None,
 ) -> Path:
-    """Record one run.
+    """Record one run: of the options' source, or a `played` one with its `detectors` and `page`.
 
     Raises
     ------
@@ -206,19 +201,23 @@ def record(
         The bench or the disk fails.
     """
     started = datetime.now(UTC)
-    name = options.name or started.strftime("%Y%m%dT%H%M%SZ")
     folder = options.size or UNLABELLED
-    final = options.raw / folder / f"{name}.csv"
+    name = f"{folder}/{options.name or started.strftime('%Y%m%dT%H%M%SZ')}"
+    final: Path = options.raw / f"{name}.csv"
     growing_file.check_free(final)
     settings = read_settings(options.config)
-    _tell_of_unfinished(options.raw)
-    if options.detect and learned is None:
-        learned = _detectors(options, settings)
+    if parts := growing_file.unfinished(options.raw):
+        print(
+            f"unfinished recordings under {options.raw}: {len(parts)}, such as {parts[0]}; to "
+            "complete them, run: capsule record --recover"
+        )
+    if options.detect and detectors is None:
+        detectors = _learned(options, settings)
     wave = Wave(options.speed, options.ramp, options.direction)
     with contextlib.ExitStack() as at_end:
         terminal = Terminal(sys.stdout)
         at_end.callback(terminal.clear)
-        log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
+        log = FrameLog(options.logs / f"{name}.log", terminal.note)
         at_end.callback(log.close)
         drive = connected_drive(options.drive, wave, log) if options.drive else None
         at_end.callback(leave, drive)
@@ -227,19 +226,19 @@ def record(
         board = played or _source(options, settings, log)
         check_fits(board.identity, settings["recording"])
         source = Logger(board, log)
+        state = source.state
         header = {**board.header, "started": moment_text(started)}
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
         outlet = None
         if options.stream_out:
-            outlet = SampleOutlet(options.stream_out, header, source.sensors, f"{folder}/{name}")
+            outlet = SampleOutlet(options.stream_out, header, source.sensors, name)
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
         part = GrowingFile(final, head_of(header, source.sensors), tell=terminal.note)
         log.note(f"logger at {source.port}: {json.dumps(header)}")
         terminal.note(f"recording {final} from {source.port}; Ctrl-C ends it")
-        state = source.state
-        state.title = f"{folder}/{name}{', simulated' if played else ''}"
+        state.title = f"{name}{', simulated' if played else ''}"
         state.longest = settings["preprocessing"]["length"]
         if options.duration:
             state.end_s = round(options.duration * source.rate_hz) / source.rate_hz
@@ -247,20 +246,19 @@ def record(
         loop = recorder.loop
         if outlet:
             loop.add("its stream", partial(outlet.send, state))
-        if learned:
-            judge = partial(_judge_so_far, learned, settings, source, header)
-            loop.add("verdicts", judge, JUDGE_EVERY_S)
+        if detectors:
+            loop.add("verdicts", partial(_judge_so_far, detectors, source, header), JUDGE_EVERY_S)
         loop.show_on(terminal, page)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
         recorder.archive()
-        loop.show()
+        loop.attempt_due()
         terminal.note(f"ended: {state.ended}")
         if state.damaged:
             terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
-        terminal.note(f"archived {part.final}: {state.summary()}")
-        final_check = partial(_check, part.final, settings, learned, terminal.note)
+        terminal.note(f"archived {final}: {state.summary()}")
+        final_check = partial(_check, final, settings, detectors, terminal.note)
         loop.attempt("the check at its end", final_check)
-    return part.final
+    return final
 
 
 def recover(options: argparse.Namespace) -> None:
@@ -282,24 +280,15 @@ def recover(options: argparse.Namespace) -> None:
         raise failed[-1]
 
 
-def _tell_of_unfinished(raw: Path) -> None:
-    parts = growing_file.unfinished(raw)
-    if parts:
-        print(
-            f"unfinished recordings under {raw}: {len(parts)}, such as {parts[0]}; to complete "
-            "them, run: capsule record --recover"
-        )
-
-
-def _detectors(options: argparse.Namespace, settings: Settings) -> Learned:
+def _learned(options: argparse.Namespace, settings: Settings) -> "FinalVerdict":
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
     from capsule.judging.verdict import FinalVerdict, note_of_change  # only if they are used
 
     learned = options.templates.with_name(OfArchive.DETECTORS)
-    final = FinalVerdict(options.templates, learned, settings)
+    detectors = FinalVerdict(options.templates, learned, settings)
     if note := note_of_change(learned.parent, settings):
         print(note)
-    return lambda wait: final
+    return detectors
 
 
 def _source(options: argparse.Namespace, settings: Settings, log: FrameLog) -> Board | Source:
@@ -324,15 +313,9 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
 
 
 def _judge_so_far(
-    learned: "Learned", settings: Settings, source: Logger, header: Mapping[str, str]
+    detectors: "FinalVerdict | Learning", source: Logger, header: Mapping[str, str]
 ) -> None:
-    """Judge the recording so far, once the detectors have learned."""
-    from capsule.judging.verdict import Judgement  # only if they are used
-
-    if final := learned(False):
-        source.state.judgement = final.judge_so_far(source.samples, header)
-    else:
-        source.state.judgement = Judgement(settings, waits="the detectors still learn")
+    source.state.judgement = detectors.judge_so_far(source.samples, header)
 
 
 def leave(drive: Drive | None) -> None:
@@ -344,7 +327,7 @@ def leave(drive: Drive | None) -> None:
 def _check(
     recording: Path,
     settings: Settings,
-    learned: "Learned | None",
+    detectors: "FinalVerdict | Learning | None",
     tell: Callable[[str], None],
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
@@ -357,6 +340,6 @@ def _check(
         tell(f"warning: {rejected}{check['reason']}")
     if check["no_verdict"]:
         tell(f"warning: no detector will judge this recording: {check['no_verdict']}")
-    elif learned and not rejected and (final := learned(True)):
-        for line in final.judge(values).lines():
+    elif detectors and not rejected:
+        for line in detectors.judge(values).lines():
             tell(line)

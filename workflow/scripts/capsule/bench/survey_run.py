@@ -81,7 +81,7 @@ class SurveyRun:
         """Run the survey to its end; a resumed one has `begun` at this time."""
         self._begun = begun if self._heard else None
         self._loop.go_on(partial(self._look, bench, stop))
-        self._loop.show()
+        self._loop.attempt_due()
         self._terminal.leave()
         self._write_places()
 
