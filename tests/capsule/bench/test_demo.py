@@ -21,8 +21,6 @@ from capsule.phantom.simulation import simulate_run
 from capsule.recordings.recording import read_recording
 from support.learned import taught_by, write_learned, write_templates
 
-pytestmark = pytest.mark.boards
-
 NOTHING = [sys.executable, "-c", "pass"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
@@ -152,6 +150,7 @@ def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
     assert [each.at_end for some in told for each in some] == [False, False, True]
 
 
+@pytest.mark.boards
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
     folder = tmp_path / "demo"
     demo_command.prepare(folder, PHANTOM, 4)

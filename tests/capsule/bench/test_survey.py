@@ -1,37 +1,44 @@
-"""capsule survey as a user runs it: the files of a finished session, and those of a killed one."""
+"""A survey of a simulated gut: its files, and those of a survey that was killed."""
 
-import argparse
 import csv
 import io
 import json
-import subprocess
+import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from capsule.bench import survey_command
+from capsule.bench import survey_command, survey_session
+from capsule.bench.bench_errors import AcquisitionError, CannotArriveError
 from capsule.errors import WrongOptionError
+from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import read_recording
-from support.command import CAPSULE
+from support.command import parsers
 
-pytestmark = pytest.mark.boards
-
-SURVEY = [*CAPSULE, "survey"]
 GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "--seed", "5"]
 
 
-def run(*arguments, cwd, **options):
-    return subprocess.run(
-        [*SURVEY, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, **options
-    )
+def survey(*words):
+    options = parsers()["survey"].parse_args(list(map(str, words)))
+    survey_command.check(options)
+    survey_session.survey(options)
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Make an undisturbed session."""
+    """Make an undisturbed session, whose wave is rounded as that of boards is."""
     folder = tmp_path_factory.mktemp("sessions") / "whole"
-    done = run(*GUT, "--out", folder, "--raw", "raw", cwd=folder.parent)
-    assert done.returncode == 0, done.stderr
-    return folder, done.stdout
+    read = SimulatedBench.read
+
+    def rounded(bench, samples):
+        readings = read(bench, samples)
+        return replace(readings, wave_mm=np.round(readings.wave_mm, 2))
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(SimulatedBench, "read", rounded)
+        survey(*GUT, "--out", folder, "--raw", folder.parent / "raw")
+    return folder
 
 
 def table(path):
@@ -39,7 +46,7 @@ def table(path):
 
 
 def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspicious(whole):
-    rows = table(whole[0] / "stream.csv")
+    rows = table(whole / "stream.csv")
     assert ",".join(rows[0]) == (
         "time_s,sensor_1,sensor_2,sensor_3,sensor_4,wave_mm,head_mm,score,threshold,fold"
     )
@@ -49,7 +56,7 @@ def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspiciou
     assert all(row["threshold"] for row in judged.values())
     del rows[7::8]
     assert not any(row["head_mm"] + row["score"] + row["threshold"] for row in rows)
-    lines = (whole[0] / "events.jsonl").read_text().splitlines()
+    lines = (whole / "events.jsonl").read_text().splitlines()
     events = [json.loads(line) for line in lines]
     assert events[-1]["after"] == "ended"
     placed = [event for event in events if event["event"] in ("placed", "suspected", "passed")]
@@ -64,16 +71,14 @@ def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspiciou
 
 
 def test_a_confirmed_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
-    folder, said = whole
-    (place,) = (row for row in table(folder / "places.csv") if row["status"] == "confirmed")
-    assert "1 confirmed" in said
+    (place,) = (row for row in table(whole / "places.csv") if row["status"] == "confirmed")
     seen = set()
     for name in place["recordings"].split():
-        recording = read_recording(io.BytesIO((folder / name).read_bytes()), 4)
+        recording = read_recording(io.BytesIO((whole / name).read_bytes()), 4)
         assert recording.header["site"] == f"whole/place-{int(place['place']):02d}"
         assert recording.header["source"] == "simulated survey"
-        copy = folder.parent / "raw" / "unlabelled" / f"whole-{name.rpartition('/')[2]}"
-        assert copy.read_bytes() == (folder / name).read_bytes()
+        copy = whole.parent / "raw" / "unlabelled" / f"whole-{name.rpartition('/')[2]}"
+        assert copy.read_bytes() == (whole / name).read_bytes()
         assert 300 <= recording.time_s.size < 1000
         pieces = {tuple(recording.values[:, at : at + 20].ravel()) for at in range(250)}
         assert not pieces & seen
@@ -81,11 +86,85 @@ def test_a_confirmed_place_has_its_passes_as_recordings_of_samples_of_their_own(
     assert len(seen) >= 500
 
 
+WAVE = {"speed_mm_s": 25.0, "ramp_mm_s2": 25.0, "direction": "forward"}
+HEADER = {"source": "a board", "rate_hz": "10", "started": "2026-01-01T10:00:00Z"}
+KEPT = ("stream.csv", "events.jsonl")
+
+
+@pytest.fixture
+def killed(whole, tmp_path):
+    """Return a function that makes a session on boards as a kill leaves it, cut to some bytes."""
+
+    def make(**kept):
+        folder = tmp_path / "killed"
+        folder.mkdir()
+        about = {"metres": 0.35, "goto": [], "raw": None, "index_mm": 0.0, "wave": WAVE}
+        about |= {"boards": {"drive": "d", "fold": "f", "logger": "l"}}
+        about |= {"begun": "2026-01-01T10:00:00+00:00", "header": HEADER | {"session": "killed"}}
+        (folder / "session.json").write_text(json.dumps(about))
+        for name in KEPT:
+            content = (whole / name).read_bytes()[: kept.get(name.partition(".")[0])]
+            (folder / f"{name}.part").write_bytes(content)
+        return folder
+
+    return make
+
+
+# Kills: a repeated line that is not the stored one; a last event that a power cut took for good.
+def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(whole, killed):
+    folder = killed(events=-100)
+    survey("--resume", folder)
+    for name in KEPT:
+        assert (folder / name).read_bytes() == (whole / name).read_bytes()
+    assert not list(folder.glob("*.part"))
+    known = [
+        {name: row[name] for name in ("place", "status", "place_mm", "recordings")}
+        for row in table(folder / "places.csv")
+    ]
+    assert known == [{name: row[name] for name in known[0]} for row in table(whole / "places.csv")]
+    first = read_recording(
+        io.BytesIO((folder / "recordings" / "place-01-pass-1.csv").read_bytes()), 4
+    )
+    # The pass began so long after the survey.
+    events = [json.loads(line) for line in (whole / "events.jsonl").read_text().splitlines()]
+    passed_s = next(event["time_s"] for event in events if event["event"] == "passed")
+    begun = re.fullmatch(r"2026-01-01T10:(\d\d):(\d\d)Z", first.header["started"])
+    begun_s = 60 * int(begun[1]) + int(begun[2])
+    assert begun_s == pytest.approx(passed_s - first.time_s[-1], abs=1.5)
+
+
+# Kills: half a judgement that is decided on; a line that is cut off and taken for a whole one.
+@pytest.mark.parametrize("kept", [20_000, 60_001])
+def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, killed, monkeypatch, kept):
+    def find_none(*_):
+        raise AcquisitionError("no board")
+
+    monkeypatch.setattr(survey_session, "open_boards", find_none)
+    folder = killed(stream=kept, events=kept)
+    with pytest.raises(AcquisitionError, match="no board"):
+        survey("--resume", folder)
+    stream = (folder / "stream.csv.part").read_bytes()
+    assert (whole / "stream.csv").read_bytes().startswith(stream)
+    assert stream.endswith(b"\n") and len(stream.splitlines()) % 8 == 1
+    assert len(stream) > kept - 8 * 60
+
+
+def test_a_session_of_another_version_is_left_as_it_is(killed):
+    folder = killed()
+    path = folder / "events.jsonl.part"
+    other = path.read_bytes().replace(b"the wave is felt", b"the wave is seen")
+    path.write_bytes(other)
+    stream = (folder / "stream.csv.part").read_bytes()
+    with pytest.raises(AcquisitionError, match="differs"):
+        survey("--resume", folder)
+    assert path.read_bytes() == other
+    assert (folder / "stream.csv.part").read_bytes() == stream
+
+
 def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
     out = ["--simulate", "--metres", "0.3", "--out", tmp_path / "back"]
-    done = run(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2", cwd=tmp_path)
-    assert done.returncode == 13
-    assert "cannot go back" in done.stderr
+    with pytest.raises(CannotArriveError, match="cannot go back"):
+        survey(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2")
     assert (tmp_path / "back/stream.csv").read_text().endswith("unfolded\n")
 
 
@@ -101,8 +180,6 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
     ],
 )
 def test_a_wrong_command_line_is_answered_with_what_is_wrong(arguments, said, capsys):
-    parser = argparse.ArgumentParser()
-    survey_command.add_arguments(parser)
     with pytest.raises((WrongOptionError, SystemExit)) as refused:
-        survey_command.check(parser.parse_args(arguments))
+        survey(*arguments)
     assert said in f"{refused.value}{capsys.readouterr().err}"

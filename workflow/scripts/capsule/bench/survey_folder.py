@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -21,8 +22,8 @@ from capsule.survey.listed import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import FOLD_STATES, Event, Readings
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
-# Results of a judgement; only the row of its last sample has them.
-JUDGED = ("head_mm", "score", "threshold")
+# Results of a judgement, with their decimals; only the row of its last sample has them.
+JUDGED = {"head_mm": 2, "score": 5, "threshold": 5}
 # Entry of session.json that becomes known later: the phase of the wave at the cam shaft's index.
 INDEX = "index_mm"
 # Events that the pilot gets from outside; no reading shows them.
@@ -73,13 +74,15 @@ class SessionFolder:
         present state, and the threshold above which it is suspicious. The cell of a value that is
         NaN stays empty.
         """
-        judged = [_cell(value, digits) for value, digits in zip(judgement, (2, 5, 5), strict=True)]
-        last = time_s.size - 1
-        for number, (now_s, values, wave_mm) in enumerate(
-            zip(time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)
-        ):
-            cells = [f"{now_s:.3f}", *(_cell(value, 0) for value in values), _cell(wave_mm, 2)]
-            cells += judged if number == last else [""] * len(judged)
+        judged = np.full((time_s.size, len(JUDGED)), np.nan)
+        judged[-1] = judgement
+        digits = [3, *[0] * len(readings.values), 2, *JUDGED.values()]
+        rows = np.column_stack([time_s, readings.values.T, readings.wave_mm, judged])
+        for row in rows.tolist():
+            cells = [
+                "" if math.isnan(value) else f"{value:.{decimals}f}"
+                for value, decimals in zip(row, digits, strict=True)
+            ]
             self._stream.add(",".join([*cells, readings.fold]) + "\n")
 
     def add_events(self, events: Iterable[Event]) -> None:
@@ -196,10 +199,6 @@ def read_about(folder: Path) -> dict[str, Any]:
     return about
 
 
-def _cell(value: float, digits: int) -> str:
-    return "" if np.isnan(value) else f"{value:.{digits}f}"
-
-
 def read_stored(
     folder: Path, recording: Settings, every: int
 ) -> tuple[list[tuple[Readings, float]], dict[int, Event]]:
@@ -218,12 +217,12 @@ def read_stored(
     rows = list(_rows(folder / (STREAM + PART), recording["sensors"]))
     judged = []
     for start in range(0, len(rows) - every + 1, every):
-        some = rows[start : start + every]
+        numbers, folds = zip(*rows[start : start + every], strict=True)
         # Between two samples there is one period, or an interruption.
-        away_s = round(some[0][0] - round(start / rate_hz, 3), 3)
+        away_s = round(numbers[0][0] - round(start / rate_hz, 3), 3)
         # The same order in memory as at first: another order of sums changes the last digits.
-        numbers = np.array([row[1] for row in some]).T.copy()
-        judged.append((Readings(numbers[:-1], numbers[-1], some[0][2]), away_s))
+        columns = np.array(numbers).T.copy()
+        judged.append((Readings(columns[1:-1], columns[-1], folds[0]), away_s))
     return judged, dict(_told(folder / (EVENTS + PART)))
 
 
@@ -232,20 +231,20 @@ def _whole_lines(path: Path) -> list[bytes]:
     return path.read_bytes().split(b"\n")[:-1] if path.exists() else []
 
 
-def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
-    """Read time, numbers and fold state of each row, up to the first unreadable one."""
+def _rows(path: Path, sensors: int) -> Iterator[tuple[list[float], str]]:
+    """Read time, readings and wave, and fold state of each row, up to the first unreadable one."""
     lines = _whole_lines(path)
     if lines[:1] != [stream_columns(sensors).encode()]:
         return
     for line in lines[1:]:
-        cells = line.decode("ascii", errors="replace").split(",")
-        if len(cells) != sensors + 3 + len(JUDGED) or cells[-1] not in FOLD_STATES:
-            return
         try:
-            numbers = [float(cell or "nan") for cell in cells[1 : sensors + 2]]
-            yield float(cells[0]), numbers, cells[-1]
+            time_s, *cells, fold = line.decode("ascii", errors="replace").split(",")
+            numbers = [float(time_s), *(float(cell or "nan") for cell in cells[: sensors + 1])]
         except ValueError:
             return
+        if len(cells) != sensors + 1 + len(JUDGED) or fold not in FOLD_STATES:
+            return
+        yield numbers, fold
 
 
 def _told(path: Path) -> Iterator[tuple[int, Event]]:
