@@ -2,21 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from capsule.survey.files import parse_session
-from capsule.survey.track import (
-    AGAIN,
-    AHEAD,
-    BACK,
-    crest_at_mm,
-    pins_of,
-    runs_of,
-    simplified,
-    track_of,
-)
+from capsule.survey.track import crest_at_mm, pins_of, track_of
 from support.surveys import CREST_MM, DETECTOR, head_mm, lost_contents, session_contents
 
 
@@ -37,21 +25,9 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(sess
     assert np.allclose(np.diff(between, 2), 0, atol=1e-9)
 
 
-def test_each_stretch_has_the_look_of_its_states(session):
-    track = track_of(session)
-    looks = [(run.group, run.known) for run in runs_of(track)]
-    assert looks == [
-        (AHEAD, True), (BACK, False), (AGAIN, False), (AGAIN, True), (AHEAD, True),
-    ]  # fmt: skip
-    runs = runs_of(track)
-    assert [run.first for run in runs[1:]] == [run.last for run in runs[:-1]]
-    assert track.time_s[runs[1].first] == pytest.approx(120)
-    assert track.time_s[runs[3].last] == pytest.approx(280)
-
-
 def test_a_survey_that_never_knew_its_position_has_no_path():
     lost = parse_session("lost", lost_contents())
-    assert runs_of(track_of(lost)) == []
+    assert not track_of(lost).known.any()
     assert np.isnan(crest_at_mm(lost, DETECTOR))
 
 
@@ -60,12 +36,3 @@ def test_a_place_is_pinned_from_its_suspicion_to_its_verdict_and_crests_where_th
 ):
     assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
     assert crest_at_mm(session, DETECTOR) == pytest.approx(CREST_MM, abs=0.5)
-
-
-@given(arrays(float, st.integers(2, 60), elements=st.floats(-100, 100)), st.floats(0.001, 50))
-def test_a_simplified_line_stays_within_its_tolerance(values, tolerance):
-    time_s = np.arange(values.size) * 0.8
-    enough = simplified(time_s, values, tolerance)
-    straight = np.interp(time_s, time_s[enough], values[enough])
-    assert np.abs(straight - values).max() <= tolerance + 1e-9
-    assert (enough[0], enough[-1]) == (0, values.size - 1)

@@ -77,16 +77,10 @@ def free_parameters(table: Mapping) -> list[FreeParameter]:
 
 @dataclass(frozen=True)
 class Cloud:
-    """A cloud of candidates: a normal distribution of each parameter's position in its range.
+    """A cloud of candidates: a normal distribution of each parameter's position in its range."""
 
-    Attributes
-    ----------
-    centre, spread
-        Mean and standard deviation of each position, shape (D,).
-    """
-
-    centre: np.ndarray
-    spread: np.ndarray
+    centre: np.ndarray  # mean of each position, shape (D,)
+    spread: np.ndarray  # standard deviation of each position, shape (D,)
 
     def draw(self, numbers: np.random.Generator, count: int) -> np.ndarray:
         """Return candidate positions in 0..1, shape (count, D); the first is the centre."""

@@ -17,27 +17,15 @@ _CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class PaperTable:
-    """The numbers that the paper prints for its 120 runs.
+    """The numbers that the paper prints for its 120 runs."""
 
-    Attributes
-    ----------
-    cells
-        Values in percent, by name: precision and recall of every size; exact and within-tolerance
-        rates of the sizes that the paper estimates; specificity; shares of the paper's pie chart.
-        The pie chart shows the classes of the runs without a nodule, and the specificity follows
-        from it.
-    runs
-        Number of runs of each size.
-    tolerance_mm
-        Tolerance of the within-tolerance rates, in mm.
-    passing_samples
-        Smallest and largest Delta mu: the time from sensor to sensor, in samples.
-    """
-
+    # Values in percent, by name: precision and recall of every size; exact and within-tolerance
+    # rates of the sizes that the paper estimates; specificity; shares of the paper's pie chart. The
+    # pie chart shows the classes of the runs without a nodule; the specificity follows from it.
     cells: Mapping[str, float]
-    runs: int
-    tolerance_mm: float
-    passing_samples: tuple[float, float]
+    runs: int  # of each size
+    tolerance_mm: float  # of the within-tolerance rates
+    passing_samples: tuple[float, float]  # smallest and largest Delta mu, from sensor to sensor
 
     @classmethod
     def from_printed(cls, printed: Mapping) -> "PaperTable":

@@ -29,21 +29,11 @@ SIZES_MM = (0, 1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """The settings of the paper's detector.
+    """The settings of the paper's detector."""
 
-    Attributes
-    ----------
-    preprocessing
-        Arguments of `capsule.method.preprocessing.preprocess`.
-    fit
-        The section ``fit`` of the configuration; its times count in the columns that are used.
-    stride
-        Distance of the columns of a matrix that are used.
-    """
-
-    preprocessing: Mapping
-    fit: Mapping
-    stride: int = 1
+    preprocessing: Mapping  # arguments of `capsule.method.preprocessing.preprocess`
+    fit: Mapping  # of the configuration; its times count in the columns that are used
+    stride: int = 1  # distance of the columns of a matrix that are used
 
 
 def read_detector(config: Path = DEFAULT_CONFIG) -> DetectorSettings:
@@ -105,11 +95,6 @@ def fit_archive(
 
     The name seeds the random numbers of the fit, as it seeds the simulated run. So no two runs are
     copies, and a trial in the log can be repeated.
-
-    Parameters
-    ----------
-    matrices
-        The matrices V by recording name, such as ``3mm/r07``.
     """
     seed, options = detector.fit["seed"], fit_options(detector.fit)
     return {

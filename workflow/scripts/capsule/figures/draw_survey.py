@@ -7,6 +7,7 @@ went back and looked again. The evidence is beside the map; enlarged suspected p
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from capsule.detectors.verdicts import OF_SURVEY
 from capsule.figures import style
 from capsule.kinds import Look
 from capsule.survey.files import Session, StoredPlace
-from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
+from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, group_of
 
 # One look per group of states; the path is dashed where the position was not measured.
 _LOOKS: dict[str, Look] = {
@@ -42,7 +43,6 @@ _WAVES = 24
 # The distance and time that a place's panel shows around the place.
 _BEFORE_MM, _BEHIND_MM, _BEFORE_MIN, _BEHIND_MIN = 22.0, 30.0, 0.4, 0.33
 _MARGIN_MM, _FARTHEST_MM = 3.0, 90.0
-_POINTS_ACROSS, _PATH_MM = 1500, 0.3
 _POINTS_OF_EVIDENCE = 300
 # Of the picture: places side by side, and the heights of the map and of the row of places.
 _ACROSS, _MAP_IN, _ROW_IN = 4, 4.0, 2.15
@@ -141,7 +141,6 @@ def _draw_window(
     picture: _Picture,
     within_mm: tuple[float, float],
     within_min: tuple[float, float],
-    tolerance_mm: float,
 ) -> int:
     """Draw a part of the head's path, and some of the wave's crests as faint diagonals.
 
@@ -150,15 +149,12 @@ def _draw_window(
     """
     axes.set(xlim=within_mm, ylim=within_min[::-1])
     track, moments_min = picture.track, picture.time_min
-    # The legend shows the first line of each group: a measured one, if there is one.
-    for run in sorted(runs_of(track), key=lambda run: not run.known):
-        some = slice(run.first, run.last + 1)
-        time_min, head_mm = moments_min[some], track.head_mm[some]
+    for (unmeasured, group), some in _pieces(track):
+        time_min = moments_min[some]
         if time_min[-1] < within_min[0] or time_min[0] > within_min[1]:
             continue
-        enough = simplified(time_min, head_mm, tolerance_mm)
-        look: Look = {**_LOOKS[run.group], **({} if run.known else _UNMEASURED)}
-        axes.plot(head_mm[enough], time_min[enough], solid_capstyle="round", zorder=3, **look)
+        look: Look = {**_LOOKS[group], **(_UNMEASURED if unmeasured else {})}
+        axes.plot(track.head_mm[some], time_min, solid_capstyle="round", zorder=3, **look)
     known = ~np.isnan(track.wave_mm)
     if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
         return 0
@@ -174,11 +170,27 @@ def _draw_window(
     return every
 
 
+def _pieces(track: Track) -> list[tuple[tuple[bool, str], slice]]:
+    """Return the pieces of one look: whether the position is unknown at an end, group and samples.
+
+    The last judgement of a piece is also the first of the next. Measured pieces come first, as the
+    legend shows the first line of each group.
+    """
+    unmeasured = ~(track.known[:-1] & track.known[1:])
+    # The state after a judgement lasts until the next judgement.
+    looks = list(zip(unmeasured.tolist(), map(group_of, track.state[:-1]), strict=True))
+    pieces = []
+    for look, same in groupby(range(len(looks)), key=looks.__getitem__):
+        steps = list(same)
+        pieces.append((look, slice(steps[0], steps[-1] + 2)))
+    return sorted(pieces, key=lambda piece: piece[0][0])
+
+
 def _draw_map(axes: Axes, picture: _Picture) -> None:
     """Draw the path of the whole survey, some waves, and a pin for each place."""
     length_mm, span_min = picture.length_mm, (0.0, float(picture.time_min[-1]))
     within_mm = (-0.02 * length_mm, 1.02 * length_mm)
-    every = _draw_window(axes, picture, within_mm, span_min, length_mm / _POINTS_ACROSS)
+    every = _draw_window(axes, picture, within_mm, span_min)
     axes.plot([], [], color=style.MUTED, label="position not measured", **_UNMEASURED)
     _draw_pins(axes, picture)
     if every:
@@ -235,9 +247,8 @@ def _draw_evidence(axes: Axes, picture: _Picture) -> None:
     look: Look = {"facecolor": style.GREY, "edgecolor": style.MUTED, "linewidth": 0.4}
     axes.fill_betweenx(time_min[some], 0, score[some], **look)
     level = np.clip(picture.track.threshold, 0, None)
-    enough = simplified(time_min, level, 0.02 * float(level.max()))
     look = {"color": style.INK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
-    axes.plot(level[enough], time_min[enough], label="threshold of suspicion", **look)
+    axes.plot(level, time_min, label="threshold of suspicion", **look)
     # Nodules' scores are many times the threshold. The square root keeps low scores visible.
     axes.set_xscale("function", functions=(np.sqrt, np.square))
     axes.xaxis.set_major_locator(MaxNLocator(3))
@@ -258,7 +269,7 @@ def _draw_place(axes: Axes, picture: _Picture, place: StoredPlace, pin: Pin) -> 
     head_mm = np.clip(picture.track.head_mm[inside], at_mm - _FARTHEST_MM, at_mm + _FARTHEST_MM)
     reach_mm = [at_mm - _BEFORE_MM, at_mm + _BEHIND_MM, *(head_mm - _MARGIN_MM)]
     within_mm = (min(reach_mm), max([*reach_mm, *(head_mm + _MARGIN_MM)]))
-    _draw_window(axes, picture, within_mm, within_min, _PATH_MM)
+    _draw_window(axes, picture, within_mm, within_min)
     axes.axvline(at_mm, color=style.MUTED, linewidth=0.6, zorder=2)
     axes.plot([at_mm], [within_min[0]], clip_on=False, zorder=4, **_PIN_LOOKS[place.status])
     axes.set_xlabel("distance (mm)")

@@ -47,63 +47,33 @@ _RAMP_S = 0.25
 
 @dataclass(frozen=True)
 class Nodule:
-    """A nodule under the wall of a long gut.
+    """A nodule under the wall of a long gut."""
 
-    Attributes
-    ----------
-    at_mm
-        Distance of sensor 1 from the start when it is over the nodule.
-    diameter_mm
-        Diameter.
-    """
-
-    at_mm: float
+    at_mm: float  # distance of sensor 1 from the start when it is over the nodule
     diameter_mm: float
 
 
 @dataclass(frozen=True)
 class Pass:
-    """The random quantities of one pass; the capsule was folded between passes.
+    """The random quantities of one pass; the capsule was folded between passes."""
 
-    Attributes
-    ----------
-    bulges
-        The nodules, as the capsule meets them in this pass.
-    holds
-        Number of waves for which each awn holds the capsule at each nodule once it catches,
-        shape (N S,).
-    looseness_mm
-        Standard deviation of the substructures' shift in their seats.
-    """
-
-    bulges: Sequence[Bulge]
+    bulges: Sequence[Bulge]  # the nodules, as the capsule meets them in this pass
+    # Number of waves for which each awn holds the capsule at each nodule once it catches, (N S,).
     holds: FloatArray
-    looseness_mm: float
+    looseness_mm: float  # standard deviation of the substructures' shift in their seats
 
 
 @dataclass(frozen=True)
 class Chance:
-    """The random quantities of one journey that are the same in all its passes.
+    """The random quantities of one journey that are the same in all its passes."""
 
-    Attributes
-    ----------
-    near, far
-        The wall with the nodules, and the wall opposite.
-    phase
-        Phase of the wave at place 0 and time 0, in radians.
-    train, strokes
-        The waves, and the strokes by which they move the capsule.
-    wander, strength
-        Shift of each seat, with deviation 1, and the strength of its contact, shape (S, K).
-    """
-
-    near: Unevenness
-    far: Unevenness
-    phase: float
+    near: Unevenness  # the wall with the nodules
+    far: Unevenness  # the wall opposite
+    phase: float  # of the wave at place 0 and time 0, in radians
     train: WaveTrain
-    strokes: Strokes
-    wander: FloatArray
-    strength: FloatArray
+    strokes: Strokes  # by which the waves move the capsule
+    wander: FloatArray  # shift of each seat, with deviation 1, shape (S, K)
+    strength: FloatArray  # of each seat's contact, shape (S, K)
 
 
 def draw_chance(
@@ -141,27 +111,13 @@ def draw_chance(
 
 @dataclass(frozen=True)
 class Stretch:
-    """Consecutive samples of a journey.
-
-    Attributes
-    ----------
-    time_s
-        Times of the samples, shape (K,).
-    wave_mm
-        Distance that the drive has carried the wave since a crest was at place 0, shape (K,).
-    folded
-        Degree of folding, from 0 (unfolded) to 1 (folded), shape (K,).
-    head_mm
-        True distance of sensor 1 from the start, shape (K,). No controller may use it.
-    compression_mm
-        Compression of each substructure, both halves together, shape (S, K).
-    """
+    """Consecutive samples of a journey: arrays of shape (K,)."""
 
     time_s: FloatArray
-    wave_mm: FloatArray
-    folded: FloatArray
-    head_mm: FloatArray
-    compression_mm: FloatArray
+    wave_mm: FloatArray  # how far the drive has carried the wave since a crest was at place 0
+    folded: FloatArray  # degree of folding, from 0 (unfolded) to 1 (folded)
+    head_mm: FloatArray  # true distance of sensor 1 from the start; no controller may use it
+    compression_mm: FloatArray  # of each substructure, both halves together, shape (S, K)
 
 
 class Capsule:

@@ -28,55 +28,26 @@ STARTED = "2024-06-03T00:00:00Z"
 
 @dataclass(frozen=True)
 class Run:
-    """The course of one simulated run.
+    """The course of one simulated run."""
 
-    Attributes
-    ----------
-    nodule_mm
-        Diameter of the nodule; 0 for none.
-    time_s
-        Times of the samples, shape (K,).
-    head_mm
-        Distance of sensor 1 from the start, shape (K,).
-    nodule_at_mm
-        Place of the nodule, as a value of `head_mm`; without one, the place that it would have.
-    compression_mm
-        Compression of each substructure, shape (S, K).
-    counts
-        Readings of the converter, integers, shape (S, K).
-    """
-
-    nodule_mm: float
-    time_s: FloatArray
-    head_mm: FloatArray
+    nodule_mm: float  # its diameter; 0 for none
+    time_s: FloatArray  # shape (K,)
+    head_mm: FloatArray  # distance of sensor 1 from the start, shape (K,)
+    # Place of the nodule, as a value of `head_mm`; without one, the place that it would have.
     nodule_at_mm: float
-    compression_mm: FloatArray
-    counts: IntArray
+    compression_mm: FloatArray  # of each substructure, shape (S, K)
+    counts: IntArray  # readings of the converter, shape (S, K)
 
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of an archive.
+    """One run of an archive."""
 
-    Attributes
-    ----------
-    name
-        Name of the recording, such as ``3mm/r07``.
-    site
-        Name of the place within the archive; several passes over it share the name.
-    setup
-        Name of the set-up within the archive; several places of one size share it.
-    size_mm
-        Diameter of the nodule; 0 for none.
-    attempt
-        Name of the pass.
-    """
-
-    name: str
-    site: str
-    setup: str
-    size_mm: float
-    attempt: str
+    name: str  # of the recording, such as ``3mm/r07``
+    site: str  # name of the place within the archive; several passes over it share the name
+    setup: str  # name of the set-up within the archive; several places of one size share it
+    size_mm: float  # diameter of the nodule; 0 for none
+    attempt: str  # name of the pass
 
 
 def planned_runs(

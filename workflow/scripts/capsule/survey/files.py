@@ -32,45 +32,22 @@ class SessionError(CapsuleError):
 
 @dataclass(frozen=True, kw_only=True)
 class StoredPlace:
-    """A row of places.csv, with an attribute for each column; a number is NaN if it is unknown.
+    """A row of places.csv, with an attribute for each column; a number is NaN if it is unknown."""
 
-    Attributes
-    ----------
-    place, passes : int
-        Number of the place, from 1, and number of passes with evidence.
-    status : str
-        One of `capsule.survey.cycle.STATUSES`.
-    place_mm : float
-        Position of the place.
-    may_be_off_mm : float
-        Error that the position may have, after the capsule was not felt for long; 0 if it was.
-    size_mm, size_low_mm, size_high_mm : float
-        Size of the nodule, with its interval, whose high end is infinite if it has none.
-    evidence, height : float
-        Evidence of the first pass; mean evidence in units of the usual evidence.
-    threshold : float
-        Threshold above which the first pass was suspicious.
-    recordings : str
-        Names of the recordings of its passes.
-    familiar, unfamiliar_because : str
-        Whether all passes are like the recordings that teach the size (yes, no, or nothing), and
-        why they are not, or why that is not known, in words.
-    """
-
-    place: int
-    status: str
+    place: int  # its number, from 1
+    status: str  # one of `capsule.survey.cycle.STATUSES`
     place_mm: float
-    may_be_off_mm: float = 0.0
-    passes: int
-    size_mm: float
+    may_be_off_mm: float = 0.0  # error of the position, if the capsule was not felt for long
+    passes: int  # with evidence
+    size_mm: float  # of the nodule, with its interval
     size_low_mm: float
-    size_high_mm: float
-    evidence: float
-    height: float
-    threshold: float
-    recordings: str
-    familiar: str = ""
-    unfamiliar_because: str = ""
+    size_high_mm: float  # infinite if the interval has no upper end
+    evidence: float  # of the first pass
+    height: float  # mean evidence of all passes in units of the usual evidence
+    threshold: float  # above which the first pass was suspicious
+    recordings: str  # names of those of its passes
+    familiar: str = ""  # yes or no: whether all passes are like the recordings that teach the size
+    unfamiliar_because: str = ""  # why they are not, or why that is not known, in words
 
     @property
     def size(self) -> str:
@@ -88,34 +65,19 @@ class StoredPlace:
 
 @dataclass(frozen=True)
 class Session:
-    """A whole survey.
+    """A whole survey."""
 
-    Attributes
-    ----------
-    name : str
-        Name of its folder.
-    about : mapping
-        Parameters with which the survey was started.
-    time_s, wave_mm, head_mm, score, threshold : (K,) arrays
-        Values of each sample; NaN where a cell is empty.
-    values : (S, K) array
-        The readings.
-    events : sequence of Event
-        All events.
-    places : sequence of StoredPlace
-        The suspected places.
-    """
-
-    name: str
-    about: Settings
+    name: str  # of its folder
+    about: Settings  # parameters with which the survey was started
+    # Of each sample, shape (K,); NaN where a cell is empty.
     time_s: FloatArray
-    values: FloatArray
+    values: FloatArray  # the readings, shape (S, K)
     wave_mm: FloatArray
     head_mm: FloatArray
     score: FloatArray
     threshold: FloatArray
     events: Sequence[Event]
-    places: Sequence[StoredPlace]
+    places: Sequence[StoredPlace]  # those suspected
 
     @property
     def source(self) -> str:

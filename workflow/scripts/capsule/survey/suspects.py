@@ -53,36 +53,18 @@ _UNKNOWN = float("nan")
 
 @dataclass
 class Place:
-    """A suspected place.
+    """A suspected place."""
 
-    Attributes
-    ----------
-    number : int
-        Number from 1, in the order of suspicion.
-    first_mm : float
-        Position from the first pass.
-    evidence : list of float
-        The largest evidence of each pass, including the first; NaN for a pass without evidence.
-    heights : list of float
-        The same in units of the usual evidence; empty before the first repeated pass.
-    again_mm : list of float
-        Position from each repeated pass.
-    threshold : float
-        Threshold above which the first pass was suspicious.
-    status : str
-        One of `capsule.survey.cycle.STATUSES`; empty before the decision.
-    may_be_off_mm : float
-        As in `capsule.survey.sensing.Sensing`, at the first pass.
-    """
-
-    number: int
-    first_mm: float
-    threshold: float
+    number: int  # from 1, in the order of suspicion
+    first_mm: float  # position from the first pass
+    threshold: float  # above which the first pass was suspicious
+    # The largest evidence of each pass, including the first; NaN for a pass without evidence.
     evidence: list[float] = field(default_factory=list)
+    # The same in units of the usual evidence; empty before the first repeated pass.
     heights: list[float] = field(default_factory=list)
-    again_mm: list[float] = field(default_factory=list)
-    status: str = ""
-    may_be_off_mm: float = 0.0
+    again_mm: list[float] = field(default_factory=list)  # position from each repeated pass
+    status: str = ""  # one of `capsule.survey.cycle.STATUSES`; empty before the decision
+    may_be_off_mm: float = 0.0  # as in `capsule.survey.sensing.Sensing`, at the first pass
 
     @property
     def passes(self) -> int:

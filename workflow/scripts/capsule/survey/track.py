@@ -1,12 +1,12 @@
 """The track of a survey for its picture: positions of the head, states and suspected places."""
 
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
+from capsule.arrays import BoolArray, FloatArray, TextArray
 from capsule.kinds import Settings
 from capsule.recordings.units import pressed_and_period
 from capsule.survey.files import Session
@@ -24,40 +24,15 @@ _GROUPS = {
 
 @dataclass(frozen=True)
 class Track:
-    """The judgements of a survey: J values of its columns, and more.
-
-    Attributes
-    ----------
-    time_s, score, threshold, wave_mm : (J,) arrays
-        As in `capsule.survey.files.Session`.
-    head_mm : (J,) array
-        Position of the head, with straight lines between known positions.
-    known : (J,) array of bool
-        True if the survey knew the position at that time.
-    state : (J,) array of str
-        State of the capsule after the judgement.
-    """
+    """The judgements of a survey, as in `capsule.survey.files.Session`: arrays of shape (J,)."""
 
     time_s: FloatArray
-    head_mm: FloatArray
-    known: BoolArray
-    state: TextArray
+    head_mm: FloatArray  # with straight lines between known positions
+    known: BoolArray  # whether the survey knew the position at that time
+    state: TextArray  # of the capsule after the judgement
     score: FloatArray
     threshold: FloatArray
     wave_mm: FloatArray
-
-
-class Run(NamedTuple):
-    """A piece of a track with one look, from its first to its last judgement.
-
-    The last judgement is also the first of the next piece. `known` is true if the survey knew the
-    position at both ends of each step. `group` is `AHEAD`, `BACK` or `AGAIN`.
-    """
-
-    first: int
-    last: int
-    group: str
-    known: bool
 
 
 class Pin(NamedTuple):
@@ -91,25 +66,6 @@ def track_of(session: Session) -> Track:
 def group_of(state: str) -> str:
     """Return the group of a state in a picture: `AHEAD`, `BACK` or `AGAIN`."""
     return _GROUPS.get(state, AHEAD)
-
-
-def runs_of(track: Track) -> list[Run]:
-    """Return a track's pieces of one look; none if no position is known."""
-    if not track.known.any():
-        return []
-    # The state after a judgement lasts until the next judgement.
-    looks = [
-        (group_of(state), bool(here and there))
-        for state, here, there in zip(
-            track.state[:-1], track.known[:-1], track.known[1:], strict=True
-        )
-    ]
-    runs, first = [], 0
-    for look, same in groupby(looks):
-        last = first + len(list(same))
-        runs.append(Run(first, last, *look))
-        first = last
-    return runs
 
 
 def pins_of(session: Session) -> list[Pin]:
@@ -156,37 +112,3 @@ def crest_at_mm(session: Session, detector: Settings) -> float:
     if turned == 0:
         return float("nan")
     return float(-np.angle(turned) / (2 * np.pi) * wavelength_mm)
-
-
-def simplified(time_s: FloatArray, values: FloatArray, tolerance: float) -> IntArray:
-    """Return the points between which straight lines stay within a tolerance of all points.
-
-    After Ramer (1972) and Douglas and Peucker (1973), with distances along `values`.
-
-    Parameters
-    ----------
-    time_s, values : (N,) arrays
-        The points, all known.
-    tolerance : float
-        Largest distance, in the unit of `values`.
-
-    Returns
-    -------
-    array of int
-        Ascending places of the points, including the first and the last.
-    """
-    kept = {0, len(values) - 1}
-    waiting = [(0, len(values) - 1)]
-    while waiting:
-        first, last = waiting.pop()
-        if last - first < 2:
-            continue
-        inner = slice(first + 1, last)
-        share = (time_s[inner] - time_s[first]) / (time_s[last] - time_s[first])
-        straight = values[first] + share * (values[last] - values[first])
-        off = np.abs(values[inner] - straight)
-        farthest = first + 1 + int(off.argmax())
-        if off[farthest - first - 1] > tolerance:
-            kept.add(farthest)
-            waiting += [(first, farthest), (farthest, last)]
-    return np.array(sorted(kept))
