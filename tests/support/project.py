@@ -19,21 +19,12 @@ from support.synthetic import write_archive
 
 ROOT = Path(__file__).parents[2]
 PARTS = ["Snakefile", "workflow", "config", "profiles"]
-# What Snakemake's log says of a job, and the job's rule.
+# What Snakemake's log says of a job, as the rules have it, and the job's rule.
+_MESSAGES = re.compile(r'^(?:use rule \w+ as|rule) (\w+).*?message:\n *"(.+?)"', re.M | re.S)
 RULES = {
-    r"preprocess \S+/\S+": "preprocess",
-    r"fit \S+/\S+": "fit",
-    r"describe \S+/\S+": "describe",
-    r"plot \S+/\S+": "plot",
-    r"list the recordings": "list",
-    r"list the labelled recordings": "list_labelled",
-    r"average the fits to templates": "templates",
-    r"evaluate the detectors on the labelled recordings": "evaluate",
-    r"detect nodules in the unlabelled recordings": "detect",
-    r"draw the figures": "draw",
-    r"draw the figures for print": "figures",
-    r"draw the survey \S+": "survey",
-    r"write the report": "report",
+    re.sub(r"\{.+?\}", r"\\S+", message): rule
+    for path in (ROOT / "workflow" / "rules").glob("*.smk")
+    for rule, message in _MESSAGES.findall(path.read_text(encoding="utf-8"))
 }
 # The line of a job in a run, and in a dry run.
 JOB = re.compile(r"^(?:\d+ of \d+|Job \d+): (?!everything$)(.+)", re.MULTILINE)

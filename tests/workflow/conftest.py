@@ -7,7 +7,9 @@ from support.surveys import write_session
 
 HEALTHY = [f"0mm/r{run:02d}" for run in (1, 2, 3, 4)]
 NODULES = [f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in (1, 2)]
-RECORDINGS = [*HEALTHY, *NODULES, "unlabelled/patient"]
+# Of a session that judges, and teaches nothing.
+HELD_OUT = "2.5mm/h01"
+RECORDINGS = [*HEALTHY, *NODULES, HELD_OUT, "unlabelled/patient"]
 # Notes each file that a job, or a fork of it, opens for reading. A fork ends without a last word.
 TRACE = """
 import json, os, sys
@@ -25,6 +27,9 @@ sys.addaudithook(note)
 def make_finished(folder):
     """Make the project, and run it once; the file `traced` beside it tells what its jobs read."""
     project = Project.create(folder, RECORDINGS, particles=20, iterations=20)
+    path = project.raw / f"{HELD_OUT}.csv"
+    path.write_bytes(b"# session: spring\n# setup: one\n" + path.read_bytes())
+    project.configure(evaluation={"held_out": ["spring"]})
     write_session(folder / "sessions/first")
     tracing = folder.with_name("tracing")
     tracing.mkdir()
@@ -32,7 +37,7 @@ def make_finished(folder):
     traced = {"PYTHONPATH": str(tracing), "TRACED": str(folder.with_name("traced"))}
     run = project.snakemake(environment=traced)
     assert run.status == 0, run.output
-    expected = {"preprocess": 9, "fit": 4, "describe": 4, "plot": 4, "list": 1, "list_labelled": 1}
+    expected = {"preprocess": 10, "fit": 4, "describe": 4, "plot": 4, "list": 1, "list_labelled": 1}
     expected |= dict.fromkeys(("templates", "evaluate", "detect", "draw", "survey", "report"), 1)
     assert run.jobs == expected
 

@@ -85,7 +85,7 @@ def test_a_folder_that_holds_recordings_alone_has_its_report_made_from_elsewhere
     shutil.copytree(finished.raw, tmp_path / "raw")
     run = Project(tmp_path).snakemake(f"--snakefile={finished.folder / 'Snakefile'}", "-n")
     assert run.status == 0, run.output
-    assert run.jobs["preprocess"] == 9
+    assert run.jobs["preprocess"] == 10
 
 
 # What only tells.

@@ -1,9 +1,9 @@
 """Every extension of docs/workflow.md works in a copy of the project."""
 
 import re
+import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,48 +22,24 @@ _EDIT = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Change:
-    """A change of one file by an extension."""
-
-    file: str
-    text: str
-    anchor: str = ""
-    how: str = "new"
-
-    def apply(self, folder: Path) -> None:
-        """Apply the change to a copy of the project."""
-        path = folder / self.file
-        if self.how == "new":
-            assert not path.exists(), f"{self.file} exists already"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(self.text, encoding="utf-8")
-            return
-        content = path.read_text(encoding="utf-8")
-        assert content.count(self.anchor) == 1, f"{self.file} holds {self.anchor!r} not once"
-        before, after = content.split(self.anchor)
-        if self.how == "below":
-            line, _, after = after.partition("\n")
-            path.write_text(f"{before}{self.anchor}{line}\n{self.text}\n{after}", encoding="utf-8")
-        else:
-            path.write_text(f"{before}{self.text}{after}", encoding="utf-8")
-
-
-def changes(title: str) -> list[Change]:
-    """Return the changes in the table of a section; fail if a row cannot be understood."""
+def extend(folder: Path, title: str) -> None:
+    """Make the changes in the table of a section, in a copy of the project."""
     _, _, rest = PAGE.read_text(encoding="utf-8").partition(f"## {title}\n")
-    section = rest.partition("\n##")[0]
-    rows = [line for line in section.splitlines() if line.startswith("| `")]
-    return [_change(_ROW.fullmatch(row)) for row in rows]
-
-
-def _change(row: re.Match) -> Change:
-    if new := _NEW.fullmatch(row["change"]):
-        text = (PAGE.parent / new["example"]).read_text(encoding="utf-8")
-        return Change(row["file"], text)
-    edit = _EDIT.fullmatch(row["change"])
-    anchor, text = edit["anchor"] or edit["anchor_long"], edit["text"] or edit["text_long"]
-    return Change(row["file"], text, anchor, edit["how"])
+    for row in re.findall(r"^\| `.*", rest.partition("\n##")[0], re.MULTILINE):
+        name, change = _ROW.fullmatch(row).groups()
+        path = folder / name
+        if new := _NEW.fullmatch(change):
+            assert not path.exists(), f"{name} exists already"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(PAGE.parent / new["example"], path)
+            continue
+        edit, content = _EDIT.fullmatch(change), path.read_text(encoding="utf-8")
+        anchor, text = edit["anchor"] or edit["anchor_long"], edit["text"] or edit["text_long"]
+        assert content.count(anchor) == 1, f"{name} holds {anchor!r} not once"
+        if edit["how"] == "below":
+            (anchor,) = (line for line in content.splitlines() if anchor in line)
+            text = f"{anchor}\n{text}"
+        path.write_text(content.replace(anchor, text), encoding="utf-8")
 
 
 def simulate(folder, *options):
@@ -82,8 +58,7 @@ def extended(tmp_path_factory):
     project = Project.create(folder)
     (folder / "config/config.yaml").write_bytes((ROOT / "config/config.yaml").read_bytes())
     for title in TOGETHER:
-        for change in changes(title):
-            change.apply(folder)
+        extend(folder, title)
     project.configure(fit={"particles": 20, "iterations": 20})
     ended = simulate(folder, "--runs", "3", "--sizes", "0", "3")
     assert ended.returncode == 0, ended.stderr
@@ -156,8 +131,7 @@ def test_five_sensors_go_from_the_simulator_to_the_report(extended):
 
 def test_a_new_bench_makes_other_recordings(tmp_path):
     project = Project.create(tmp_path / "project")
-    for change in changes("A new bench for the phantom"):
-        change.apply(project.folder)
+    extend(project.folder, "A new bench for the phantom")
     options = ("--runs", "1", "--sizes", "4", "--out")
     assert simulate(project.folder, *options, "usual").returncode == 0
     ended = simulate(project.folder, "--bench", "firm-wall", *options, "other")
