@@ -16,7 +16,8 @@ from support.synthetic import make_recording, write_archive
 pytestmark = pytest.mark.workflow
 
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
-# At the end of the Snakefile: tells what each rule has, and whose keys change with the code of one.
+# At the end of the Snakefile: tells what each rule has, and whose keys change with the code of one
+# or with the content of a recording.
 TELL = """
 import json
 BATCHES_OF = {
@@ -27,19 +28,31 @@ STEPS = {name.lower(): each for name, each in globals().items() if isinstance(ea
 def all_keys():
     Step.key.cache_clear()
     return {name: [*map(each.key, BATCHES_OF.get(name, [""]))] for name, each in STEPS.items()}
-told, before = {}, all_keys()
-for name, each in STEPS.items():
-    code = each.code
-    object.__setattr__(each, "code", "edited")
-    changed = [other for other, keys in all_keys().items() if keys != before[other]]
-    object.__setattr__(each, "code", code)
-    told[name] = {
-        "changed": changed,
+before = all_keys()
+def changed_with(step, part, value):
+    kept = getattr(step, part)
+    object.__setattr__(step, part, value)
+    changed = [name for name, keys in all_keys().items() if keys != before[name]]
+    object.__setattr__(step, part, kept)
+    return changed
+def contents_but(edited):
+    return lambda batch: ["edited"] if batch == edited else contents_of(batch)
+told = {
+    name: {
+        "changed": changed_with(each, "code", "edited"),
         "settings": list(json.loads(each.settings)),
         "code": list(STATES_OF_CODE[str(each.script.resolve())]),
     }
-Path("told.json").write_text(json.dumps(told))
+    for name, each in STEPS.items()
+}
+of_recordings = {
+    name: changed_with(PREPROCESS, "inputs", contents_but(name)) for name in ARCHIVE.recordings
+}
+Path("told.json").write_text(json.dumps([told, of_recordings]))
 """
+
+EVERY = {"preprocess", "list", "list_labelled", "fit", "describe", "plot", "templates", "survey"}
+EVERY |= {"evaluate", "detect", "draw", "report"}
 
 
 def once(*rules, **others):
@@ -57,20 +70,20 @@ def other_recording():
 
 @pytest.fixture(scope="module")
 def rules(tmp_path_factory):
-    """Return the edges of the graph of rules, and what the Snakefile gives each rule."""
+    """Return the edges of the graph of rules, what each has, and what a recording changes."""
     folder = tmp_path_factory.mktemp("told") / "project"
-    project = Project.create(folder, ["0mm/r01", "1mm/r01", "1mm/r02", "unlabelled/patient"])
+    project = Project.create(folder, ["0mm/r01", "1mm/r01", "1mm/r02", "unlabelled/p"])
     write_session(folder / "sessions/first")
     project.append("Snakefile", TELL)
     run = project.snakemake("--rulegraph")
     assert run.status == 0, run.output
     names = dict(re.findall(r'(\d+)\[label = "(\w+)"', run.output))
     found = re.findall(r"(\d+) -> (\d+)", run.output)
-    told = json.loads((project.folder / "told.json").read_text(encoding="utf-8"))
+    told, of_recordings = json.loads((folder / "told.json").read_text(encoding="utf-8"))
     for each in told.values():
         paths = (re.split("/project/workflow/(?:scripts/)?", path) for path in each["code"])
         each["code"] = {path[-1] for path in paths}
-    return {(names[one], names[other]) for one, other in found}, told
+    return {(names[one], names[other]) for one, other in found}, told, of_recordings
 
 
 def behind(rule, edges):
@@ -80,24 +93,35 @@ def behind(rule, edges):
 
 
 def test_the_keys_follow_every_edge_of_the_graph_of_rules(rules):
-    edges, told = rules
+    edges, told, _ = rules
     assert len(told) == 12
     for rule, each in told.items():
         assert set(each["changed"]) == {rule, *behind(rule, edges) - {"everything"}}, rule
 
 
 def test_what_is_missing_is_made_again_by_the_plain_command(rules):
-    edges, told = rules
+    edges, told, _ = rules
     assert {first for first, second in edges if second == "everything"} == told.keys()
+
+
+@pytest.mark.parametrize(
+    ("recording", "others"),
+    [
+        ("0mm/r01", {"survey", "fit"}),
+        ("1mm/r01", {"survey"}),
+        ("1mm/r02", {"survey"}),
+        ("unlabelled/p", {"survey", "fit", "list_labelled", "templates", "evaluate", "draw"}),
+    ],
+)
+def test_a_recording_changes_the_keys_of_all_that_rests_on_it_and_of_nothing_else(
+    rules, recording, others
+):
+    assert set(rules[2][recording]) == EVERY - others
 
 
 def with_part(part, told):
     """Return the rules that have a part, such as a section of the settings or a file of code."""
     return {rule for rule, each in told.items() if part in each["settings"] or part in each["code"]}
-
-
-EVERY = {"preprocess", "list", "list_labelled", "fit", "describe", "plot", "templates", "survey"}
-EVERY |= {"evaluate", "detect", "draw", "report"}
 
 
 @pytest.mark.parametrize(

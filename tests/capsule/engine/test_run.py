@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from capsule.engine import run
+from capsule.engine.folder import SIGN
 from capsule.engine.locks import RUN_LOCK, hold_run_lock
+from capsule.engine.unchanged import STATES
 from capsule.errors import CapsuleError
 from capsule.store import files
 from capsule.store.batches import divide
@@ -37,10 +39,10 @@ def folder(tmp_path, monkeypatch, request):
     Path("results").mkdir()
 
 
-def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), without_effect=()):
+def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), **more):
     """Return a run with these recordings."""
     config = {"recordings_per_job": wanted, "evaluation": {"held_out": held_out}}
-    surveys, more = surveys or Surveys([], {}), {"without_effect": without_effect}
+    surveys = surveys or Surveys([], {})
     return run.Run("raw", "results", "sessions", config, divide(names, wanted), surveys, **more)
 
 
@@ -52,12 +54,18 @@ def write_lists(*rows, passed_over=()):
     files.write_csv(Path("results/passed_over.csv"), ["path", "reason"], others)
 
 
-def test_a_run_takes_the_lock_tidies_and_tells_of_keys_without_effect(capsys):
+def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(capsys):
     left = Path(f"results/.table.csv.1{files.UNFINISHED}")
     left.touch()
     without_effect = ["evaluation.bootstrap has no effect any more; remove it"]
-    run_of(without_effect=without_effect).begin()
+    states = {"fit.py": {"a.py": [1, 2, 3, 4]}}
+    run_of(without_effect=without_effect, states=states).begin()
     assert not left.exists()
+    assert files.read_json(STATES) == states
+    # Results that are put back later have another sign.
+    assert (RUN_LOCK.parent / SIGN).read_text().split()[0] == Path(
+        "results", SIGN
+    ).read_text().strip()
     assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
     assert capsys.readouterr().err.splitlines() == without_effect
     with pytest.raises(CapsuleError, match="another run uses this folder"):
@@ -161,6 +169,12 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     (tell,) = at_end
     tell()
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
+
+
+def test_beside_slurms_jobs_of_a_killed_run_no_run_begins(monkeypatch):
+    monkeypatch.setattr(run, "unfinished_jobs", lambda folder: ("11", "12"))
+    with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
+        run_of().begin()
 
 
 def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
