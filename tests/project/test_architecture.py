@@ -31,7 +31,6 @@ FLOORS = (
     "capsule.engine.project",
     "capsule.engine.project_state",
     "capsule.engine.locks",
-    "capsule.engine.unchanged",
     "capsule.engine.jobs",
     "capsule.engine.forks",
     "capsule.engine.keys",
@@ -70,7 +69,7 @@ FLOORS = (
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "listed", "unchanged", "folder", "jobs"}
+ON_FILES |= {"archive", "described", "listed", "folder", "jobs"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "new", "forget", "compare"}
 # These call git, Slurm or Snakemake, and look after its runs.

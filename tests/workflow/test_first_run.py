@@ -64,6 +64,9 @@ def test_every_recording_is_accepted_and_judged_by_every_detector_under_every_sc
     pairs = sorted(pair for pair in pairs if pair[0] != HELD_OUT or pair[1] == "held_out")
     assert judged == [(detector, *pair) for detector in DETECTORS for pair in pairs]
     assert not (finished.results / f"fits/{HELD_OUT}.json").exists()
+    # The run has locked the folder and signed its results.
+    assert (finished.folder / ".snakemake/run.lock").read_text().startswith("process ")
+    assert (finished.results / "run.txt").is_file()
     for table in ("detection", "sizing", "confusion", "summary", "roc"):
         detectors = [row["detector"] for row in finished.table(f"evaluation/{table}.csv")]
         assert detectors[0] == PAPER

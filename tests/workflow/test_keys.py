@@ -17,7 +17,7 @@ pytestmark = pytest.mark.workflow
 
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # At the end of the Snakefile: tells what each rule has, and whose keys change with the code of one
-# or with the content of a recording.
+# or with the content of a recording or a survey.
 TELL = """
 import json
 BATCHES_OF = {
@@ -48,6 +48,8 @@ told = {
 of_recordings = {
     name: changed_with(PREPROCESS, "inputs", contents_but(name)) for name in ARCHIVE.recordings
 }
+CONTENT_OF_SURVEY = dict.fromkeys(CONTENT_OF_SURVEY, "edited")
+of_recordings["sessions/first"] = changed_with(SURVEY, "name", SURVEY.name)
 Path("told.json").write_text(json.dumps([told, of_recordings]))
 """
 
@@ -111,9 +113,10 @@ def test_what_is_missing_is_made_again_by_the_plain_command(rules):
         ("1mm/r01", {"survey"}),
         ("1mm/r02", {"survey"}),
         ("unlabelled/p", {"survey", "fit", "list_labelled", "templates", "evaluate", "draw"}),
+        ("sessions/first", EVERY - {"survey", "report"}),
     ],
 )
-def test_a_recording_changes_the_keys_of_all_that_rests_on_it_and_of_nothing_else(
+def test_a_recording_or_survey_changes_the_keys_of_all_that_rests_on_it_and_no_others(
     rules, recording, others
 ):
     assert set(rules[2][recording]) == EVERY - others

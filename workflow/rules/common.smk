@@ -21,10 +21,10 @@ from capsule.engine.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.recordings.held_out import fitted
 from capsule.engine.keys import Step, checksum_of_code, files_of_code
+from capsule.engine.locks import states_of
 from capsule.recordings.names import size_mm
 from capsule.engine.folder import refuse_folders, refuse_unknown_results, told_as
 from capsule.engine.project import config_file
-from capsule.engine.unchanged import states_of
 from capsule.store.batches import divide
 from capsule.store.results import pattern
 
@@ -87,12 +87,12 @@ def sections(*names, **others):
     return {name: config[name] for name in names} | others
 
 
-def step(name, settings, inputs, *, modules=(), beside=(), script=None):
-    """Return the `capsule.engine.keys.Step` of a rule, whose script has its name by default.
+def step(name, settings, inputs, *, modules=(), beside=()):
+    """Return the `capsule.engine.keys.Step` of a rule, whose script has its name.
 
     `modules` and `beside` are as in `capsule.engine.keys.files_of_code`.
     """
-    path = SCRIPTS / (script or f"{name}.py")
+    path = SCRIPTS / f"{name}.py"
     code = files_of_code(path, modules, beside)
     STATES_OF_CODE[str(path.resolve())] = states_of(code)
     settings = json.dumps(settings, sort_keys=True)
@@ -146,12 +146,6 @@ def contents_of(batch):
     limit = int(config["recording"]["max_megabytes"] * 1e6)
     paths = [f"{RAW}/{name}.csv" for name in BATCHES[batch]]
     return [f"{path}={files.fingerprint(Path(path), limit)}" for path in paths]
-
-
-def listed(described, others):
-    """Return what is listed: the batches that those of describe join, and other files."""
-    parts = {batch: PARTS[batch] for batch in described}
-    return sections("on_rejected", described=parts, others=others)
 
 
 wildcard_constraints:

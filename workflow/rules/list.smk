@@ -4,9 +4,10 @@
 # takes: results/checks/, results/signals/ of recordings that may be nearly the same; the names in raw/
 # gives: results/recordings.csv, results/passed_over.csv, results/labelled.csv
 
-ALL = listed(DESCRIBED, ARCHIVE.others())
+ALL = sections("on_rejected", described=PARTS, others=ARCHIVE.others())
 LIST = step("list", ALL, lambda _: map(PREPROCESS.key, BATCHES))
-KNOWN = listed(DESCRIBED_LABELLED, "")
+KNOWN_PARTS = {batch: PARTS[batch] for batch in DESCRIBED_LABELLED}
+KNOWN = sections("on_rejected", described=KNOWN_PARTS, others="")
 LIST_LABELLED = step("list", KNOWN, lambda _: map(PREPROCESS.key, LABELLED))
 
 

@@ -7,12 +7,7 @@ from capsule.survey.listed import list_surveys, survey_content
 
 SURVEYS = list_surveys(Path(SESSIONS))
 CONTENT_OF_SURVEY = {name: survey_content(Path(SESSIONS) / name) for name in SURVEYS.names}
-SURVEY = step(
-    "survey",
-    sections("diagonal"),
-    lambda survey: [survey, CONTENT_OF_SURVEY[survey]],
-    script="chart_survey.py",
-)
+SURVEY = step("survey", sections("diagonal"), lambda survey: [survey, CONTENT_OF_SURVEY[survey]])
 
 
 rule survey:

@@ -1,6 +1,7 @@
-"""Only one run at a time uses a folder, and a job of a killed run writes nothing any more."""
+"""One run at a time uses a folder; a job of a killed run, or of changed code, writes nothing."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +9,13 @@ from pathlib import Path
 import pytest
 
 from capsule.engine import locks
-from capsule.engine.locks import RUN_LOCK, hold_run_lock, refuse_replaced_run
+from capsule.engine.locks import (
+    RUN_LOCK,
+    STATES,
+    hold_run_lock,
+    refuse_outdated_job,
+    states_of,
+)
 from capsule.errors import CapsuleError
 from capsule.store import files
 
@@ -90,8 +97,57 @@ def test_a_job_whose_run_was_replaced_writes_nothing(folder, monkeypatch):
 def test_what_is_no_job_of_a_run_may_write_and_a_job_that_cannot_read_the_lock(monkeypatch):
     # As on a node of a cluster that sees the file late.
     monkeypatch.setenv("CAPSULE_RUN", "process 1 on elsewhere")
-    refuse_replaced_run()
+    refuse_outdated_job()
     with hold_run_lock():
         # `capsule export` and others write while a run goes on.
         monkeypatch.setenv("CAPSULE_RUN", "")
-        refuse_replaced_run()
+        refuse_outdated_job()
+
+
+@pytest.fixture
+def code(folder, monkeypatch):
+    """Return a script and a table that it reads, whose states a run has noted."""
+    monkeypatch.setenv("CAPSULE_RUN", "this run")
+    monkeypatch.setattr(sys, "argv", ["workflow/fit.py"])
+    paths = [folder / "workflow/fit.py", folder / "workflow/table.yaml"]
+    paths[0].parent.mkdir()
+    for path in paths:
+        path.write_text("x = 1\n")
+    files.write_json(STATES, {str(paths[0]): states_of(paths)})
+    return paths
+
+
+def put_back(path):
+    """Change a file, and put it back with its dates."""
+    kept = path.with_name("kept")
+    shutil.copy2(path, kept)
+    path.write_text("x = 2\n")
+    kept.replace(path)
+
+
+CHANGES = {
+    "content": lambda path: path.write_text("x = 2\n"),
+    "put back": put_back,
+    "gone": Path.unlink,
+}
+
+
+@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_job_whose_code_was_changed_writes_nothing(code, change, place):
+    CHANGES[change](code[place])
+    with pytest.raises(CapsuleError, match=f"{code[place].name} has changed since the run began"):
+        files.write_json(Path("fit.json"), {})
+    assert not Path("fit.json").exists()
+
+
+def test_other_code_and_other_programs_do_not_matter(code, monkeypatch):
+    code[1].with_name("other.yaml").write_text("x = 1\n")
+    files.write_json(Path("fit.json"), {})
+    CHANGES["content"](code[1])
+    monkeypatch.setattr(sys, "argv", ["workflow/describe.py"])
+    files.write_json(Path("described.json"), {})
+    # A command that is no job, as `capsule export`.
+    monkeypatch.setattr(sys, "argv", ["workflow/fit.py"])
+    monkeypatch.setenv("CAPSULE_RUN", "")
+    files.write_json(Path("other.json"), {})

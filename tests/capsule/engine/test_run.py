@@ -10,8 +10,7 @@ import pytest
 
 from capsule.engine import run
 from capsule.engine.folder import SIGN
-from capsule.engine.locks import RUN_LOCK, hold_run_lock
-from capsule.engine.unchanged import STATES
+from capsule.engine.locks import RUN_LOCK, STATES, hold_run_lock
 from capsule.errors import CapsuleError
 from capsule.store import files
 from capsule.store.batches import divide

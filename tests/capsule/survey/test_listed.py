@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-import chart_survey
+import survey
 from capsule.engine.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.survey.listed import survey_content
@@ -27,14 +27,14 @@ def test_a_survey_that_changes_during_the_run_is_not_drawn(tmp_path, monkeypatch
         change()
         return read(folder)
 
-    read = chart_survey.read_session
+    read = survey.read_session
     if moment == "before":
         change()
     else:
-        monkeypatch.setattr(chart_survey, "read_session", read_and_change)
+        monkeypatch.setattr(survey, "read_session", read_and_change)
     words = ["--session", session, "--content", content, "--output", tmp_path / "drawn"]
     settings = json.dumps({"diagonal": read_settings()["diagonal"]})
     monkeypatch.setattr(sys, "argv", list(map(str, ["", *words, "--settings", settings])))
     with pytest.raises(CapsuleError, match="first has changed since the run began"):
-        chart_survey.main()
+        survey.main()
     assert not (tmp_path / "drawn").exists()

@@ -6,15 +6,21 @@ remove it. A lock of the operating system always ends with the process that hold
 The jobs of a killed run may go on for a while. Each run writes its name into the locked file and
 hands it to its jobs. A job whose name is no longer in the file writes no result.
 
+What a job runs is what its key was computed from: a run notes the state of each file of its code
+when it reads it, and a job whose code has another state writes no result. The state of a file
+differs also when it was changed and put back in between, with its dates.
+
 The Snakefile and every script use this module, so it imports only fast modules.
 """
 
 import contextlib
+import json
 import os
 import secrets
 import socket
 import sys
 import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO
 
@@ -23,6 +29,10 @@ from capsule.errors import CapsuleError
 # The file that a run locks, in the working directory, and the variable that names it to the jobs.
 RUN_LOCK = Path(".snakemake/run.lock")
 _RUN = "CAPSULE_RUN"
+# There, too: the state of each file that a script's key was computed from, by the script.
+STATES = Path(".snakemake/run.code")
+
+State = list[int]
 
 if sys.platform == "win32":
     import msvcrt
@@ -103,17 +113,43 @@ def is_job() -> bool:
     return bool(os.environ.get(_RUN))
 
 
-def refuse_replaced_run() -> None:
-    """Raise an error if this is the job of a run that another run of the folder has replaced.
+def states_of(paths: Iterable[Path]) -> dict[str, State]:
+    """Return the state of each file, whose path must be absolute."""
+    return {str(path): _state(path) for path in paths}
 
-    The later run makes this job's result again.
+
+def _state(path: Path) -> State:
+    """Return what a change of a file changes, even if it is undone; all zeros without the file."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return [0, 0, 0, 0]
+    return [found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino]
+
+
+def refuse_outdated_job() -> None:
+    """Raise an error if this is a job whose result nobody wants, or nobody would know.
+
+    Its run was killed, and another one has begun, which makes the result again; or code of its
+    script has changed since the run noted its state.
     """
     name = os.environ.get(_RUN)
-    if name and (holder := _holder(RUN_LOCK)) not in (name, ""):
+    if not name:
+        return
+    if (holder := _holder(RUN_LOCK)) not in (name, ""):
         raise CapsuleError(
             f"the run of this job ({name}) was killed, and {holder} has begun since; this job "
             "writes nothing"
         )
+    noted: Mapping[str, Mapping[str, State]] = {}
+    with contextlib.suppress(FileNotFoundError):
+        noted = json.loads(STATES.read_bytes())
+    for path, before in noted.get(str(Path(sys.argv[0]).resolve()), {}).items():
+        if _state(Path(path)) != before:
+            raise CapsuleError(
+                f"{path} has changed since the run began, so nobody knows which of both this job "
+                "has read; run the command again"
+            )
 
 
 def _holder(path: Path) -> str:

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from capsule.engine.folder import is_made_from, mark_outdated, sign_results, tidy
-from capsule.engine.locks import RUN_LOCK, hold_run_lock
-from capsule.engine.unchanged import STATES, State
+from capsule.engine.locks import RUN_LOCK, STATES, State, hold_run_lock
 from capsule.errors import CapsuleError, error_line
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.confounded import confounded_keys, in_words
@@ -51,7 +50,7 @@ class Run:
         The surveys.
     states : mapping
         The state of each file of a script's code when its key was computed, by the script, from
-        `capsule.engine.unchanged.states_of`.
+        `capsule.engine.locks.states_of`.
     without_effect : sequence of str
         Lines on the configuration, from `capsule.engine.configuration.without_effect`.
     lock : binary file or None

@@ -24,7 +24,7 @@ from capsule.store.results import PLOT_DATA, SURVEY_VALUES, OfArchive, Results
 # The scripts of the rules, in their order.
 RULE_SCRIPTS = (
     *("preprocess", "list", "fit", "describe", "plot", "templates", "evaluate", "detect"),
-    *("draw", "chart_survey", "report"),
+    *("draw", "survey", "report"),
 )
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 UPLOT = "vendor/uplot/uPlot.iife.min.js"

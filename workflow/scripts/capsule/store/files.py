@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 from zipfile import BadZipFile
 
-from capsule.engine.locks import is_job, refuse_replaced_run
-from capsule.engine.unchanged import refuse_changed_code
+from capsule.engine.locks import refuse_outdated_job
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.recordings.names import Archive, Entry, classify, displayed, without_formula
@@ -200,9 +199,7 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
             stream.flush()
             # Without this, the file could be empty after a power cut.
             os.fsync(stream.fileno())
-        if is_job():
-            refuse_replaced_run()
-            refuse_changed_code(sys.argv[0])
+        refuse_outdated_job()
         unfinished.replace(path)
     except OSError as error:
         # The error of a failed write does not name the file.
