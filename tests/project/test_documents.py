@@ -17,7 +17,7 @@ import pytest
 from nbclient import NotebookClient
 
 from capsule.commands.cli import COMMANDS
-from support.command import parsers
+from support.command import output_of, parsers
 from support.documents import all_blocks, blocks, documents
 from support.importing import assert_readings, import_files
 from support.project import ROOT
@@ -78,15 +78,8 @@ def test_the_python_in_a_document_runs_from_top_to_bottom(copy, document):
     program = "\n".join(each.text for each in run if not each.not_run)
     assert program
     environment = {"PYTHONPATH": str(SCRIPTS), "MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
-    ended = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        cwd=copy,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr
+    call = [sys.executable, "-W", "error", "-c", program]
+    output_of(*call, cwd=copy, env={**os.environ, **environment})
 
 
 def calls():
@@ -160,19 +153,14 @@ def lines_to_type(document):
 
 def run_lines(folder, lines):
     """Run lines in one shell; fail at the first that fails, or prints other than is shown."""
-    for number, (line, shown) in enumerate(lines):
+    for line, shown in lines:
         if line.startswith(NOT_RUN):
             continue
         command = REPORT if line == "capsule report" else line
         script = f"cd {shlex.quote(str(folder))}\n{command}\npwd > {folder.parent}/here"
-        done = subprocess.run(
-            ["bash", "-e", "-c", script],
-            capture_output=True,
-            text=True,
-            check=False,
-            env=ENVIRONMENT,
-        )
-        assert done.returncode == 0, f"{number}: {line}\n{done.stdout}{done.stderr}"
+        call, settings = ["bash", "-e", "-c", script], {"env": ENVIRONMENT, "text": True}
+        done = subprocess.run(call, capture_output=True, check=False, **settings)
+        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
         printed = iter((done.stdout + done.stderr).splitlines())
         for expected in shown:
             if expected != "...":

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from support.command import output_of
 from support.marks import needs_programs
 from support.project import ROOT
 
@@ -31,14 +32,7 @@ def checkout(tmp_path):
 
 def make(folder, home):
     environment = {key: value for key, value in os.environ.items() if key != "XDG_CACHE_HOME"}
-    return subprocess.run(
-        ["make", "report"],
-        cwd=folder,
-        env=environment | {"HOME": str(home)},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    return output_of("make", "report", cwd=folder, env=environment | {"HOME": str(home)})
 
 
 @pytest.mark.parametrize("writable", [True, False])

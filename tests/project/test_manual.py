@@ -1,13 +1,13 @@
 """The manual builds without a warning, and its links have targets."""
 
 import re
-import subprocess
 import sys
 
 import pytest
 import yaml
 
 from capsule.engine.keys import imported_files
+from support.command import output_of
 from support.documents import documents
 from support.project import ROOT
 
@@ -24,10 +24,7 @@ def site(tmp_path_factory):
     pytest.importorskip("sphinx", reason="Sphinx is not installed")
     folder = tmp_path_factory.mktemp("manual")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", folder / "trees"]
-    built = subprocess.run(
-        [*command, DOCS, folder / "site"], capture_output=True, text=True, check=False
-    )
-    assert built.returncode == 0, built.stderr
+    output_of(*command, DOCS, folder / "site")
     return folder / "site"
 
 

@@ -3,15 +3,15 @@
 Run it alone: pytest tests/project/test_numpy_versions.py (a download of 20 MB, then some seconds).
 """
 
-import os
 import re
-import subprocess
 import sys
 import tomllib
 
 import pytest
 from packaging.requirements import Requirement
 
+from support.command import output_of
+from support.environments import environment_with
 from support.project import ROOT
 
 # The first numpy that was built for a Python, where the project's oldest came before it.
@@ -30,18 +30,11 @@ def oldest_numpy():
 @pytest.mark.packages
 def test_the_oldest_numpy_gives_the_numbers_of_the_literal_formulas(tmp_path):
     oldest = oldest_numpy()
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    command += ["--only-binary", ":all:", "--no-deps", "--target", str(tmp_path)]
-    subprocess.run([*command, f"numpy=={oldest}"], check=True)
+    wanted = ["--only-binary", ":all:", "--no-deps", "--ignore-installed", f"numpy=={oldest}"]
+    python = environment_with(tmp_path / "environment", *wanted)
     program = "import numpy, pytest; print(numpy.__version__); pytest.main()"
     tests = ["tests/capsule/method", "tests/capsule/recordings/test_acceptance.py"]
-    done = subprocess.run(
-        [sys.executable, "-c", program, "-q", "-n0", "-p", "no:cacheprovider", *tests],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.stdout.startswith(f"{oldest}\n")
-    assert re.search(r"^\d{3,} passed in", done.stdout, re.MULTILINE), done.stdout
+    call = [python, "-c", program, "-q", "-n0", "-p", "no:cacheprovider", *tests]
+    told = output_of(*call, cwd=ROOT)
+    assert told.startswith(f"{oldest}\n")
+    assert re.search(r"^\d{3,} passed in", told, re.MULTILINE), told

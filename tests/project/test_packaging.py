@@ -18,6 +18,7 @@ from packaging.specifiers import SpecifierSet
 import capsule
 from capsule.engine import project
 from capsule.engine.project import how_to_install
+from support.command import output_of
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -158,14 +159,9 @@ def test_the_lock_can_be_installed_on_every_system_and_python(platform, version,
     options = ["--python-platform", platform, "--python-version", version, "--target", tmp_path]
     options += ["--only-binary", ":all:", "--no-binary", "connection-pool", "--require-hashes"]
     options += ["--requirement", ROOT / "requirements-test.lock"]
-    resolved = subprocess.run(
-        [Path(sys.executable).with_name("uv"), "pip", "install", "--dry-run", *options],
-        env={**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert resolved.returncode == 0, resolved.stderr
+    environment = {**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})}
+    uv = Path(sys.executable).with_name("uv")
+    output_of(uv, "pip", "install", "--dry-run", *options, env=environment)
 
 
 @pytest.mark.parametrize(

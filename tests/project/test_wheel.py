@@ -1,20 +1,20 @@
 """The package works for a user of the library: from a wheel without this folder, and editable."""
 
-import os
 import shutil
-import subprocess
 import sys
-import sysconfig
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from support.command import output_of
 from support.documents import all_blocks
+from support.environments import WITHOUT_PATH, environment_with
 from support.project import ROOT, Project
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes]
 
+WITHOUT_INDEX = ["--no-deps", "--no-index"]
 # Not this folder's code, and no Snakemake, even where it is installed.
 ALONE = "import sys; sys.modules['snakemake'] = None\n"
 
@@ -22,35 +22,24 @@ ALONE = "import sys; sys.modules['snakemake'] = None\n"
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
-    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder]
-    subprocess.run([*command, ROOT], check=True, capture_output=True)
+    output_of(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder, ROOT)
     (path,) = folder.glob("*.whl")
     return path
-
-
-def installed(folder, *what):
-    """Install into a new environment with the packages of this one, and return it."""
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    (packages,) = (folder / "lib").glob("python*/site-packages")
-    # A folder named here is searched last, and what its own .pth files name is not.
-    (packages / "others.pth").write_text(sysconfig.get_path("purelib"))
-    pip = [sys.executable, "-m", "pip", "--python", folder / "bin" / "python"]
-    pip += ["--disable-pip-version-check", "install", "-q", "--no-deps", "--no-index"]
-    subprocess.run([*pip, *what], check=True)
-    return folder
 
 
 @pytest.fixture(scope="module")
 def environment(wheel, tmp_path_factory):
     """Install the wheel."""
-    return installed(tmp_path_factory.mktemp("environment"), wheel)
+    folder = tmp_path_factory.mktemp("environment")
+    return environment_with(folder, *WITHOUT_INDEX, wheel).parents[1]
 
 
 def test_installed_editable_it_is_the_code_of_the_folder_and_nothing_is_copied(tmp_path):
     checkout = Project.create(tmp_path / "checkout").folder
     for name in ("pyproject.toml", "README.md"):
         shutil.copy2(ROOT / name, checkout)
-    environment = installed(tmp_path / "environment", "--no-build-isolation", "-e", checkout)
+    environment = tmp_path / "environment"
+    environment_with(environment, *WITHOUT_INDEX, "--no-build-isolation", "-e", checkout)
     (packages,) = (environment / "lib").glob("python*/site-packages")
     assert not list(packages.rglob("*.smk"))
     (checkout / "workflow/scripts/capsule/added.py").write_text("WORD = 'changed'\n")
@@ -59,29 +48,21 @@ def test_installed_editable_it_is_the_code_of_the_folder_and_nothing_is_copied(t
     program += "print(importlib.util.find_spec('draw'))\n"
     assert run(environment, program, tmp_path) == "changed\nNone\n"
     command = [environment / "bin" / "capsule", "--version"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    assert told == f"capsule 0.1.0, from {checkout / 'workflow/scripts/capsule'}\n"
+    assert (
+        output_of(*command, cwd=tmp_path)
+        == f"capsule 0.1.0, from {checkout / 'workflow/scripts/capsule'}\n"
+    )
 
 
 def run(environment, program, folder):
     """Run a program in the environment, and return its output."""
-    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    ended = subprocess.run(
-        [environment / "bin" / "python", "-W", "error", "-c", ALONE + program],
-        cwd=folder,
-        env=clean,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr
-    return ended.stdout
+    call = [environment / "bin" / "python", "-W", "error", "-c", ALONE + program]
+    return output_of(*call, cwd=folder, env=WITHOUT_PATH)
 
 
 def tracked(*folders):
     """Return the files in some folders that git tracks."""
-    command = ["git", "-C", str(ROOT), "ls-files", "-z", *folders]
-    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    output = output_of("git", "-C", ROOT, "ls-files", "-z", *folders)
     return {name for name in output.split("\0") if name and (ROOT / name).exists()}
 
 
@@ -118,8 +99,7 @@ def test_the_wheel_asks_for_no_snakemake(wheel):
 def test_the_installed_command_makes_what_the_installed_library_judges(environment, tmp_path):
     """With the README's Python, the weights and the workflow that the wheel brings."""
     called = [environment / "bin" / "capsule", "simulate", "--sizes", "0", "3", "--runs", "7"]
-    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    subprocess.run(called, cwd=tmp_path, env=clean, check=True, capture_output=True)
+    output_of(*called, cwd=tmp_path, env=WITHOUT_PATH)
     (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
     program = f"""{block.text}
 from capsule.engine import keys

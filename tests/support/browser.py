@@ -14,6 +14,10 @@ PHONE, DESKTOP = 360, 1280
 PAPER = 718
 
 
+# The recordings in the report that is opened, and what stands in the header of one.
+SIZES = (0, 1, 2.5, 6)
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in SIZES for run in (1, 2, 3)] + ["unlabelled/u1"]
+EVIL = "<script>document.title='broken'</script><img src=x onerror=\"document.title='broken'\">"
 # What is missing for the browser; empty if nothing is. And the mark of tests that need the browser.
 MISSING = missing_program("chromium", "chromedriver", packages="chromium chromium-driver")
 needed = needs(MISSING)

@@ -1,6 +1,7 @@
-"""Call the command `capsule` in a process of its own, or inside that of the tests."""
+"""Call programs in processes of their own, and the command `capsule` inside that of the tests."""
 
 import functools
+import subprocess
 import sys
 
 from capsule.commands.cli import COMMANDS, build_parser, subparsers
@@ -8,6 +9,13 @@ from support.project import ROOT
 
 # The first words of a call, in the environment of the tests but with the code of this folder.
 CAPSULE = [sys.executable, str(ROOT / "workflow" / "scripts" / "capsule")]
+
+
+def output_of(*words, **settings):
+    """Run a program, and return what it prints; a test fails with all of it if the program does."""
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, **settings)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 @functools.cache

@@ -5,11 +5,12 @@ import os
 import shutil
 import subprocess
 import sys
-import sysconfig
 
 import pytest
 import yaml
 
+from support.command import output_of
+from support.environments import WITHOUT_PATH, environment_with
 from support.marks import needs_process_groups, needs_programs
 from support.project import PARTS, ROOT, Project
 from support.synthetic import write_archive
@@ -20,21 +21,6 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 TEMPLATES = "results/templates.npz"
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 2)]
 FIT = {"particles": 10, "iterations": 10}
-
-
-def environment_beside(folder):
-    """Make a new environment that finds the packages of this one behind its own."""
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    (packages,) = (folder / "lib").glob("python*/site-packages")
-    # Files of this kind are read in the order of their names.
-    (packages / "0-others.pth").write_text(sysconfig.get_path("purelib"))
-    return folder / "bin" / "python"
-
-
-def install(python, *what):
-    """Install packages into an environment."""
-    pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "-q", *what], check=True, capture_output=True)
 
 
 # Folders.
@@ -50,21 +36,15 @@ def test_the_environment_works_in_a_path_with_spaces_and_of_more_than_250_charac
     assert len(str(project.folder)) > 250
     for name in ("Makefile", "pyproject.toml", "README.md", "requirements.lock"):
         shutil.copy2(ROOT / name, project.folder)
-    python = environment_beside(project.folder / ".venv")
-    for package in ("snakemake", "pip"):
-        pinned = f"{package}=={importlib.metadata.version(package)}"
-        install(python, pinned, "--ignore-installed", "--no-deps")
+    pinned = [f"{name}=={importlib.metadata.version(name)}" for name in ("snakemake", "pip")]
+    environment_with(project.folder / ".venv", *pinned, "--ignore-installed", "--no-deps")
     (project.folder / ".venv/ready").touch()
-    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    called = {"cwd": project.folder, "env": clean, "text": True, "check": False}
-    for command in (["make", "environment"], [".venv/bin/snakemake", "-c2", TEMPLATES]):
-        done = subprocess.run(command, **called, capture_output=True)
-        assert done.returncode == 0, done.stdout + done.stderr
+    settings = {"cwd": project.folder, "env": WITHOUT_PATH}
+    output_of("make", "environment", **settings)
+    output_of(".venv/bin/snakemake", "-c2", TEMPLATES, **settings)
     assert (project.folder / TEMPLATES).is_file()
-    told = subprocess.run(
-        [project.folder / ".venv/bin/capsule", "--version"], **called, capture_output=True
-    )
-    assert str(project.folder / "workflow") in told.stdout
+    told = output_of(project.folder / ".venv/bin/capsule", "--version", **settings)
+    assert str(project.folder / "workflow") in told
 
 
 @needs_process_groups
@@ -181,13 +161,11 @@ def test_a_release_is_deployed_from_a_repository(tmp_path):
         copy(ROOT / part, release / part)
     git = ["git", "-c", "user.name=Test", "-c", "user.email=test@localhost", "-C", release]
     for step in (["init", "-q"], ["add", "."], ["commit", "-qm", "release"], ["tag", "v1"]):
-        subprocess.run([*git, *step], check=True)
-    commit = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
+        output_of(*git, *step)
     cache = tmp_path / "cache"
     kept = cache / "snakemake/snakemake/source-cache/snakemake-git-cache/github.com/laboratory"
     kept.mkdir(parents=True)
-    clone = ["git", "clone", "-q", "--bare", release, kept / "capsule"]
-    subprocess.run(clone, check=True)
+    output_of("git", "clone", "-q", "--bare", release, kept / "capsule")
 
     folder = tmp_path / "lab"
     write_archive(folder / "raw", RECORDINGS, samples=525)
@@ -201,15 +179,14 @@ def test_a_release_is_deployed_from_a_repository(tmp_path):
     assert run.status == 0, run.output
     assert run.jobs == {"preprocess": 4, "fit": 2, "list_labelled": 1, "templates": 1}
     # The page reads the version from these files.
-    unpacked = lab.folder / ".snakemake/capsule" / commit.stdout.strip()
+    unpacked = lab.folder / ".snakemake/capsule" / output_of(*git, "rev-parse", "HEAD").strip()
     assert (unpacked / ".git_archival.txt").is_file()
 
 
 @pytest.mark.packages
 @pytest.mark.takes(20)
 def test_the_newest_snakemake_and_that_of_the_lock_agree_on_what_is_to_be_done(tmp_path):
-    python = environment_beside(tmp_path / "newest")
-    install(python, "--upgrade", "snakemake<10")
+    environment_with(tmp_path / "newest", "--upgrade", "snakemake<10")
     (packages,) = (tmp_path / "newest/lib").glob("python*/site-packages")
     newest = {"PYTHONPATH": str(packages), "PYTHONWARNINGS": "default"}
     project = Project.create(tmp_path / "project", RECORDINGS, samples=525, **FIT)

@@ -2,13 +2,13 @@
 
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from support.command import output_of
 from support.project import ROOT, Project
 
 pytestmark = pytest.mark.slow
@@ -44,8 +44,7 @@ def extend(folder: Path, title: str) -> None:
 
 def simulate(folder, *options):
     """Call capsule simulate of a copy of the project."""
-    command = [sys.executable, "workflow/scripts/capsule", "simulate", *options]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    output_of(sys.executable, "workflow/scripts/capsule", "simulate", *options, cwd=folder)
 
 
 TOGETHER = ["A new detector", "A new figure", "A new header line, as a column", "A fifth sensor"]
@@ -60,8 +59,7 @@ def extended(tmp_path_factory):
     for title in TOGETHER:
         extend(folder, title)
     project.configure(fit={"particles": 20, "iterations": 20})
-    ended = simulate(folder, "--runs", "3", "--sizes", "0", "3")
-    assert ended.returncode == 0, ended.stderr
+    simulate(folder, "--runs", "3", "--sizes", "0", "3")
     (project.raw / "unlabelled").mkdir()
     (project.raw / "3mm/r03.csv").rename(project.raw / "unlabelled/patient.csv")
     named = project.raw / "3mm/r01.csv"
@@ -95,16 +93,10 @@ final = FinalVerdict(
 )
 print(*final.judge(np.load("results/signals/unlabelled/patient.npy")).table(), sep="\\n")
 """
-    ended = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=extended.folder,
-        env={"PYTHONPATH": str(extended.folder / "workflow/scripts")},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    environment = {"PYTHONPATH": str(extended.folder / "workflow/scripts")}
+    told = output_of(sys.executable, "-c", code, cwd=extended.folder, env=environment)
     (row,) = [row for row in extended.table("detections.csv") if row["detector"] == "loudest"]
-    (line,) = [line for line in ended.stdout.splitlines() if "loudest" in line]
+    (line,) = [line for line in told.splitlines() if "loudest" in line]
     assert line.split(maxsplit=1)[1].startswith(row["verdict"])
 
 
@@ -133,8 +125,7 @@ def test_a_new_bench_makes_other_recordings(tmp_path):
     project = Project.create(tmp_path / "project")
     extend(project.folder, "A new bench for the phantom")
     options = ("--runs", "1", "--sizes", "4", "--out")
-    assert simulate(project.folder, *options, "usual").returncode == 0
-    ended = simulate(project.folder, "--bench", "firm-wall", *options, "other")
-    assert ended.returncode == 0, ended.stderr
+    simulate(project.folder, *options, "usual")
+    simulate(project.folder, "--bench", "firm-wall", *options, "other")
     usual, other = (project.folder / out / "4mm/r01.csv" for out in ("usual", "other"))
     assert usual.read_bytes() != other.read_bytes()

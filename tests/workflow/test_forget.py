@@ -2,10 +2,11 @@
 
 import base64
 import hashlib
-import subprocess
 import sys
 
 import pytest
+
+from support.command import output_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
@@ -37,9 +38,7 @@ def test_no_file_holds_a_trace_and_the_next_run_makes_what_it_had_taught(project
     before = project.result_bytes()
     assert traces(project, content)
     command = [sys.executable, "workflow/scripts/capsule", "forget", NAME, "--yes"]
-    called = {"cwd": project.folder, "capture_output": True, "text": True, "check": False}
-    done = subprocess.run(command, **called)
-    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    output_of(*command, cwd=project.folder)
     assert not traces(project, content)
     stayed = project.result_bytes()
     assert {"checks/1mm/r01.json", "surveys/first/picture.pdf"} <= stayed.keys()

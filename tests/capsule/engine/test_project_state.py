@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from capsule.engine.project_state import ProjectState, read_project_state
+from support.command import output_of
 from support.marks import needs_programs
 from support.project import ROOT
 
@@ -15,10 +16,7 @@ needs_git = needs_programs("git", packages="git")
 
 def git(folder, *arguments):
     name = ["-c", "user.name=Test", "-c", "user.email=test@localhost"]
-    done = subprocess.run(
-        ["git", *name, *arguments], cwd=folder, check=True, capture_output=True, text=True
-    )
-    return done.stdout.strip()
+    return output_of("git", *name, *arguments, cwd=folder).strip()
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from capsule.evaluation import measures, rates
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.intervals import Units, lower_bound, rate, rate_of, ratio_interval
 from capsule.evaluation.rates import ANY
-from support.like_the_paper import LIKE_THE_PAPER
+from support.paper import LIKE_THE_PAPER
 from support.verdicts import index_of, verdicts
 
 UNKNOWN = float("nan")

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 import sys
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 
 import capsule
 from capsule.interface.archive import ByRecording
+from support.command import output_of
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
@@ -173,8 +173,8 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path):
 
 
 def python(program):
-    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(SCRIPTS)!r})\n{program}"]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    program = f"import sys; sys.path.insert(0, {str(SCRIPTS)!r})\n{program}"
+    return output_of(sys.executable, "-c", program)
 
 
 def test_loading_imports_no_matplotlib():

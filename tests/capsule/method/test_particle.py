@@ -16,7 +16,7 @@ from capsule.method.particle import (
 from capsule.method.preprocessing import preprocess
 from capsule.seeding import generator
 from support import literal
-from support.paper_ranges import PAPER
+from support.paper import PAPER
 from support.synthetic import make_recording
 
 SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)

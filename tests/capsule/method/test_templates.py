@@ -4,7 +4,7 @@ import pytest
 from capsule.method.particle import Particle, peak_positions, render
 from capsule.method.templates import build_templates, by_size, no_nodule_template, total
 from capsule.seeding import generator
-from support.paper_ranges import PAPER
+from support.paper import PAPER
 
 
 def particles(count, name="templates"):

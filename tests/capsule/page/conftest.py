@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from support.browser import Browser
+from support.browser import EVIL, RECORDINGS, Browser
 from support.project import Project, built_once
-from support.report_page import EVIL, RECORDINGS
 from support.surveys import write_session
 
 

@@ -20,9 +20,8 @@ from capsule.recordings.names import without_formula
 from capsule.recordings.recording import read_recording
 from capsule.survey.cycle import STATES
 from capsule.survey.listed import list_surveys
-from support.browser import DESKTOP, PAPER, PHONE, needed
+from support.browser import DESKTOP, EVIL, PAPER, PHONE, RECORDINGS, SIZES, needed
 from support.project import ROOT
-from support.report_page import EVIL, RECORDINGS, SIZES
 from support.surveys import head_mm
 
 pytestmark = [pytest.mark.browser, needed]

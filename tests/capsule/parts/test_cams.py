@@ -10,8 +10,7 @@ from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
 from capsule.parts.files import read_design
 from capsule.parts.solids import one
-from support.measured import read_stl, section
-from support.parts import make_into
+from support.measured import make_into, read_stl, section
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)

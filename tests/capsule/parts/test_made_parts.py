@@ -17,13 +17,13 @@ from scipy.sparse.csgraph import connected_components
 from support.command import CAPSULE
 from support.measured import (
     edges_of,
+    make_into,
     measured_substructure,
     read_3mf,
     read_stl,
     read_svg,
     section,
 )
-from support.parts import make_into
 
 pytestmark = pytest.mark.takes(0.2)
 

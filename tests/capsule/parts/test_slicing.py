@@ -8,7 +8,7 @@ import pytest
 
 from capsule.parts.files import read_design
 from support.marks import needs_programs
-from support.parts import make_into
+from support.measured import make_into
 
 pytestmark = [
     pytest.mark.slicer,

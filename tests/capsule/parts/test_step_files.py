@@ -27,8 +27,7 @@ from capsule.parts.design import volume as parts_volume
 from capsule.parts.files import read_design
 from capsule.parts.step_files import step_bytes
 from support.command import CAPSULE
-from support.measured import read_stl
-from support.parts import make_into
+from support.measured import make_into, read_stl
 
 pytestmark = pytest.mark.cad
 CAM = read_design().cam

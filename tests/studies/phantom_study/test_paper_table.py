@@ -14,7 +14,7 @@ from phantom_study.paper_table import (
 )
 
 from capsule.store.files import read_csv
-from support.like_the_paper import LIKE_THE_PAPER
+from support.paper import LIKE_THE_PAPER
 
 ROOT = Path(__file__).resolve().parents[3]
 PAPER = read_paper_table()

@@ -13,7 +13,7 @@ from phantom_study.paper_table import read_paper_table
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE
 from capsule.phantom.parameters import phantom_from_table, value_of
-from support.like_the_paper import LIKE_THE_PAPER
+from support.paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.slow
 

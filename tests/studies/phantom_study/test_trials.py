@@ -12,7 +12,7 @@ from capsule.method.particle import Particle
 from capsule.method.templates import by_size
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.store.files import read_csv
-from support.like_the_paper import LIKE_THE_PAPER
+from support.paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.takes(0.5)
 
