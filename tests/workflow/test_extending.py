@@ -1,5 +1,6 @@
 """Every extension of docs/workflow.md works in a copy of the project."""
 
+import json
 import re
 import shutil
 import sys
@@ -80,24 +81,11 @@ def test_a_new_detector_goes_from_its_module_to_the_report(extended):
 
 
 @pytest.mark.workflow
-def test_the_recorder_judges_by_a_new_detector_too(extended):
-    code = """
-import sys
-from pathlib import Path
-import numpy as np
-from capsule.judging.verdict import FinalVerdict
-from capsule.engine.configuration import read_config_file
-final = FinalVerdict(
-    Path("results/templates.npz"), Path("results/detectors.json"),
-    read_config_file(Path("config/config.yaml")),
-)
-print(*final.judge(np.load("results/signals/unlabelled/patient.npy")).table(), sep="\\n")
-"""
-    environment = {"PYTHONPATH": str(extended.folder / "workflow/scripts")}
-    told = output_of(sys.executable, "-c", code, cwd=extended.folder, env=environment)
+def test_a_new_recording_is_judged_by_a_new_detector_too(extended):
+    call = ["workflow/scripts/capsule", "judge", "--json", "raw/unlabelled/patient.csv"]
+    (judged,) = json.loads(output_of(sys.executable, *call, cwd=extended.folder))
     (row,) = [row for row in extended.table("detections.csv") if row["detector"] == "loudest"]
-    (line,) = [line for line in told.splitlines() if "loudest" in line]
-    assert line.split(maxsplit=1)[1].startswith(row["verdict"])
+    assert judged["verdicts"]["loudest"]["verdict"] == row["verdict"]
 
 
 @pytest.mark.workflow
