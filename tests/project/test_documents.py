@@ -1,7 +1,9 @@
 """The blocks of code in the documents run, and the commands in them exist."""
 
 import argparse
+import contextlib
 import importlib
+import io
 import itertools
 import os
 import re
@@ -16,10 +18,12 @@ import numpy as np
 import pytest
 from nbclient import NotebookClient
 
-from capsule.commands.cli import COMMANDS
+from capsule.commands.cli import COMMANDS, build_parser
+from capsule.importing.command import Importer
 from support.command import output_of, parsers
 from support.documents import all_blocks, blocks, documents
 from support.importing import assert_readings, import_files
+from support.lab_files import write_examples
 from support.project import ROOT
 from support.synthetic import make_recording
 
@@ -181,6 +185,48 @@ def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
     # The numbers that the tutorial tells.
     assert (folder / "monday.png").stat().st_size > 50_000
     assert (folder / "before/detections.csv").exists()
+
+
+class Utf8(io.StringIO):
+    """A terminal that shows all characters."""
+
+    encoding = "utf-8"
+
+
+def printed_by(command):
+    """Run a command of the page on the import in this process, and return the lines it prints."""
+    command, _, pipe = command.partition(" | ")
+    program, _, count = pipe.partition(" -")
+    part = {"": slice(None), "head": slice(int(count or 0)), "tail": slice(-int(count or 0), None)}
+    words = shlex.split(command)
+    if words[0] == "head":
+        return Path(words[-1]).read_text(encoding="utf-8").splitlines()[: int(words[1][1:])]
+    text = Utf8()
+    options = build_parser(["import"]).parse_args([*words[1:], "--raw", "raw"])
+    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
+        importer = Importer(options)
+        importer.run()
+        print(importer.summary())
+    return text.getvalue().splitlines()[part[program]]
+
+
+def test_the_page_on_the_import_shows_what_the_command_prints(tmp_path, monkeypatch):
+    lines = list(lines_to_type("docs/import.md"))
+    for ending in ("csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"):
+        assert any(f".{ending} " in command for command, _ in lines)
+    examples = tmp_path / "examples"
+    examples.mkdir()
+    write_examples(examples)
+    for number, (command, shown) in enumerate(lines):
+        monkeypatch.chdir(shutil.copytree(examples, tmp_path / str(number)))
+        printed = [line.rstrip() for line in printed_by(command)]
+        assert printed == [line.rstrip() for line in shown], command
+
+
+def test_the_example_of_a_map_is_the_one_that_is_used():
+    example = (ROOT / "docs/examples/fabricslide.yaml").read_text(encoding="utf-8")
+    shown = [each.text for each in BLOCKS if each.document == "docs/import.md"]
+    assert example.rstrip() in shown
 
 
 def test_a_file_like_that_of_the_readme_is_imported(tmp_path):
