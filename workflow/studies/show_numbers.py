@@ -16,9 +16,9 @@ sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
 
 from capsule.commands import cli
 from capsule.engine.configuration import read_settings
+from capsule.evaluation.archive_rates import leading
 from capsule.evaluation.cross_validation import HELD_OUT
 from capsule.evaluation.files import read_table
-from capsule.evaluation.lead import leading
 from capsule.evaluation.rates import of_any
 from capsule.store.results import OfArchive
 from capsule.words import interval, percent

@@ -5,7 +5,16 @@ import pytest
 from sklearn.metrics import roc_auc_score
 
 from capsule.detectors.beats import series_of
-from capsule.detectors.network import FOLDED, Scorer, standardised
+from capsule.detectors.network import (
+    FIRST_STRETCH,
+    FOLDED,
+    SERIES_ROWS,
+    STRETCH_STEP,
+    STRETCH_WIDTH,
+    Scorer,
+    score_stretches,
+    standardised,
+)
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.recordings.recording import read_recording
@@ -74,9 +83,7 @@ def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected,
     assert projected.score == folded.score
 
 
-def test_recordings_over_nodules_score_higher_than_those_without(weights):
-    scorer = Scorer(weights)
-
+def test_recordings_over_nodules_score_higher_than_those_without(scorer):
     def scores(folder):
         for path in sorted((ROOT / "raw" / folder).glob("*.csv")):
             with path.open("rb") as stream:
@@ -91,8 +98,7 @@ def test_recordings_over_nodules_score_higher_than_those_without(weights):
         assert roc_auc_score(kinds, [*healthy, *nodules]) > least
 
 
-def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
-    scorer = Scorer(weights)
+def test_what_has_no_wave_or_other_sensors_has_no_score(scorer):
     wave = 500 - 20 * np.sin(2 * np.pi * np.arange(800) / 32)
     for values in (np.tile(wave, (3, 1)), np.tile(wave[:100], (4, 1)), np.full((4, 800), 5.0)):
         features = scorer.features(series_of(wave_of(values, 10, SETTINGS)))
@@ -162,3 +168,34 @@ def test_the_score_is_that_of_the_layers_written_out(weights, series):
     score, found, _ = Scorer(weights).forward(x)
     np.testing.assert_allclose(found, embedding, rtol=1e-6)
     assert score == pytest.approx(w["score_weight"] @ embedding + w["score_bias"][0])
+
+
+def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(scorer):
+    series = np.zeros((4, 5, 40))
+    assert not standardised(series)[:, :SERIES_ROWS].any()
+    assert standardised(series)[:, SERIES_ROWS:].all()
+    score, loss = score_stretches(scorer, series)
+    assert score == scorer.features(series).score
+    assert not loss.any()
+
+
+def test_a_stretch_that_raises_the_score_is_lost_by_it(scorer):
+    series = 0.1 * np.sin(np.arange(800.0)).reshape(4, 5, 40)
+    series[:, 1, 20:24] = 3.0
+    whole, loss = score_stretches(scorer, series)
+    x = standardised(series)
+    x[:, :SERIES_ROWS, 18 : 18 + STRETCH_WIDTH] = 0.0
+    assert loss[18 // STRETCH_STEP] == pytest.approx(whole - scorer.forward(x)[0])
+    assert loss[18 // STRETCH_STEP] > 0
+
+
+@pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
+def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
+    _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
+    assert loss.size == max(beats - STRETCH_WIDTH, 0) // STRETCH_STEP + 1
+    assert np.arange(STRETCH_WIDTH).mean() == FIRST_STRETCH
+
+
+def test_what_cannot_be_scored_has_no_stretches(scorer):
+    assert score_stretches(scorer, None) is None
+    assert score_stretches(scorer, np.ones((3, 5, 40))) is None

@@ -9,13 +9,14 @@ from capsule.evaluation.answers import (
     Estimate,
     answers_of,
     false_alarms,
+    learning_sentence,
+    needed_sentence,
     predictive_values,
     recordings_to_show,
     set_specificity,
 )
+from capsule.evaluation.archive_rates import Lead
 from capsule.evaluation.intervals import rate, recordings_needed
-from capsule.evaluation.lead import Lead
-from capsule.evaluation.more_recordings import learning_sentence, needed_sentence
 from support.evaluated import UNKNOWN, evaluated, rates_of
 
 

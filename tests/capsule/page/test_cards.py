@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from capsule.evaluation.lead import Lead
+from capsule.evaluation.archive_rates import Lead
 from capsule.page import cards
 from capsule.page.packing import inflated
 from capsule.page.sketches import felt_sketch, score_strip

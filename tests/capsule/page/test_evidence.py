@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
-from capsule.detectors.occlusion import STEP
+from capsule.detectors.network import STRETCH_STEP
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave import wave_of
 from capsule.method.particle import Particle, render
@@ -68,7 +68,7 @@ def test_1200_recordings_of_full_length_stay_below_8_megabytes():
         said | {"detector": name} | distances for name in ("template", "diagonal", "taught")
     ]
     beats = int(525 / 32 * WINDOWS_A_WAVE)
-    stretches = 7.0, np.linspace(0, 1, beats // STEP)
+    stretches = 7.0, np.linspace(0, 1, beats // STRETCH_STEP)
     plots = plotted(values, stretches=stretches)
     assert None not in inflated(plots["drawn"]).values()
     tables = tables_of({"3mm/r01": verdicts}, {"3mm/r01": plots}, lag=981)

@@ -8,7 +8,7 @@ places that are left out, the threshold, the probability and the sizes.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import Any, ClassVar, Protocol, Self, TypeAlias
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from capsule.detectors.calibrate import (
     fit_sizes,
     rank_threshold,
 )
-from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.network import UNKNOWN_FEATURES, Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
@@ -33,6 +32,26 @@ from capsule.method.templates import TemplateSet
 _SIZE_RIDGE = 1.0
 # Number of each recording whose row teaches; the rows, the sizes in mm and the places.
 _Rows: TypeAlias = tuple[dict[str, int], FloatArray, FloatArray, IntArray]
+
+
+class JudgedRecording(Protocol):
+    """What the detectors see of a recording, whether it is stored or described when they ask."""
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Matrix V, (S, L)."""
+
+    @property
+    def passage(self) -> Passage:
+        """Its best candidate for a nodule."""
+
+    @property
+    def traits(self) -> WaveTraits:
+        """The traits of its wave."""
+
+    @property
+    def features(self) -> Features:
+        """The taught scorer's features of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +67,6 @@ class StoredRecording:
     def matrix(self) -> FloatArray:
         """Matrix V, (S, L); an archive may hold too many to keep them."""
         return self.load()
-
-
-#: What detectors judge: both have a matrix, a passage, traits and features.
-JudgedRecording: TypeAlias = StoredRecording | DescribedRecording
 
 
 @dataclass(frozen=True, eq=False)

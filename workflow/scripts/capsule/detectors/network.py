@@ -25,6 +25,10 @@ FOLDED, PROJECTED, EMBEDDED = 1024, 128, 64
 # The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
 # hold the spreads over the whole recording and stay unchanged.
 SERIES_ROWS = 13
+# In beats; a wave has four. A stretch is two waves long, and starts half a wave after the last one.
+STRETCH_WIDTH, STRETCH_STEP = 8, 2
+# Centre of the first stretch, in beats from the first beat.
+FIRST_STRETCH = (STRETCH_WIDTH - 1) / 2
 
 
 @dataclass(frozen=True)
@@ -182,3 +186,37 @@ def _pool(values: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     soft = top + np.log(total) - np.log(values.shape[1])
     pooled = np.concatenate([values.mean(axis=1), top, soft])
     return pooled, share / total[:, np.newaxis], best
+
+
+def score_stretches(scorer: Scorer, series: FloatArray | None) -> tuple[float, FloatArray] | None:
+    """Return what the taught score loses without each stretch of a recording.
+
+    One stretch after another is replaced by usual beats, on all sensors at once, and the recording
+    is scored again (occlusion, Zeiler and Fergus 2014). These scores come from the scorer as taught
+    beforehand, because every training fold adapts its own.
+
+    Parameters
+    ----------
+    scorer : Scorer
+        The taught scorer.
+    series : (4, 5, N) array, or None
+        As in `Scorer.features`.
+
+    Returns
+    -------
+    score : float
+        Score of the whole recording; None instead of both if the scorer gives no score.
+    loss : (M,) array
+        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
+    """
+    if series is None or series.shape[0] != SENSORS:
+        return None
+    x = standardised(series)
+    whole = scorer.forward(x)[0]
+    starts = range(0, max(x.shape[-1] - STRETCH_WIDTH, 0) + 1, STRETCH_STEP)
+    loss = np.empty(len(starts))
+    for number, start in enumerate(starts):
+        without = x.copy()
+        without[:, :SERIES_ROWS, start : start + STRETCH_WIDTH] = 0.0
+        loss[number] = whole - scorer.forward(without)[0]
+    return whole, loss

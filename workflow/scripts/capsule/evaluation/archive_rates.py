@@ -1,5 +1,6 @@
-"""The rates that the page shows: by which scheme, and for which recordings they hold."""
+"""The rates that the page shows: of which detector first, by which scheme, and where they hold."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,13 +16,14 @@ from capsule.evaluation.cross_validation import (
     LEAST_GROUPS,
     LEAVE_ONE_OUT,
     RESUBSTITUTION,
+    choosing_scheme,
     group_scheme,
 )
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation
+from capsule.evaluation.rates import of_any
 from capsule.kinds import Cells, Settings
-from capsule.recordings.held_out import is_held_out
-from capsule.recordings.places import places_of
+from capsule.recordings.held_out import is_held_out, places_of
 
 # Scheme of an unlabelled recording: all labelled recordings teach.
 ALL = "all"
@@ -160,6 +162,61 @@ def scope_of(judged: pd.DataFrame, teaching: pd.DataFrame, scheme: str) -> Scope
         scheme == HELD_OUT and setups.isdisjoint(teaching["setup"].dropna())
     )
     return Scope(len(setups), apart and len(setups) >= LEAST_GROUPS)
+
+
+@dataclass(frozen=True)
+class Lead:
+    """The leading detector, and whether the configuration names it.
+
+    ``sensitivity`` is that at the configured specificity, on which the choice rests; NaN if it is
+    unknown. ``compared`` is a number of detectors.
+    """
+
+    detector: str
+    named: bool
+    sensitivity: float
+    compared: int
+
+
+def headline_confidence(lead: Lead, scheme: str, confidence: float) -> float:
+    """Return the level of the leading detector's intervals, after which their promise holds.
+
+    The best of several detectors looks better than it is. The intervals of all of them hold at once
+    if each has the level ``1 - (1 - confidence) / number compared`` (Bonferroni 1936), so they also
+    hold for the best one, whichever it is. A detector that the configuration names was not chosen
+    by its rates. Under the scheme of held-out sessions, the recordings had no part in the choice.
+    """
+    if lead.named or scheme == HELD_OUT:
+        return confidence
+    return 1 - (1 - confidence) / max(lead.compared, 1)
+
+
+def leading(
+    summary: pd.DataFrame, detectors: Sequence[str], schemes: Sequence[str], named: str
+) -> Lead:
+    """Return the detector whose verdicts the report shows first.
+
+    All detectors are compared at the same share of false alarms. The specificity of a learned
+    threshold is set, so it tells nothing of a detector.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        results/evaluation/summary.csv.
+    detectors, schemes : sequence of str
+        Those of the evaluation. Of equally good detectors, the first leads. The scheme is the
+        `choosing_scheme`.
+    named : str
+        The configured detector. Any other text selects the highest sensitivity at the specificity.
+    """
+    of_scheme = summary[summary["scheme"] == choosing_scheme(schemes)]
+    of_scheme = of_any(of_scheme).set_index("detector")
+    reached = of_scheme["sensitivity_at_specificity"].reindex(list(detectors)).astype(float)
+    known = reached.dropna()
+    # Of several that are equal, idxmax returns the first.
+    best = str(known.idxmax()) if len(known) else detectors[0]
+    detector = named if named in detectors else best
+    return Lead(detector, named in detectors, float(reached[detector]), len(known))
 
 
 def table_note(rates: Rates) -> str:

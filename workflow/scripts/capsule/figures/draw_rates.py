@@ -12,8 +12,8 @@ from matplotlib.ticker import PercentFormatter
 from capsule import words
 from capsule.detectors.registry import PAPER
 from capsule.evaluation import paper
+from capsule.evaluation.archive_rates import leading
 from capsule.evaluation.cross_validation import main_scheme
-from capsule.evaluation.lead import leading
 from capsule.evaluation.learning import main_ranges
 from capsule.evaluation.measures import ALWAYS
 from capsule.figures import style

@@ -20,10 +20,9 @@ from capsule.evaluation.answers import (
     set_specificity,
     together,
 )
-from capsule.evaluation.archive_rates import Rates, table_note
+from capsule.evaluation.archive_rates import Rates, headline_confidence, table_note
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT
-from capsule.evaluation.lead import headline_confidence
 from capsule.kinds import Cells
 from capsule.page.cells import plain_cell, rate_table
 from capsule.page.recordings import known_or_none

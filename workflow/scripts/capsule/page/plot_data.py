@@ -7,7 +7,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
-from capsule.detectors.occlusion import FIRST, STEP
+from capsule.detectors.network import FIRST_STRETCH, STRETCH_STEP
 from capsule.detectors.search import search_beats
 from capsule.detectors.wave import Wave
 from capsule.kinds import Cells, Row, Settings
@@ -32,7 +32,7 @@ def plot_data(
     """Return what the page shows of one recording alone; what is drawn is deflated JSON.
 
     The (S, K) values lie on an even grid in time, and `stretches` are from
-    `capsule.detectors.occlusion.score_stretches`. What is not known is None.
+    `capsule.detectors.network.score_stretches`. What is not known is None.
     """
     rate_hz, diagonal = settings["recording"]["rate_hz"], settings["diagonal"]
     window, threshold = (settings["preprocessing"][key] for key in ("window", "threshold"))
@@ -100,7 +100,7 @@ def _stretches(score: float, loss: FloatArray, beats: Row, settings: Settings) -
     beat_s = settings["wavelength_mm"] / settings["wave_speed_mm_s"] / WINDOWS_A_WAVE
     return {
         "score": round(score, 4),
-        "first_s": round(beats["first_s"] + FIRST * beat_s, 4),
-        "step_s": round(STEP * beat_s, 4),
+        "first_s": round(beats["first_s"] + FIRST_STRETCH * beat_s, 4),
+        "step_s": round(STRETCH_STEP * beat_s, 4),
         **pack(loss[np.newaxis], 8),
     }

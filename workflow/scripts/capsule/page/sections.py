@@ -1,7 +1,7 @@
 """Put together the values of all sections of the page from the results."""
 
 from capsule import words
-from capsule.evaluation.more_recordings import more_recordings
+from capsule.evaluation.answers import more_recordings
 from capsule.kinds import Cells
 from capsule.page import (
     cards,

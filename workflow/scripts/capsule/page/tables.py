@@ -7,8 +7,7 @@ from functools import cached_property
 import pandas as pd
 
 from capsule.arrays import FloatArray
-from capsule.evaluation.archive_rates import ALL, Rates
-from capsule.evaluation.lead import Lead, leading
+from capsule.evaluation.archive_rates import ALL, Lead, Rates, leading
 from capsule.kinds import Row, Settings
 
 
