@@ -11,7 +11,7 @@ from typing import ClassVar
 import pytest
 import serial
 
-from capsule.bench import board, identification, line, recorder
+from capsule.bench import board, line, recorder
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -68,9 +68,9 @@ def test_a_board_that_does_not_say_what_it_is_is_refused(
 ):
     talking = FakeLine("A")
     talking.frames = [identity_of(device, **{key: value})]
-    monkeypatch.setattr(identification, "Line", lambda *_: talking)
+    monkeypatch.setattr(board, "Line", lambda *_: talking)
     with pytest.raises(WrongBoardError, match=f"{device} at A reports {complaint}; upload"):
-        identification.connect("A", 115200, device)
+        board.connect("A", 115200, device)
     assert talking.closed
 
 
@@ -90,8 +90,7 @@ def clock(monkeypatch):
     def sleep(seconds):
         now.s += seconds
 
-    for module in (identification, board):
-        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now.s, sleep=sleep))
+    monkeypatch.setattr(board, "time", SimpleNamespace(monotonic=lambda: now.s, sleep=sleep))
     return now
 
 
@@ -128,17 +127,17 @@ def devices(monkeypatch, clock):
     """Return a function that plugs in devices by port, and returns the ports as they are opened."""
 
     def plug(*ports, **behind):
-        monkeypatch.setattr(identification.list_ports, "comports", lambda: ports)
+        monkeypatch.setattr(board.list_ports, "comports", lambda: ports)
         for name, value in {"opened": {}, "devices": behind, "clock": clock}.items():
             monkeypatch.setattr(Port, name, value, raising=False)
-        monkeypatch.setattr(identification, "Line", Port)
+        monkeypatch.setattr(board, "Line", Port)
         return Port.opened
 
     return plug
 
 
 def find(skip=()):
-    return identification.connect(None, 115200, "logger", skip)
+    return board.connect(None, 115200, "logger", skip)
 
 
 def test_the_board_is_found_among_others_without_a_question(devices):
@@ -175,7 +174,7 @@ def test_the_search_listens_for_three_seconds_before_it_asks(devices):
 def test_bytes_without_frames_are_a_wrong_baud_rate(devices):
     devices(A=bytes(range(128, 256)))
     with pytest.raises(WrongBaudError, match=r"wrong baud rate \(--baud is 57600, .* 115200"):
-        identification.connect("A", 57600, "logger")
+        board.connect("A", 57600, "logger")
 
 
 def test_two_boards_are_not_guessed_between(devices):
@@ -227,9 +226,9 @@ def test_a_board_is_known_again_under_another_name(monkeypatch, number):
 
 def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeypatch):
     lost = FakeLine("lost", lost=True)
-    monkeypatch.setattr(identification, "Line", lambda *_: lost)
+    monkeypatch.setattr(board, "Line", lambda *_: lost)
     with pytest.raises(NoAnswerError, match="the board at lost was disconnected before it"):
-        identification.connect("lost", 115200, "logger")
+        board.connect("lost", 115200, "logger")
     assert lost.closed
 
 
@@ -260,7 +259,7 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
         opened_s.append(clock.s)
         return FakeLine(port, baud)
 
-    monkeypatch.setattr(identification, "Line", silent)
+    monkeypatch.setattr(board, "Line", silent)
     waiting = Board(FakeLine("A"), Identity("fold", {}), lambda text: None)
     waiting.close()
     while clock.s < 160:

@@ -1,8 +1,12 @@
-"""The line to one board, which is kept up: it reconnects a board that was unplugged."""
+"""A board at a serial port: found, identified, commanded, and connected again when unplugged."""
 
+import contextlib
+import os
+import re
 import time
-from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+
+from serial.tools import list_ports
 
 from capsule.bench.bench_errors import (
     AcquisitionError,
@@ -11,12 +15,48 @@ from capsule.bench.bench_errors import (
     LineLostError,
     NoAnswerError,
     RefusedError,
+    WrongBaudError,
+    WrongBoardError,
 )
-from capsule.bench.clock import AWAKE, elapsed_s
-from capsule.bench.identification import differences, opened
-from capsule.bench.line import READ_TIMEOUT_S, Arrival, Line, UsbPort
-from capsule.bench.protocol import Acknowledgement, Back, Damaged, Event, Identity, Refusal
+from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
+from capsule.bench.line import BAUD, READ_TIMEOUT_S, Arrival, Line, UsbPort
+from capsule.bench.protocol import VERSION, Acknowledgement, Back, Damaged, Event, Identity, Refusal
 
+# Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
+# that arrives meanwhile makes it wait for an upload. So the program sends nothing at first.
+QUIET_S = 2.5
+ASK_EVERY_S = 0.1
+ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
+GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
+# A search only listens for so long, before it asks: a board that the opening has restarted says by
+# itself who it is.
+LISTEN_S = 3.0
+LOOK_EVERY_S = 0.02
+_ENOUGH = 20  # bytes that tell text from garbage
+# USB numbers (vendor, product) of Arduino's own Mega 2560 and UNO. Clones have the numbers of a
+# general USB serial chip, which lab devices have too; the user names their ports.
+USB_IDS = {
+    (vendor, product)
+    for vendor in (0x2341, 0x2A03)
+    for product in (0x0001, 0x0010, 0x0042, 0x0043, 0x0242, 0x0243)
+}
+# Numbers that a board must report, by its kind, with their smallest and largest values; those with
+# whole limits are whole.
+_NUMBERS: dict[str, dict[str, tuple[float, float]]] = {
+    "logger": {
+        "rate_hz": (1, 10_000),
+        "channels": (1, 64),
+        "adc_bits": (1, 32),
+        "vref_mv": (1, 100_000),
+        "series_ohm": (1, 1_000_000_000),
+    },
+    "peristalsis": {"wavelength_mm": (1.0, 10_000.0)},
+}
+PURPOSES = {
+    "logger": "record with it (--port)",
+    "peristalsis": "drive the wave with it (--drive)",
+    "fold": "fold the origami with it (capsule survey --fold)",
+}
 # A command is sent again after so long without an answer, or after a refusal.
 CONFIRM_S, AGAIN_S = 0.25, 1.0
 ANSWERS_WITHIN_S = 3.0
@@ -54,7 +94,8 @@ class Board:
         self._rest: list[Arrival] = []
         self._first, self._tell, self._insists = identity, tell, insists
         self._told = ""
-        self._pending: deque[str] = deque()
+        #: Commands that the board has not confirmed.
+        self.pending: tuple[str, ...] = ()
         self._refused = ""
         self._due_s = 0.0
         self._heard_s = AWAKE.now_s()
@@ -144,9 +185,7 @@ class Board:
         """Close the port; return the rest of an unfinished frame."""
         rest = [] if self._line is None else self._line.close()
         self._line = None
-        if self._opening:
-            self._opening.close()
-            self._opening = None
+        self._end_opening()
         return rest
 
     def come_back(self, timeout_s: float) -> tuple[Line, Identity] | None:
@@ -158,33 +197,27 @@ class Board:
             The port cannot be opened, or the wrong board or none answers. It is opened again when
             its time has come.
         """
-        if self._opening is None and time.monotonic() >= self._open_s:
-            self._open_s = time.monotonic() + KNOCK_EVERY_S
-            opening = opened(self._usb_port.current_name(), self._baud, self.identity.device)
-            next(opening)
-            self._opening, self._open_s = opening, time.monotonic() + REOPEN_AFTER_S
-        found = None
-        if self._opening:
-            try:
-                found = next(self._opening)
-            except AcquisitionError:
-                self._opening = None
-                raise
-        if found:
-            self._opening = None
-        else:
+        now_s = time.monotonic()
+        if now_s >= self._open_s:
+            self._end_opening()
+            self._open_s = now_s + KNOCK_EVERY_S
+            port = self._usb_port.current_name()
+            self._opening = opened(port, self._baud, self.identity.device)
+            next(self._opening)
+            self._open_s = now_s + REOPEN_AFTER_S
+        found = next(self._opening, None) if self._opening else None
+        if not found:
             time.sleep(timeout_s)
         return found
 
-    @property
-    def pending(self) -> tuple[str, ...]:
-        """Commands that the board has not confirmed."""
-        return tuple(self._pending)
+    def _end_opening(self) -> None:
+        if self._opening:
+            self._opening.close()
 
     def want(self, *commands: str) -> None:
         """Send these commands instead of all unconfirmed ones; each until the board confirms it."""
         if self.pending != commands:
-            self._pending = deque(commands)
+            self.pending = commands
             self._due_s = 0.0
         self._send_pending()
 
@@ -201,14 +234,14 @@ class Board:
         self._refused = ""
         self.want(command)
         until_s = time.monotonic() + ANSWERS_WITHIN_S
-        while self._pending and self.connected and time.monotonic() < until_s:
+        while self.pending and self.connected and time.monotonic() < until_s:
             for _ in self.read(READ_TIMEOUT_S):
                 pass
         if not self.connected:
             raise AcquisitionError(f"{self.name} was disconnected; plug it in, and start again")
         if self._refused:
             raise RefusedError(f"{self.name} refuses {command!r}: {self._refused}")
-        if self._pending:
+        if self.pending:
             raise NoAnswerError(
                 f"{self.name} does not answer {command!r}; try another cable, or press the reset "
                 "button of the board"
@@ -217,19 +250,19 @@ class Board:
     def _send_pending(self) -> None:
         """Send the first unconfirmed command, if it is due."""
         now_s = time.monotonic()
-        if self._pending and now_s >= self._due_s:
+        if self.pending and now_s >= self._due_s:
             self._due_s = now_s + CONFIRM_S
-            self.send(self._pending[0])
+            self.send(self.pending[0])
 
     def _note_answer(self, event: Event) -> None:
         """Go on with the next command if this event answers the present one."""
-        name = self._pending[0].partition(",")[0] if self._pending else None
+        name = self.pending[0].partition(",")[0] if self.pending else None
         match event:
             case Refusal(command=answered) if answered == name and self._insists:
                 self._due_s = time.monotonic() + AGAIN_S
             case Acknowledgement(command=answered) | Refusal(command=answered) if answered == name:
                 self._refused = event.reason if isinstance(event, Refusal) else ""
-                self._pending.popleft()
+                self.pending = self.pending[1:]
                 self._due_s = 0.0
                 self._send_pending()
 
@@ -241,9 +274,9 @@ class Board:
         self._rest = [Arrival(piece, elapsed_s()) for piece in self.close()]
 
     def _welcome(self, line: Line, identity: Identity) -> list[Arrival]:
-        if differing := differences(self._first, identity):
+        if another := another_board(line.port, self._first, identity):
             line.close()
-            self._tell_once(another_board(line.port, differing))
+            self._tell_once(another)
             return []
         self._line = line
         self.identity, self.port = identity, line.port
@@ -256,9 +289,207 @@ class Board:
             self._tell(text)
 
 
-def another_board(port: str, differing: str) -> str:
-    """Return the message that another board answers at a port."""
-    return (
+def another_board(port: str, first: Identity, identity: Identity) -> str:
+    """Return the message that a board differs in kind or electronics from the first one there."""
+    differing = ", ".join(
+        f"{key}={identity.entries.get(key)} instead of {first.entries.get(key)}"
+        for key in ("protocol", *_NUMBERS.get(first.device, ()))
+        if identity.entries.get(key) != first.entries.get(key)
+    )
+    if identity.device != first.device:
+        differing = f"it is the {identity.device} board"
+    return differing and (
         f"the board at {port} is another one ({differing}), so its samples are ignored; plug the "
         "first board back in, or end with Ctrl-C"
     )
+
+
+def connect(
+    port: str | None,
+    baud: int,
+    wanted: str,
+    skip: Iterable[str] = (),
+    stop: StopRequest | None = None,
+) -> tuple[Line, Identity]:
+    """Open a port, or find one, and check which board is behind it.
+
+    Opening a port restarts many devices, and a command can do anything to a device that is no board
+    of this bench. So a search opens only ports with the USB numbers of the boards. For three
+    seconds it only listens to them, before it asks.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened, another board or none answers, or the baud rate is wrong. A
+        search finds no board, or more than one: the text says what each port answered, and which
+        ports were left alone.
+    KeyboardInterrupt
+        The user has ended the program.
+    """
+    if port is not None:
+        return _introduced(port, baud, wanted, 0.0, stop)
+    left = {os.path.realpath(port) for port in skip}
+    found = sorted(list_ports.comports(), key=lambda port: str(port.device))
+    ports = [port for port in found if os.path.realpath(port.device) not in left]
+    candidates = [port.device for port in ports if (port.vid, port.pid) in USB_IDS]
+    # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
+    foreign = [
+        f"{port.device} ({port.product or port.description}, {port.vid:04X}:{port.pid:04X})"
+        for port in ports
+        if port.vid is not None and port.device not in candidates
+    ]
+    if len(candidates) > 1:
+        print(f"looking for the {wanted} at {', '.join(candidates)}")
+    boards: list[tuple[Line, Identity]] = []
+    answers: list[AcquisitionError] = []
+    with contextlib.ExitStack() as opened_ports:
+        for candidate in candidates:
+            try:
+                boards.append(_introduced(candidate, baud, wanted, LISTEN_S, stop))
+                opened_ports.callback(boards[-1][0].close)
+            except AcquisitionError as answer:
+                answers.append(answer)
+        if len(boards) == 1:
+            opened_ports.pop_all()
+            return boards[0]
+    if boards:
+        names = ", ".join(line.port for line, _ in boards)
+        raise BoardNotFoundError(
+            f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
+        )
+    told = [f"no {wanted} found at any USB port of an Arduino{':' if answers else ''}"]
+    told += [f"  {answer}" for answer in answers]
+    if foreign:
+        told.append(
+            f"not opened, since they can be other devices: {', '.join(foreign)}; if one of them "
+            f"is the {wanted} (a clone of an Arduino), name it with --port"
+        )
+    if len(told) == 1:
+        told[0] += "; plug it in, or name its port with --port"
+    raise BoardNotFoundError("\n".join(told))
+
+
+def _introduced(
+    port: str, baud: int, wanted: str, listen_s: float, stop: StopRequest | None
+) -> tuple[Line, Identity]:
+    """Open a port, and wait until its board has said what it is; errors as in `connect`."""
+    with contextlib.closing(opened(port, baud, wanted, listen_s)) as steps:
+        while not (found := next(steps)):
+            if stop and stop.reason:
+                raise KeyboardInterrupt
+            time.sleep(LOOK_EVERY_S)
+        return found
+
+
+def opened(
+    port: str, baud: int, wanted: str, listen_s: float = 0.0
+) -> Generator[tuple[Line, Identity] | None]:
+    """Open a port and identify its board in short steps, so that others are served meanwhile.
+
+    The port is closed if this fails, or is given up before the board has answered.
+
+    Yields
+    ------
+    (Line, Identity) or None
+        None once the port is open, and after each look at it, until the board has answered.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened, or has disappeared; another board answers, or none, or the baud
+        rate is wrong.
+    """
+    line = Line(port, baud)
+    identity: Identity | None = None
+    others: list[Arrival] = []
+    asked_s, questions = 0.0, 0
+    try:
+        yield None
+        opened_s = time.monotonic()
+        while True:
+            for arrival in line.receive(0):
+                if isinstance(arrival.event, Identity):
+                    identity = arrival.event
+                else:
+                    others.append(arrival)
+            if identity:
+                break
+            yield None
+            now_s, content = time.monotonic(), line.first_bytes
+            if now_s - opened_s < (listen_s if content else max(QUIET_S, listen_s)):
+                continue
+            asked_s = asked_s or now_s
+            reason = _silence_of(line, others)
+            hopeless = not content or isinstance(reason, WrongBaudError)
+            # What sends text without frames is no board of this bench, so it is not even asked.
+            stranger = listen_s and len(content) >= _ENOUGH and b"$" not in content
+            if stranger or now_s - asked_s > (GARBLED_S if hopeless else ANSWER_S):
+                raise reason
+            if now_s - asked_s >= questions * ASK_EVERY_S:
+                line.send("identify")
+                questions += 1
+        _check(identity, wanted, port)
+    except BaseException as fault:
+        line.close()
+        if isinstance(fault, LineLostError):
+            raise NoAnswerError(
+                f"the board at {port} was disconnected before it identified itself: {fault}"
+            ) from fault
+        raise
+    line.put_back(others)  # a running board sends samples meanwhile
+    yield line, identity
+
+
+def _silence_of(line: Line, others: Iterable[Arrival]) -> AcquisitionError:
+    """Return why a board has not said what it is, by what else it has sent."""
+    content, port = line.first_bytes, line.port
+    if not content:
+        return NoAnswerError(
+            f"nothing answers at {port}; check that this is the right port, and that the firmware "
+            "is on the board (workflow/firmware)"
+        )
+    if not all(isinstance(arrival.event, Damaged) for arrival in others):
+        return NoAnswerError(
+            f"the board at {port} sends frames but does not answer 'identify'; try another cable, "
+            "or press the reset button of the board"
+        )
+    # Mere noise leaves most bytes printable.
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    if len(content) >= _ENOUGH and printable < 0.8 * len(content):
+        return WrongBaudError(
+            f"{port} sent bytes but no frame; this is probably the wrong baud rate (--baud is "
+            f"{line.baud}, the firmware uses {BAUD})"
+        )
+    return WrongBoardError(
+        f"the board at {port} runs another program: it sends {content[:40]!r}; upload the firmware "
+        "(workflow/firmware)"
+    )
+
+
+def _check(identity: Identity, wanted: str, port: str) -> None:
+    """Raise an error if another board answers, or does not say all that it must."""
+    if identity.device != wanted:
+        purpose = PURPOSES.get(identity.device, "it does not belong to this bench")
+        raise WrongBoardError(
+            f"the board at {port} is the {identity.device} board, not the {wanted}: {purpose}"
+        )
+    if fault := _fault_of(identity):
+        raise WrongBoardError(
+            f"the {wanted} at {port} reports {fault}; upload the firmware of this version "
+            "(workflow/firmware)"
+        )
+
+
+def _fault_of(identity: Identity) -> str:
+    """Return the first fault in a board's description of itself; empty if there is none."""
+    entries = identity.entries
+    if entries.get("protocol") != VERSION:
+        return f"protocol={entries.get('protocol')}, but this program needs {VERSION}"
+    if "firmware" not in entries:
+        return "no firmware"
+    for key, (least, most) in _NUMBERS.get(identity.device, {}).items():
+        value = entries.get(key, "")
+        form = r"[0-9]{1,10}" if isinstance(least, int) else r"[0-9]{1,10}(\.[0-9]{1,6})?"
+        if not re.fullmatch(form, value) or not least <= float(value) <= most:
+            return f"{key}={value}" if value else f"no {key}"
+    return ""

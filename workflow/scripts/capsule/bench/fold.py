@@ -4,10 +4,9 @@ import sys
 from collections.abc import Callable
 
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
-from capsule.bench.board import Board
+from capsule.bench.board import Board, connect
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import connect
 from capsule.bench.line import READ_TIMEOUT_S
 from capsule.bench.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles

@@ -8,7 +8,6 @@ from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import differences
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Back, Damaged, Identity, Sample
 from capsule.bench.state import State
@@ -16,7 +15,7 @@ from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
 from capsule.kinds import Settings
 
 START_AGAIN_S = 0.5
-# A reset board waits in its boot loader, which must not get a byte (see identification.QUIET_S).
+# A reset board waits in its boot loader, which must not get a byte (see board.QUIET_S).
 SILENT_AFTER_S = 2.5
 ASK_AGAIN_S = 1.0
 LAST_FRAMES_S = 0.5
@@ -195,10 +194,11 @@ class Logger:
 
     def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
         """Process the board's description of itself; `fresh` as in `Timeline.continues`."""
-        before, self._foreign = self._foreign, differences(self._identity, identity)
+        before = self._foreign
+        self._foreign = another_board(self._board.port, self._identity, identity)
         if self._foreign:
             if self._foreign != before:
-                self._log.tell(another_board(self._board.port, self._foreign))
+                self._log.tell(self._foreign)
             return
         running = identity.entries.get("state") == "running"
         uptime = identity.entries.get("uptime_ms", "")

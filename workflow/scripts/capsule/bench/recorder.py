@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Protocol
 from capsule.arrays import FloatArray
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
-from capsule.bench.board import Board
+from capsule.bench.board import Board, connect
 from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
-from capsule.bench.identification import connect
 from capsule.bench.line import BAUD, READ_TIMEOUT_S
 from capsule.bench.live import LivePage, opened_page
 from capsule.bench.logger import (

@@ -8,11 +8,10 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
-from capsule.bench.board import Board
+from capsule.bench.board import Board, connect
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
-from capsule.bench.identification import connect
 from capsule.bench.logger import Logger
 from capsule.bench.wave import LEASE_S, MOST_RESTARTS, Drive, Wave
 from capsule.survey import cycle as cycles
