@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import Position
-from capsule.bench.wave_phase import WavePhase
+from capsule.bench.wave import WavePhase
 from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM
 from support.marks import needs_programs

@@ -11,7 +11,7 @@ from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
 from capsule.bench.protocol import Back, Damaged, Identity, Sample
 from capsule.bench.state import State
-from capsule.bench.timeline import CLOCK_ENDS_MS, Sieve, Slot, Timeline
+from capsule.bench.timeline import CLOCK_ENDS_MS, Timeline
 from capsule.kinds import Settings
 
 START_AGAIN_S = 0.5
@@ -77,8 +77,7 @@ class Logger:
         self._new: list[tuple[float, ...] | None] = []
         self.at_end = self.complete = False
         self.taken_s = 0.0
-        self._timeline = Timeline(rate_hz)
-        self._sieve = Sieve(self._timeline, self._accept, self._refuse)
+        self._timeline = Timeline(rate_hz, self._accept, self._refuse)
         self._foreign = ""
         self._running = self._granted = False
         self._asked_s = 0.0
@@ -148,7 +147,7 @@ class Logger:
             self._sampled_s = AWAKE.now_s()
             self._granted = False
         if not self._board.connected:
-            self._sieve.settle()
+            self._timeline.settle()
             self._running = False
 
     def take(self) -> list[tuple[float, ...] | None]:
@@ -166,7 +165,7 @@ class Logger:
                 break
         for piece in self._board.close():
             self.note_damaged(piece)
-        self._sieve.settle()
+        self._timeline.settle()
 
     def note_damaged(self, piece: Damaged) -> None:
         """Count bytes that are not a whole frame, and write them to the log."""
@@ -176,7 +175,7 @@ class Logger:
     def _command(self, now_s: float) -> str:
         """Return the command that the board needs now; empty if it needs none."""
         silent = self._board.silent_s > SILENT_AFTER_S
-        if silent or self._sieve.in_doubt or self._foreign:
+        if silent or self._timeline.in_doubt or self._foreign:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._asked_s = now_s
                 return "identify"
@@ -206,7 +205,7 @@ class Logger:
             int(uptime), running, moment_s, fresh
         ):
             return
-        self._sieve.settle()
+        self._timeline.settle()
         self._timeline.note_restart()
         if self._running or (running and fresh):
             self._log.tell(
@@ -225,22 +224,25 @@ class Logger:
         elif sample.device_ms >= CLOCK_ENDS_MS:
             self._refuse(sample, "a time beyond the end of the board's clock")
         else:
-            self._sieve.sift(sample, moment_s)
+            self._timeline.sift(sample, moment_s)
 
     def _refuse(self, sample: Sample, reason: str) -> None:
         """Count a sample that cannot be used, and write it to the log."""
         self.note_damaged(Damaged(repr(sample).encode(), reason))
 
-    def _accept(self, sample: Sample, slot: Slot) -> None:
+    def _accept(self, sample: Sample, missing: int, by_computer_clock: bool) -> None:
+        """Keep a sample and the missing ones before it, if the recording is not yet complete."""
+        room = (round(self.state.end_s * self.rate_hz) or math.inf) - self.state.samples
         if self.complete:
             return
-        limit = round(self.state.end_s * self.rate_hz) or math.inf
-        self.complete = slot.index + 1 >= limit
-        if slot.index >= limit:
+        self.complete = missing + 1 >= room
+        if missing >= room:
             return
-        if slot.missing:
-            self._note_gap(slot)
-        for _ in range(slot.missing):
+        if missing:
+            clock = "this computer's clock" if by_computer_clock else "the board's clock"
+            told = f"{missing} samples are missing, by {clock}"
+            self._log.note(f"gap at {self.state.time_s:.1f} s: {told}")
+        for _ in range(missing):
             self._keep(None)
         self._keep(sample.counts)
         self.taken_s = self._timeline.taken_s
@@ -253,11 +255,6 @@ class Logger:
         if len(self.samples) <= self.state.longest < math.inf:
             self.samples.append(counts)
         self.state.add(counts)
-
-    def _note_gap(self, slot: Slot) -> None:
-        clock = "this computer's clock" if slot.by_computer_clock else "the board's clock"
-        start_s = (slot.index - slot.missing) * self.state.period_s
-        self._log.note(f"gap at {start_s:.1f} s: {slot.missing} samples are missing, by {clock}")
 
 
 def check_fits(logger: Identity, settings: Settings) -> None:

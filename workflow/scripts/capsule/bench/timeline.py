@@ -1,13 +1,12 @@
 """Place samples in time: a gap becomes missing samples, and later samples keep their times.
 
-One damaged frame in 65 536 passes its check, and its time can have any value. So `Sieve` accepts a
-sample at once only if it is exactly the next one. Any other sample waits for the one after it. If
-that one continues it, the sieve accepts it; if that one contradicts it, the sieve refuses it.
+One damaged frame in 65 536 passes its check, and its time can have any value. So `Timeline` accepts
+a sample at once only if it is exactly the next one. Any other sample waits for the one after it. If
+that one continues it, it is accepted; if that one contradicts it, it is refused.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from capsule.bench.protocol import Sample
 
@@ -20,6 +19,8 @@ CLOCKS_DIFFER_S = 10.0
 # After so many samples that continue each other but not the last one, the board's clock has jumped.
 BELIEVED_ALONE = 20
 DOUBTED_ALONE = 3
+# A sample, and the computer's clock when it was read.
+_Read = tuple[Sample, float]
 
 
 class BoardClock:
@@ -49,35 +50,39 @@ class BoardClock:
         return self._board_s + self._least_delay_s
 
 
-@dataclass(frozen=True)
-class Slot:
-    """The slot of a sample in the recording.
+class Timeline:
+    """A timeline that places samples by the board's clock, or after a restart by the computer's.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Samples per second.
+    accept : callable
+        Called with each sample that is accepted, the number of missing samples before it, and
+        whether the computer's clock measured this gap, because the board restarted.
+    refuse : callable
+        Called with each sample that is not used, and the reason.
 
     Attributes
     ----------
-    index : int
-        Column of the recording, from 0.
-    missing : int
-        Number of missing samples before it.
-    by_computer_clock : bool
-        Whether this computer's clock measured the gap, because the board restarted.
+    taken_s : float
+        Time of the last accepted sample by the computer's clock.
     """
 
-    index: int
-    missing: int
-    by_computer_clock: bool
-
-
-class Timeline:
-    """A timeline that places samples by the board's clock, or after a restart by the computer's."""
-
-    def __init__(self, rate_hz: float) -> None:
-        self.period_ms = 1000.0 / rate_hz
+    def __init__(
+        self,
+        rate_hz: float,
+        accept: Callable[[Sample, int, bool], None],
+        refuse: Callable[[Sample, str], None],
+    ) -> None:
+        self._period_ms, self._accept, self._refuse = 1000.0 / rate_hz, accept, refuse
         self._last: Sample | None = None
-        self._index = -1
         self._restarted = False
         self._clock = BoardClock()
         self.taken_s = 0.0
+        # At most `BELIEVED_ALONE` wait; the next sample decides between them and earlier rivals.
+        self._waiting: list[_Read] = []
+        self._rivals: list[_Read] = []
 
     def continues(
         self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
@@ -107,35 +112,90 @@ class Timeline:
         """Place the next sample by the computer's clock."""
         self._restarted = self._last is not None
 
-    def place(self, sample: Sample, arrived_s: float) -> Slot:
-        """Return the slot of a sample without an objection, which becomes the last one."""
-        steps = self._steps(sample, arrived_s)
-        slot = Slot(self._index + steps, steps - 1, self._restarted)
-        if self._restarted:
-            self._clock = BoardClock()
-        self.taken_s = self._clock.moment_s(sample.device_ms, arrived_s)
-        self._restarted = False
-        self._last = sample
-        self._index = slot.index
-        return slot
+    @property
+    def in_doubt(self) -> bool:
+        """Return whether new samples contradict the last one, so that the board must be asked."""
+        return len(self._waiting) >= DOUBTED_ALONE and not self._steps(*self._waiting[0])
 
-    def is_next(self, sample: Sample, arrived_s: float) -> bool:
-        """Return whether no sample is missing between the last sample and this one."""
-        known = self._last is not None and not self._restarted
-        return known and self._steps(sample, arrived_s) == 1
+    def sift(self, sample: Sample, moment_s: float) -> None:
+        """Decide on a sample that was read at `moment_s` of the computer's clock."""
+        new = sample, moment_s
+        steps = self._steps(*new)
+        if steps == 1 and self._last and not self._restarted:
+            self._wait_with()
+            self._refuse_rivals()
+            self._place(*new)
+            return
+        if self._between(self._rivals, new) and self._between(self._waiting, new) != 1:
+            self._waiting, self._rivals = self._rivals, self._waiting
+        fits = bool(self._waiting) and self._steps(*self._waiting[0]) > 0
+        if self._between(self._waiting, new):
+            self._refuse_rivals()
+            if fits:
+                self._accept_waiting()
+                self.sift(sample, moment_s)
+            elif not steps:
+                self._waiting.append(new)
+                if len(self._waiting) >= BELIEVED_ALONE:
+                    self.note_restart()
+                    self._accept_waiting()
+            else:
+                self._wait_with(new)
+        elif fits and not steps:
+            self._refuse(sample, self._objection(*new))
+        else:
+            self._wait_with(new)
 
-    def objection(self, sample: Sample, arrived_s: float) -> str:
-        """Return why a sample cannot follow the last one; empty if it can."""
-        if self._last is None or self._steps(sample, arrived_s):
-            return ""
-        return f"it cannot follow number {self._last.sequence} at {self._last.device_ms} ms"
+    def settle(self) -> None:
+        """Decide on the waiting samples, because no more samples of this board will follow."""
+        self._refuse_rivals()
+        # A restart may have changed whether the first of them fits.
+        if self._waiting and self._steps(*self._waiting[0]):
+            self._accept_waiting()
 
-    def _steps(self, sample: Sample, arrived_s: float) -> int:
+    def _steps(self, sample: Sample, moment_s: float) -> int:
+        """Return the periods since the last accepted sample; 0 if this one cannot follow it."""
         if self._last is None:
             return 1
+        passed_s = moment_s - self.taken_s
         if self._restarted:
-            return max(1, round((arrived_s - self.taken_s) * 1000.0 / self.period_ms))
-        return steps_between(self._last, sample, self.period_ms, arrived_s - self.taken_s)
+            return max(1, round(passed_s * 1000.0 / self._period_ms))
+        return steps_between(self._last, sample, self._period_ms, passed_s)
+
+    def _between(self, before: list[_Read], new: _Read) -> int:
+        """Return the periods from the last of `before` to `new`; 0 if the two contradict."""
+        if not before:
+            return 0
+        (last, last_s), (sample, moment_s) = before[-1], new
+        return steps_between(last, sample, self._period_ms, moment_s - last_s)
+
+    def _place(self, sample: Sample, moment_s: float) -> None:
+        missing, by_computer_clock = self._steps(sample, moment_s) - 1, self._restarted
+        if self._restarted:
+            self._clock = BoardClock()
+        self.taken_s = self._clock.moment_s(sample.device_ms, moment_s)
+        self._restarted = False
+        self._last = sample
+        self._accept(sample, missing, by_computer_clock)
+
+    def _objection(self, sample: Sample, moment_s: float) -> str:
+        if self._last is None or self._steps(sample, moment_s):
+            return "the samples around it contradict it"
+        return f"it cannot follow number {self._last.sequence} at {self._last.device_ms} ms"
+
+    def _wait_with(self, *new: _Read) -> None:
+        self._refuse_rivals()
+        self._rivals, self._waiting = self._waiting, [*new]
+
+    def _refuse_rivals(self) -> None:
+        rivals, self._rivals = self._rivals, []
+        for each in rivals:
+            self._refuse(each[0], self._objection(*each))
+
+    def _accept_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for each in waiting:
+            self._place(*each)
 
 
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
@@ -151,89 +211,3 @@ def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: fl
     if not 1 <= frames <= steps or abs(elapsed - steps) > LARGEST_STRAY:
         return 0
     return steps if passed_ms / 1000.0 <= passed_s + CLOCKS_DIFFER_S else 0
-
-
-@dataclass(frozen=True)
-class _Waiting:
-    sample: Sample
-    moment_s: float
-    objection: str
-
-
-class Sieve:
-    """A filter that decides which samples a timeline gets; at most `BELIEVED_ALONE` wait in it."""
-
-    def __init__(
-        self,
-        timeline: Timeline,
-        accept: Callable[[Sample, Slot], None],
-        refuse: Callable[[Sample, str], None],
-    ) -> None:
-        self._timeline, self._accept, self._refuse = timeline, accept, refuse
-        self._waiting: list[_Waiting] = []
-        self._rivals: list[_Waiting] = []  # earlier ones; the next sample decides between the two
-
-    @property
-    def in_doubt(self) -> bool:
-        """Return whether new samples contradict the last one, so that the board must be asked."""
-        return len(self._waiting) >= DOUBTED_ALONE and bool(self._objection())
-
-    def sift(self, sample: Sample, moment_s: float) -> None:
-        """Decide on a sample that was read at `moment_s` of the computer's clock."""
-        new = _Waiting(sample, moment_s, self._timeline.objection(sample, moment_s))
-        if self._timeline.is_next(sample, moment_s):
-            self._wait_with()
-            self._refuse_rivals()
-            self._accept(sample, self._timeline.place(sample, moment_s))
-            return
-        if self._steps(self._rivals, new) and self._steps(self._waiting, new) != 1:
-            self._waiting, self._rivals = self._rivals, self._waiting
-        if self._steps(self._waiting, new):
-            self._refuse_rivals()
-            if not self._objection():
-                self._accept_waiting()
-                self.sift(sample, moment_s)
-            elif new.objection:
-                self._waiting.append(new)
-                if len(self._waiting) >= BELIEVED_ALONE:
-                    self._timeline.note_restart()
-                    self._accept_waiting()
-            else:
-                self._wait_with(new)
-        elif self._waiting and new.objection and not self._objection():
-            self._refuse(sample, new.objection)
-        else:
-            self._wait_with(new)
-
-    def settle(self) -> None:
-        """Decide on the waiting samples, because no more samples of this board will follow."""
-        self._refuse_rivals()
-        if self._waiting and not self._objection():
-            self._accept_waiting()
-
-    def _objection(self) -> str:
-        """Return the objection to the first waiting sample; a restart may have changed it."""
-        first = self._waiting[0]
-        return self._timeline.objection(first.sample, first.moment_s)
-
-    def _steps(self, before: list[_Waiting], new: _Waiting) -> int:
-        """Return the periods from the last of `before` to `new`; 0 if the two contradict."""
-        if not before:
-            return 0
-        last = before[-1]
-        passed_s = new.moment_s - last.moment_s
-        return steps_between(last.sample, new.sample, self._timeline.period_ms, passed_s)
-
-    def _wait_with(self, *new: _Waiting) -> None:
-        self._refuse_rivals()
-        self._rivals, self._waiting = self._waiting, [*new]
-
-    def _refuse_rivals(self) -> None:
-        rivals, self._rivals = self._rivals, []
-        for each in rivals:
-            self._refuse(each.sample, each.objection or "the samples around it contradict it")
-
-    def _accept_waiting(self) -> None:
-        waiting, self._waiting = self._waiting, []
-        for each in waiting:
-            self._accept(each.sample, self._timeline.place(each.sample, each.moment_s))
