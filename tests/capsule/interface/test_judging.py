@@ -45,23 +45,17 @@ def known(archive, monkeypatch):
     return labelled
 
 
-def test_a_regressor_is_judged_by_the_nearest_size(archive):
-    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge")
-    rows = judged.predictions
+def test_a_regressor_that_never_saw_a_recording_judges_it_by_the_nearest_size(archive):
+    rows = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge").predictions
     assert list(rows["recording"]) == archive.labelled
     assert set(rows["detector"]) == {"ridge"}
     for row in rows.itertuples():
         nearest = min((0.0, 1.5, 3.0), key=lambda size, said=row.score: abs(size - said))
         assert row.predicted_mm == nearest
     assert set(rows["threshold"]) == {0.75}
-    assert ((rows["score"] > 0.75) == (rows["predicted_mm"] > 0)).all()
-
-
-def test_each_recording_is_judged_by_a_model_that_never_saw_it(archive):
-    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)))
     matrices = np.array([archive.matrices[name].ravel() for name in archive.labelled])
     site = np.array([archive.headers[name]["site"] for name in archive.labelled])
-    for place, score in enumerate(judged.predictions["score"]):
+    for place, score in enumerate(rows["score"]):
         others = site != site[place]
         own = Ridge(10.0).fit(matrices[others], archive.y[others])
         np.testing.assert_allclose(own.predict(matrices[place][np.newaxis]), score)

@@ -45,6 +45,8 @@ def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(spoilt)
     with pytest.raises(capsule.CapsuleError, match=r"on_rejected is fail(.|\n)*3mm/r02: line 1"):
         capsule.load(spoilt, on_rejected="fail")
     assert archive.unlabelled == ["unlabelled/patient"]
+    with pytest.raises(capsule.CapsuleError, match="does not exist; create it"):
+        capsule.load(spoilt / "nowhere")
 
 
 def test_recordings_that_are_nearly_the_same_leave_together(spoilt):
@@ -79,6 +81,9 @@ def test_rows_for_estimators_hold_the_readings(archive):
         (row,) = archive.rows([name])
         padded = np.pad(values, ((0, 0), (0, 1000 - values.shape[1])), constant_values=np.nan)
         np.testing.assert_array_equal(row.reshape(1000, 4).T, padded)
+        # One name may stand alone.
+        np.testing.assert_array_equal(archive.rows(name), [row])
+    assert archive.select("3mm/r01").labelled == ["3mm/r01"]
     assert archive.y.tolist() == [0.0] * 4 + [1.5] * 4 + [3.0] * 4
 
 
@@ -147,11 +152,6 @@ def test_a_table_has_a_row_for_each_sample(archive):
     assert list(nothing) == list(table) and nothing.empty
 
 
-def test_one_name_may_stand_alone(archive):
-    assert archive.select("3mm/r01").labelled == ["3mm/r01"]
-    np.testing.assert_array_equal(archive.rows("3mm/r01"), archive.rows(["3mm/r01"]))
-
-
 @pytest.mark.parametrize(
     ("name", "size"),
     [("3mm/r01", "3 mm"), ("0mm/r01", "no nodule"), ("unlabelled/patient", "not known")],
@@ -167,24 +167,15 @@ def test_a_recording_is_drawn_with_its_true_size_and_the_best_place(archive, nam
         assert {place_s} in [set(line.get_xdata()) for line in axes.get_lines()]
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(capsule.CapsuleError, match="does not exist; create it"):
-        capsule.load(tmp_path / "nowhere")
-
-
 def python(program):
     program = f"import sys; sys.path.insert(0, {str(SCRIPTS)!r})\n{program}"
     return output_of(sys.executable, "-c", program)
 
 
-def test_loading_imports_no_matplotlib():
-    program = f"import capsule\ncapsule.load({str(ROOT / 'tests/data')!r})\n"
-    assert python(f"{program}print('matplotlib' in sys.modules)").split() == ["False"]
-
-
-def test_importing_the_library_imports_nothing_else():
-    program = "before = set(sys.modules); import capsule; print(*set(sys.modules) - before)"
-    assert python(program).split() == ["capsule"]
+def test_importing_the_library_imports_nothing_else_and_loading_no_matplotlib():
+    program = "before = set(sys.modules); import capsule; print(*set(sys.modules) - before)\n"
+    program += f"capsule.load({str(ROOT / 'tests/data')!r}); print('matplotlib' in sys.modules)"
+    assert python(program).split() == ["capsule", "False"]
 
 
 def test_every_public_name_is_there_and_what_the_page_on_the_library_names(archive):

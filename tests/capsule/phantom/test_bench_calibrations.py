@@ -36,11 +36,8 @@ def test_the_values_that_ship_are_what_the_search_found(name, tmp_path, monkeypa
 
     monkeypatch.setattr(calibrate, "try_out", nothing_is_missing)
     log, output = tmp_path / "log.csv", tmp_path / "found.yaml"
-    shipped = (
-        STUDIES
-        / "results"
-        / (f"benches/{name}-calibration.csv" if name else "phantom-calibration.csv")
-    )
+    kept = f"benches/{name}-calibration.csv" if name else "phantom-calibration.csv"
+    shipped = STUDIES / "results" / kept
     log.write_bytes(shipped.read_bytes())
     arguments = ["calibrate", "--log", str(log), "--output", str(output)]
     if name:
@@ -54,10 +51,6 @@ def test_the_values_that_ship_are_what_the_search_found(name, tmp_path, monkeypa
 
 def judged(name):
     return {row["cell"]: row for row in read_csv(STUDIES / f"results/benches/{name}.csv")}
-
-
-def differences(cells):
-    return {cell: float(row["mean"]) - float(row["paper"]) for cell, row in cells.items()}
 
 
 @pytest.mark.parametrize("name", NAMES)

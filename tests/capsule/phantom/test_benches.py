@@ -1,7 +1,5 @@
 """Benches by name: each holds what differs from the usual one, and says what it explains."""
 
-import io
-
 import pytest
 import yaml
 
@@ -14,8 +12,6 @@ from capsule.phantom.parameters import (
     phantom_from_table,
     value_of,
 )
-from capsule.recordings.recording import read_recording, source_of
-from support.command import run_command
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
 NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}
@@ -32,6 +28,8 @@ def test_a_bench_changes_what_it_holds_and_nothing_else():
 @pytest.mark.parametrize(
     ("bench", "message"),
     [
+        ("uneven-wal", r"no bench uneven-wal .*did you mean uneven-wall\?"),
+        ("../phantom", "allowed are .*uneven-wall"),
         (None, "begins with 'explains:'"),
         ({"sensor": {"noise": NOISE}}, "begins with 'explains:'"),
         (LOUD | {"sensor": {"noize": NOISE}}, r"sensor\.noize; did you mean sensor\.noise"),
@@ -45,7 +43,10 @@ def test_a_bench_changes_what_it_holds_and_nothing_else():
 )
 def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
     with pytest.raises(CapsuleError, match=message):
-        bench_values(TABLE, bench)
+        if isinstance(bench, str):
+            bench_file(bench)
+        else:
+            bench_values(TABLE, bench)
 
 
 @pytest.mark.parametrize(
@@ -53,19 +54,11 @@ def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
     [
         (None, "is empty"),
         ({part: TABLE[part] for part in TABLE if part != "wall"}, r"wall\.lumen_mm is missing"),
-        (TABLE | {"wall": None}, "wall: needs parameters"),
     ],
 )
 def test_a_table_needs_every_parameter(table, message):
     with pytest.raises(CapsuleError, match=message):
         phantom_from_table(table)
-
-
-def test_an_unknown_bench_is_answered_with_the_nearest():
-    with pytest.raises(CapsuleError, match=r"no bench uneven-wal .*did you mean uneven-wall\?"):
-        read_phantom(DEFAULT_TABLE, [], "uneven-wal")
-    with pytest.raises(CapsuleError, match=r"allowed are .*uneven-wall"):
-        read_phantom(DEFAULT_TABLE, [], "../phantom")
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in BENCHES.glob("*.yaml")))
@@ -79,21 +72,3 @@ def test_a_bench_that_ships_differs_from_the_usual_one_in_all_that_it_holds(name
             differs = entry["value"] != TABLE[part][key]["value"]
             assert differs or "range" in entry, f"{part}.{key}"
             assert (entry["source"] == "calibrated") == ("range" in entry), f"{part}.{key}"
-
-
-def test_recordings_of_a_bench_say_which_it_is(tmp_path):
-    def made(name, *options):
-        words = ["simulate", "--out", tmp_path / name, "--runs", "1", "--sizes", "2"]
-        run_command(*words, *options)
-        return (tmp_path / name / "2mm/r01.csv").read_bytes()
-
-    uneven = ["--bench", "uneven-wall"]
-    usual, bumpy, louder = (
-        made("a"),
-        made("b", *uneven),
-        made("c", *uneven, "--set", "sensor.noise=0.1"),
-    )
-    recording = read_recording(io.BytesIO(bumpy), sensors=4)
-    assert "bench uneven-wall, seed 1" in source_of(recording.header)
-    assert b"bench" not in usual
-    assert len({usual, bumpy, louder}) == 3

@@ -25,15 +25,11 @@ def described():
     return archive, matrices, describe(archive, matrices, templates, PHANTOM)
 
 
-def test_every_size_has_a_row_and_only_nodules_a_template(described):
-    _, _, rows = described
-    assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
-    assert rows[0]["template_peak_spacing_samples"] == ""
-    assert all("-" in row["template_peak_spacing_samples"] for row in rows[1:])
-
-
-def test_a_row_tells_lengths_heights_and_passing_times(described):
+def test_each_size_has_a_row_with_lengths_heights_passing_times_and_a_nodules_template(described):
     archive, matrices, rows = described
+    assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
+    spacings = [row["template_peak_spacing_samples"] for row in rows]
+    assert spacings[0] == "" and all("-" in each for each in spacings[1:])
     names = [f"3mm/r{number:02d}" for number in range(1, 5)]
     lengths = [archive[name].time_s.size for name in names]
     behind_mm = sensor_offsets(PHANTOM.origami, 4)

@@ -20,15 +20,9 @@ pytestmark = pytest.mark.slow
 PAPER = read_paper_table()
 FREE = [FreeParameter("part.share", 0.0, 1.0)]
 PLAN = Namespace(
-    generations=2,
-    candidates=12,
-    archives=3,
-    finalists=4,
-    final_archives=5,
-    spread=0.2,
-    rate=0.5,
-    seed=1,
-)
+    generations=2, candidates=12, archives=3, finalists=4, final_archives=5,
+    spread=0.2, rate=0.5, seed=1,
+)  # fmt: skip
 
 
 def trial_at(share):
@@ -52,18 +46,14 @@ def searched(plan):
     return asked, search(FREE, trials_of, PAPER, plan)["part.share"]
 
 
-def test_all_candidates_of_a_generation_meet_the_same_archives():
-    asked, _ = searched(PLAN)
+def test_candidates_of_a_generation_meet_the_same_archives_and_finalists_meet_others():
+    asked, winner = searched(PLAN)
     for number, (stage, shares, seeds) in enumerate(asked[:2]):
         assert stage == f"generation {number + 1}"
         assert len(set(shares)) == PLAN.candidates
         assert shares == [share for share in shares[:: PLAN.archives] for _ in range(PLAN.archives)]
         first = 101_000 + number * PLAN.archives
         assert seeds == [first, first + 1, first + 2] * PLAN.candidates
-
-
-def test_finalists_meet_archives_that_no_generation_met():
-    asked, winner = searched(PLAN)
     known = {seed for _, _, seeds in asked[:2] for seed in seeds}
     assert [stage for stage, _, _ in asked[2:]] == [f"final 1 candidate {n}" for n in (1, 2, 3, 4)]
     assert winner in {shares[0] for _, shares, _ in asked[2:]}

@@ -16,24 +16,8 @@ def make(values, seeds):
         yield {"archive_seed": seed, "confusion": "[]"} | candidate
 
 
-def refuse(values, seeds):
-    """Fail, since the log must hold all trials."""
-    assert not values
-    assert not seeds
-    return []
-
-
-def test_trials_are_made_once_and_then_read(tmp_path):
+def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp_path):
     path = tmp_path / "new/log.csv"
-    made = TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
-    assert [trial["archive_seed"] for trial in made] == SEEDS
-    known = TrialLog(path, refuse).trials("first", CANDIDATES, SEEDS)
-    assert known == [{name: str(value) for name, value in trial.items()} for trial in made]
-    assert read_csv(path) == known
-
-
-def test_only_what_is_missing_is_made(tmp_path):
-    path = tmp_path / "log.csv"
     asked = []
 
     def note(values, seeds):
@@ -49,10 +33,14 @@ def test_only_what_is_missing_is_made(tmp_path):
         TrialLog(path, interrupted).trials("first", CANDIDATES, SEEDS)
     assert [row["archive_seed"] for row in read_csv(path)] == ["7"]
     log = TrialLog(path, note)
-    assert len(log.trials("first", CANDIDATES, SEEDS)) == 3
+    made = log.trials("first", CANDIDATES, SEEDS)
     assert asked == SEEDS[1:]
     log.trials("second", CANDIDATES, SEEDS)
     assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
+    known = TrialLog(path, note).trials("first", CANDIDATES, SEEDS)
+    assert asked == [*SEEDS[1:], *SEEDS]
+    assert known == [{name: str(value) for name, value in trial.items()} for trial in made]
+    assert known == read_csv(path)[:3]
 
 
 @pytest.mark.parametrize(
