@@ -69,6 +69,10 @@ def test_the_path_lies_where_the_head_was(figure):
     assert back[0] == pytest.approx([60, 2.0])
     assert back[-1] == pytest.approx(found[0])
     assert found[-1] == pytest.approx(again[0])
+    # The legend shows a measured line of each group that has one.
+    shown = zip(figure.legends[0].get_texts(), figure.legends[0].legend_handles, strict=True)
+    dashed = {text.get_text() for text, line in shown if line.is_dashed()}
+    assert "position not measured" in dashed and "finds its position, passes again" not in dashed
 
 
 def test_the_evidence_stands_beside_it_at_the_same_times(session, figure):
