@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from draw_design import draw_capsule, draw_other_readings, figures, other_readings
+from draw_design import draw_other_readings, figures, other_readings
 
 from capsule.parts.files import read_design
 from capsule.phantom.origami import pitch
@@ -15,18 +15,6 @@ DESIGN = read_design()
 def test_the_report_shows_the_figures_of_the_design():
     folder = ROOT / "workflow" / "report" / "figures"
     assert {path.stem: path.read_bytes() for path in folder.iterdir()} == figures()
-
-
-def texts(axes):
-    return {text.get_text() for text in axes.texts}
-
-
-def test_the_capsule_is_drawn_with_its_dimensions_sensors_and_bench():
-    unit, row, bench = draw_capsule(DESIGN).axes
-    heights = {"2", "5", "3", "w = 20", "5.52", "AA\u2032 = 4", "BB\u2032 = 4", "r = 1", "wall 0.5"}
-    assert heights | {"\u03b1 = 5\u00b0", "\u03b2 = 45\u00b0", "cut", "wire", "glue"} <= texts(unit)
-    assert {"1", "2", "3", "4", "head", "tail", "pitch = 6.27", "24.84"} <= texts(row)
-    assert {"20", "60", "cam, radius 9", "follower 2", "sheet 3", "wall 1"} <= texts(bench)
 
 
 def test_each_other_reading_lies_over_the_chosen_one_with_its_pitch():

@@ -1,5 +1,6 @@
 """A seed determines the random benches, and runs differ only by the nodule."""
 
+import re
 from dataclasses import replace
 from functools import partial
 
@@ -55,14 +56,15 @@ def test_a_seed_draws_recordings_of_four_sensors_that_differ_by_the_nodule(numbe
     assert same(simulate_bench(flat, SIZES_MM, streams(number)), alone)
 
 
-def test_a_high_nodule_makes_the_beats_deeper():
+@pytest.mark.parametrize("untouched_share", [0.0, 1.0])
+def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched_share):
     drawn = bench(0)
     lump = replace(
         drawn.lump,
         height=1.5,
         effect=Effect(adds=1.0, multiplies=0.0, lifts=0.0),
         miss_mm=0.0,
-        untouched_share=0.0,
+        untouched_share=untouched_share,
     )
     high = replace(drawn, lump=lump, sensing=replace(drawn.sensing, divider=True, noise=0.005))
     sizes_mm = np.repeat([0.0, 5.0], 12)
@@ -71,7 +73,15 @@ def test_a_high_nodule_makes_the_beats_deeper():
     for counts in simulate_bench(high, sizes_mm, streams(0)):
         series = series_of(wave_of(counts.astype(float), 10, SETTINGS))
         deepest.append(series[:, depth].max(axis=1).mean())
-    assert np.median(deepest[12:]) > np.median(deepest[:12])
+    ratio = np.median(deepest[12:]) / np.median(deepest[:12])
+    assert ratio > 1.2 if untouched_share == 0 else 0.9 < ratio < 1.1
+
+
+def test_the_time_left_follows_from_the_time_taken(capsys):
+    seconds = iter([0.0, 5.0, 60.0, 70.0, 90.0])
+    assert list(episodes.progress("abcd", "letter", lambda: next(seconds))) == [*"abcd"]
+    left = re.findall(r"(\d of 4), about ([\d.]+) min", capsys.readouterr().err)
+    assert left == [("2 of 4", "1.0"), ("4 of 4", "0.0")]
 
 
 def test_every_form_of_the_wave_is_drawn():
