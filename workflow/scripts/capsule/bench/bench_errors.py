@@ -8,77 +8,57 @@ class AcquisitionError(CapsuleError):
 
     status = 1
 
+    def __init_subclass__(cls, status: int) -> None:
+        """Give a kind of fault its exit status."""
+        cls.status = status
 
-class BoardNotFoundError(AcquisitionError):
+
+class BoardNotFoundError(AcquisitionError, status=3):
     """A board that was not found, or several boards that fit."""
 
-    status = 3
 
-
-class NoAnswerError(AcquisitionError):
+class NoAnswerError(AcquisitionError, status=4):
     """A port that opens but does not answer."""
 
-    status = 4
 
-
-class PortBusyError(AcquisitionError):
+class PortBusyError(AcquisitionError, status=5):
     """A port that another program uses."""
 
-    status = 5
 
-
-class NoPermissionError(AcquisitionError):
+class NoPermissionError(AcquisitionError, status=6):
     """A port that the user has no permission to open."""
 
-    status = 6
 
-
-class WrongBaudError(AcquisitionError):
+class WrongBaudError(AcquisitionError, status=7):
     """A port that sends bytes but no frames."""
 
-    status = 7
 
-
-class WrongBoardError(AcquisitionError):
+class WrongBoardError(AcquisitionError, status=8):
     """An answer from another board, another program or another protocol."""
 
-    status = 8
 
-
-class DiskFullError(AcquisitionError):
+class DiskFullError(AcquisitionError, status=9):
     """A disk that is full."""
 
-    status = 9
 
-
-class NameExistsError(AcquisitionError):
+class NameExistsError(AcquisitionError, status=10):
     """A name that a recording or session already has; neither is ever overwritten."""
 
-    status = 10
 
-
-class BoardLostError(AcquisitionError):
+class BoardLostError(AcquisitionError, status=11):
     """A board that was lost and did not come back in time; earlier samples are kept."""
 
-    status = 11
 
-
-class RefusedError(AcquisitionError):
+class RefusedError(AcquisitionError, status=12):
     """A command that a board refuses."""
 
-    status = 12
 
-
-class CannotArriveError(AcquisitionError):
+class CannotArriveError(AcquisitionError, status=13):
     """A target that the capsule did not reach."""
 
-    status = 13
 
-
-class SurveyFaultError(AcquisitionError):
+class SurveyFaultError(AcquisitionError, status=14):
     """An origami that did not fold or unfold as commanded."""
-
-    status = 14
 
 
 class LineLostError(Exception):

@@ -49,14 +49,15 @@ class GrowingFile:
             check_free(final)
         self.final, self._remedy, self._tell = final, remedy, tell
         self.path = final.with_name(final.name + PART)
-        try:
+        with writing(self.path, remedy):
             final.parent.mkdir(parents=True, exist_ok=True)
-            self._descriptor = open_locked(self.path, os.O_CREAT | (0 if resumed else os.O_EXCL))
-        except OSError as fault:
-            if isinstance(fault, FileExistsError):
+            try:
+                exclusive = 0 if resumed else os.O_EXCL
+                self._descriptor = open_locked(self.path, os.O_CREAT | exclusive)
+            except FileExistsError:
                 check_free(final)
-            raise explain_write_fault(fault, self.path, remedy) from fault
-        self._head = head.encode("utf-8")
+                raise
+        self._head_bytes = len(head.encode("utf-8"))
         self._pending = [head]
         self._synced_s = 0.0
         if not resumed:
@@ -103,9 +104,8 @@ class GrowingFile:
             The disk cannot be written.
         """
         new = head.encode("utf-8")
-        if len(new) != len(self._head):
+        if len(new) != self._head_bytes:
             raise ValueError(f"{head!r} does not have the length of the former first lines")
-        self._head = new
         with writing(self.path, self._remedy):
             end = os.lseek(self._descriptor, 0, os.SEEK_CUR)
             os.lseek(self._descriptor, 0, os.SEEK_SET)
@@ -126,14 +126,15 @@ class GrowingFile:
         self._pending.clear()
         before = os.lseek(self._descriptor, 0, os.SEEK_CUR)
         written = 0
-        try:
-            while written < len(content):
-                written += os.write(self._descriptor, content[written:])
-        except OSError as fault:
-            end = before + content.rfind(b"\n", 0, written) + 1
-            os.ftruncate(self._descriptor, end)
-            os.lseek(self._descriptor, end, os.SEEK_SET)
-            raise explain_write_fault(fault, self.path, self._remedy) from fault
+        with writing(self.path, self._remedy):
+            try:
+                while written < len(content):
+                    written += os.write(self._descriptor, content[written:])
+            except OSError:
+                end = before + content.rfind(b"\n", 0, written) + 1
+                os.ftruncate(self._descriptor, end)
+                os.lseek(self._descriptor, end, os.SEEK_SET)
+                raise
 
     def sync(self) -> None:
         """Write the file to the disk once a second, so that a power cut loses at most a second.
@@ -199,10 +200,9 @@ class GrowingFile:
                 f"far were copied to {path}, and go on there"
             )
             return
-        fault = fault or OSError(
-            errno.EEXIST, "recordings of this name and of its alternative names exist"
-        )
-        raise explain_write_fault(fault, lost) from fault
+        taken = "recordings of this name and of its alternative names exist"
+        with writing(lost):
+            raise fault or OSError(errno.EEXIST, taken)
 
 
 class FrameLog:
@@ -343,18 +343,13 @@ def _sync_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def writing(path: Path, remedy: str = RECOVER) -> Iterator[None]:
-    """Raise `explain_write_fault` in place of an `OSError` of what is written to a file."""
+    """Explain an `OSError` of what is written to a file; a full disk has its own class."""
     try:
         yield
     except OSError as fault:
-        raise explain_write_fault(fault, path, remedy) from fault
-
-
-def explain_write_fault(fault: OSError, path: Path, remedy: str = RECOVER) -> AcquisitionError:
-    """Return the error for a failed write; a full disk has its own class, with a remedy."""
-    if fault.errno in _FULL:
-        return DiskFullError(
-            f"the disk is full at {path}; the samples written so far are kept. Free some space, "
-            f"then run: {remedy}"
-        )
-    return AcquisitionError(f"{path} cannot be written: {fault.strerror}")
+        if fault.errno in _FULL:
+            raise DiskFullError(
+                f"the disk is full at {path}; the samples written so far are kept. Free some "
+                f"space, then run: {remedy}"
+            ) from fault
+        raise AcquisitionError(f"{path} cannot be written: {fault.strerror}") from fault

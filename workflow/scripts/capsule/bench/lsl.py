@@ -311,12 +311,19 @@ class StreamLine(Source):
         return inlet, chosen
 
     def _pull(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
-        if self._inlet is None and not self._find_again():
-            return [], []
         try:
+            if self._inlet is None:
+                inlet, chosen = self._open(LOOK_S, 0.0)
+                if (chosen.channels, chosen.unit) != (self.chosen.channels, self.chosen.unit):
+                    raise WrongBoardError("with other channels or units")
+                self._inlet = inlet
             pulled: tuple[list[list[float]], list[float]]
             pulled = self._inlet.pull_chunk(timeout_s, _MOST_SAMPLES)
             return pulled
+        except BoardNotFoundError:
+            pass  # it is still away
+        except WrongBoardError as reason:
+            self._note_away(f"is another one now ({reason})")
         except self._lsl.util.LostError:
             self._inlet = None
             self._note_away("has ended")
@@ -324,21 +331,6 @@ class StreamLine(Source):
             # A source that has just started again does not yet answer questions about its clock.
             self._note_away("does not report its clock")
         return [], []
-
-    def _find_again(self) -> bool:
-        try:
-            inlet, chosen = self._open(LOOK_S, 0.0)
-        except BoardNotFoundError:
-            return False
-        except WrongBoardError as reason:
-            self._note_away(f"is another one now ({reason})")
-            return False
-        if (chosen.channels, chosen.unit) != (self.chosen.channels, self.chosen.unit):
-            self._note_away("is another one now, with other channels or units")
-            inlet.close_stream()
-            return False
-        self._inlet = inlet
-        return True
 
     def _note_away(self, what: str) -> None:
         if not self._away:
