@@ -93,29 +93,25 @@ class FoldBoard:
         if lost := self._board.loss(patience_s):
             return lost
         faulty = self.last is not None and self.last.state == _FAULT
+        what = ""
         if faulty and self._told == NOT_SET_UP:
-            return SurveyFaultError(
-                f"{self._board.name} is not set up: its memory is new, emptied or damaged, so it "
-                "does not move; see that the origami is unfolded and its thread slack, then set "
-                "it up with capsule survey --fold-set-up"
-            )
-        if self._resets > MOST_RESETS:
-            return SurveyFaultError(
-                f"{self._board.name} was reset {self._resets} times; check its supply and its cable"
-            )
-        if self._told == MEMORY_FAILS:
-            return SurveyFaultError(
-                f"{self._board.name} cannot write its memory, so it folds no more and does not "
-                "move after a restart; replace the board, and set the new one up with capsule "
+            what = (
+                "is not set up: its memory is new, emptied or damaged, so it does not move; see "
+                "that the origami is unfolded and its thread slack, then set it up with capsule "
                 "survey --fold-set-up"
             )
-        if faulty and AWAKE.now_s() - self._sound_s > FAULT_LASTS_S:
-            reason = f" ({self._told})" if self._told else ""
-            return SurveyFaultError(
-                f"{self._board.name} has reported a fault for {FAULT_LASTS_S:.0f} s{reason}; check "
-                "its thread, motor and end switches"
+        elif self._resets > MOST_RESETS:
+            what = f"was reset {self._resets} times; check its supply and its cable"
+        elif self._told == MEMORY_FAILS:
+            what = (
+                "cannot write its memory, so it folds no more and does not move after a restart; "
+                "replace the board, and set the new one up with capsule survey --fold-set-up"
             )
-        return None
+        elif faulty and AWAKE.now_s() - self._sound_s > FAULT_LASTS_S:
+            reason = f" ({self._told})" if self._told else ""
+            lasts = f"has reported a fault for {FAULT_LASTS_S:.0f} s{reason}"
+            what = f"{lasts}; check its thread, motor and end switches"
+        return SurveyFaultError(f"{self._board.name} {what}") if what else None
 
     def leave_unfolded(self) -> str:
         """Unfold the origami and wait; return a warning if the board does not confirm it."""

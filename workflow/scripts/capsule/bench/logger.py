@@ -100,20 +100,11 @@ class Logger:
         if not self._board.connected:
             return "the logger was unplugged: plug it back in, or end with Ctrl-C"
         silent_s = AWAKE.now_s() - self._sampled_s
-        if silent_s > SILENT_AFTER_S:
-            return f"the logger has sent no sample for {silent_s:.0f} s"
-        return ""
+        silent = silent_s > SILENT_AFTER_S
+        return f"the logger has sent no sample for {silent_s:.0f} s" if silent else ""
 
     def trouble(self, patience_s: float, option: str = "--patience") -> AcquisitionError | None:
-        """Return the error after a silence, even if other frames come; None without one.
-
-        Parameters
-        ----------
-        patience_s : float
-            Longest wait for a sample.
-        option : str
-            What says so, for the message.
-        """
+        """Return the error after a wait for a sample that is longer than an option allows."""
         # Since the last accepted sample, or since the board came back after it.
         silent_s = AWAKE.now_s() - self._sampled_s
         if silent_s <= patience_s:
@@ -133,11 +124,9 @@ class Logger:
         for arrival in self._board.read(timeout_s):
             match arrival.event:
                 case Back(identity):
-                    self._come_back(identity, arrival.moment_s)
+                    self._take_identity(identity, arrival.moment_s, fresh=True)
                 case Damaged() as piece:
                     self.note_damaged(piece)
-                case Sample() as sample if self._foreign:
-                    self._refuse(sample, "sent by another board")
                 case Sample() as sample:
                     self._sift(sample, arrival.moment_s)
                 case Identity() as identity:
@@ -184,15 +173,11 @@ class Logger:
             return "start"
         return ""
 
-    def _come_back(self, identity: Identity, moment_s: float) -> None:
-        """Restart the wait for a sample, because the board is connected again."""
-        if not self._granted:  # only once, until a sample arrives
+    def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
+        """Process the board's description of itself; `fresh`: it was just connected again."""
+        if fresh and not self._granted:  # wait for a sample anew, but once until one arrives
             self._sampled_s = AWAKE.now_s()
             self._granted = True
-        self._take_identity(identity, moment_s, fresh=True)
-
-    def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
-        """Process the board's description of itself; `fresh` as in `Timeline.continues`."""
         before = self._foreign
         self._foreign = another_board(self._board.port, self._identity, identity)
         if self._foreign:
@@ -217,9 +202,11 @@ class Logger:
 
     def _sift(self, sample: Sample, moment_s: float) -> None:
         """Check and place a sample that was read at `moment_s` of the computer's clock."""
-        if self.complete:
+        if self._foreign:
+            self._refuse(sample, "sent by another board")
+        elif self.complete:
             return
-        if len(sample.counts) != self.sensors or max(sample.counts) > self._largest:
+        elif len(sample.counts) != self.sensors or max(sample.counts) > self._largest:
             self._refuse(sample, "other sensors or readings than those of this board")
         elif sample.device_ms >= CLOCK_ENDS_MS:
             self._refuse(sample, "a time beyond the end of the board's clock")

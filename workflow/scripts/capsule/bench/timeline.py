@@ -89,16 +89,8 @@ class Timeline:
     ) -> bool:
         """Return whether the board has run without a restart since the last sample.
 
-        Parameters
-        ----------
-        uptime_ms : int
-            The board's clock.
-        running : bool
-            Whether the board sends samples; a board that stopped by itself has restarted.
-        moment_s : float
-            The computer's clock when the frame was read.
-        fresh : bool
-            Whether the board sent the frame at that moment, so that it did not wait in the port.
+        A frame with the board's clock was read at `moment_s` of the computer's; a `fresh` one did
+        not wait in the port. A board that sends no samples (`running`) has restarted.
         """
         if self._last is None:
             return True
