@@ -7,7 +7,6 @@ import subprocess
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from itertools import count
 from pathlib import Path
 
@@ -115,11 +114,12 @@ def demo(chosen: argparse.Namespace) -> None:
         print("The demo cannot open a browser; open the report yourself.")
 
 
-class Learning:
-    """The detectors, which learn from the labelled recordings while the run is played."""
+class Learning(FinalVerdict):
+    """Detectors that learn from the labelled recordings while the run is played."""
 
     def __init__(self, chosen: argparse.Namespace) -> None:
-        self._chosen, self._settings = chosen, read_settings(chosen.out / OWN_CONFIG)
+        self._chosen, self._has_learned = chosen, False
+        self.settings = read_settings(chosen.out / OWN_CONFIG)
         check_workflow(chosen.out)
         command = snakemake_command(chosen.out, [f"--cores={chosen.cores}", *LEARNED])
         (chosen.out / "logs").mkdir(exist_ok=True)
@@ -137,21 +137,20 @@ class Learning:
     ) -> Judgement:
         """Judge a run in progress, once the detectors have learned."""
         if self._snakemake.poll() == 0:
-            return self._final.judge_so_far(samples, header)
-        return Judgement(self._settings, waits="the detectors still learn")
+            return super().judge_so_far(samples, header)
+        return Judgement(self.settings, waits="the detectors still learn")
 
     def judge(self, values: FloatArray) -> Judgement:
-        """Judge a recording; raise `CapsuleError` if the detectors cannot learn."""
-        return self._final.judge(values)
-
-    @cached_property
-    def _final(self) -> FinalVerdict:
-        if self._snakemake.poll() is None:
-            print("The detectors still learn; the verdicts come in a moment.")
-        if self._snakemake.wait():
-            _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
-        templates, learned = (self._chosen.out / name for name in LEARNED)
-        return FinalVerdict(templates, learned, self._settings)
+        """Wait for the detectors, and judge; raise `CapsuleError` if they cannot learn."""
+        if not self._has_learned:
+            if self._snakemake.poll() is None:
+                print("The detectors still learn; the verdicts come in a moment.")
+            if self._snakemake.wait():
+                _make(self._chosen, *LEARNED)  # Ctrl-C ended it too; or a fault, which this shows
+            templates, learned = (self._chosen.out / name for name in LEARNED)
+            super().__init__(templates, learned, self.settings)
+            self._has_learned = True
+        return super().judge(values)
 
 
 def _make(chosen: argparse.Namespace, *targets: str) -> None:
@@ -217,11 +216,10 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     if not (folder / OWN_CONFIG).exists():
         with files.write_whole(folder / OWN_CONFIG) as stream:
             stream.write(own_configuration())
-    for size_mm, runs in LABELLED.items():
-        for run in planned_runs([size_mm], runs, 1):
-            path = folder / "raw" / f"{run.name}.csv"
-            if not path.exists():
-                write_run(path, run, phantom, LABELLED_SEED, sensors)
+    for run in planned_runs(list(LABELLED), list(LABELLED.values()), 1):
+        path = folder / "raw" / f"{run.name}.csv"
+        if not path.exists():
+            write_run(path, run, phantom, LABELLED_SEED, sensors)
 
 
 def next_seed(folder: Path) -> int:

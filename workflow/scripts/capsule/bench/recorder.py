@@ -5,13 +5,12 @@ import contextlib
 import json
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
-from capsule.arrays import FloatArray
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.board import Board, connect
@@ -39,7 +38,7 @@ from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
 
 if TYPE_CHECKING:
-    from capsule.judging.verdict import FinalVerdict, Judgement
+    from capsule.judging.verdict import FinalVerdict
 
 JUDGE_EVERY_S = 0.5
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces
@@ -186,22 +185,10 @@ class Recorder:
         return str(self._trouble or "")
 
 
-class Detectors(Protocol):
-    """What judges a run, such as a `FinalVerdict`."""
-
-    def judge_so_far(
-        self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
-    ) -> "Judgement":
-        """Judge a run in progress."""
-
-    def judge(self, values: FloatArray) -> "Judgement":
-        """Judge the readings of a whole recording, (S, K)."""
-
-
 def record(
     options: argparse.Namespace,
     played: Source | None = None,
-    detectors: Detectors | None = None,
+    detectors: "FinalVerdict | None" = None,
     page: LivePage | None = None,
 ) -> Path:
     """Record one run: of the options' source, or a `played` one with its `detectors` and `page`.
@@ -323,7 +310,7 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     return drive
 
 
-def _judge_so_far(detectors: Detectors, source: Logger, header: Mapping[str, str]) -> None:
+def _judge_so_far(detectors: "FinalVerdict", source: Logger, header: Mapping[str, str]) -> None:
     source.state.judgement = detectors.judge_so_far(source.samples, header)
 
 
@@ -336,7 +323,7 @@ def leave(drive: Drive | None) -> None:
 def _check(
     recording: Path,
     settings: Settings,
-    detectors: Detectors | None,
+    detectors: "FinalVerdict | None",
     tell: Callable[[str], None],
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
