@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,15 +22,15 @@ from capsule.phantom.simulation import simulate_run
 from capsule.recordings.recording import read_recording
 from support.learned import taught_by, write_learned, write_templates
 
-NOTHING = [sys.executable, "-c", "pass"]
+ENDING = [sys.executable, "-c", "raise SystemExit({})"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
 
 @pytest.fixture
 def workflow(tmp_path, monkeypatch):
-    """Write the learned detectors and a report in place of Snakemake."""
-    calls = []
+    """Write the learned detectors and a report in place of Snakemake; the first may fail."""
+    calls, fails = [], []
 
     def call(folder, arguments):
         calls.append(arguments)
@@ -42,13 +43,16 @@ def workflow(tmp_path, monkeypatch):
         return 0
 
     def learn(folder, arguments):
-        call(folder, arguments)
-        return NOTHING
+        if fails:
+            calls.append(fails)
+        else:
+            call(folder, arguments)
+        return [word.format(len(fails)) for word in ENDING]
 
     monkeypatch.setattr(demo_command, "call_workflow", call)
     monkeypatch.setattr(demo_command, "snakemake_command", learn)
     monkeypatch.setattr(demo_command.webbrowser, "open", lambda address: calls.append(address))
-    return calls
+    return SimpleNamespace(calls=calls, fails=fails)
 
 
 def chosen(folder, **changes):
@@ -61,8 +65,11 @@ def read(path):
         return read_recording(stream, 4)
 
 
-def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd):
+# Kills: verdicts that are lost with a learning that Ctrl-C has ended with the run.
+@pytest.mark.parametrize("fails", [[], ["interrupted"]])
+def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd, fails):
     folder = tmp_path / "demo"
+    workflow.fails += fails
     former = signal.getsignal(signal.SIGINT)
     demo_command.demo(chosen(folder, open=True))
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
@@ -70,8 +77,9 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     np.testing.assert_array_equal(recording.values, run.counts)
     assert recording.header["source"] == "simulated phantom, played by the demo"
     assert recording.header["simulator_seed"] == "2"
-    assert workflow == [
-        ["--cores=2", "results/templates.npz", "results/detectors.json"],
+    learned = ["--cores=2", "results/templates.npz", "results/detectors.json"]
+    assert workflow.calls == [
+        *([fails, learned] if fails else [learned]),
         ["--cores=2", "results/report.html"],
         (folder / "results/report.html").as_uri(),
     ]
@@ -103,14 +111,14 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, make):
     before = list(tmp_path.rglob("*"))
     with pytest.raises(CapsuleError, match=r"mine exists and was not made by a demo; .* --out"):
         demo_command.demo(chosen(tmp_path / "mine"))
-    assert not workflow
+    assert not workflow.calls
     assert list(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
 def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
     monkeypatch.setattr(demo_command, "call_workflow", lambda folder, arguments: status)
-    failing = [sys.executable, "-c", "raise SystemExit(1)"]
+    failing = [word.format(1) for word in ENDING]
     monkeypatch.setattr(demo_command, "snakemake_command", lambda folder, arguments: failing)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
