@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import minimize_scalar
 from scipy.stats import beta, binom, t
 from sklearn.metrics import roc_auc_score, roc_curve
 from statsmodels.stats.contingency_tables import mcnemar
@@ -113,36 +112,18 @@ def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
     assert gain_interval(every, none, alone(3), 0.99)[:2] == (-1.0, -1.0)
 
 
-def score_at(hits, number, other_hits, other_number, ratio):
-    """Return the score of a ratio of rates, with the most likely rates found by trying."""
-
-    def unlikelihood(other):
-        terms = [(hits, ratio * other), (number - hits, 1 - ratio * other)]
-        terms += [(other_hits, other), (other_number - other_hits, 1 - other)]
-        return -sum(times * math.log(share) for times, share in terms if times)
-
-    bounds, options = (1e-12, min(1.0, 1 / ratio) - 1e-12), {"xatol": 1e-13}
-    other = minimize_scalar(unlikelihood, bounds=bounds, method="bounded", options=options).x
-    first = ratio * other
-    spread = first * (1 - first) / number + ratio**2 * other * (1 - other) / other_number
-    return (hits / number - ratio * other_hits / other_number) / math.sqrt(spread)
-
-
 @pytest.mark.parametrize(
     "counts",
-    [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7), (6, 9, 30, 30)],
+    [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7), (30, 30, 6, 9)],
 )
+# With no other hit, statsmodels divides by 0.
+@pytest.mark.filterwarnings("ignore:divide by zero:RuntimeWarning")
 def test_the_interval_of_a_ratio_is_koopmans(counts):
+    options = {"compare": "ratio", "method": "score", "alpha": 0.05, "correction": False}
+    expected = confint_proportions_2indep(*counts, **options)
     low, high = ratio_interval(*counts, 0.95)
-    if low > 0:
-        assert score_at(*counts, low) == pytest.approx(1.959964, abs=2e-3)
-    if high < math.inf:
-        assert score_at(*counts, high) == pytest.approx(-1.959964, abs=2e-3)
-    assert (low == 0, high == math.inf) == (counts[0] == 0, counts[2] == 0)
-    if min(counts[0], counts[1] - counts[0], counts[2], counts[3] - counts[2]) > 0:
-        options = {"compare": "ratio", "method": "score", "alpha": 0.05, "correction": False}
-        expected = confint_proportions_2indep(*counts, **options)
-        assert (low, high) == pytest.approx(expected, rel=1e-3)
+    assert (low, high) == pytest.approx(expected, rel=1e-6)
+    assert (low == 0) == (counts[0] == 0)
 
 
 @given(st.integers(1, 12), st.integers(1, 12), st.floats(1 / 3, 3), LEVEL)
@@ -373,31 +354,3 @@ def test_every_interval_holds_its_value(values, others, clustered, level):
     assert clustered or 0 <= area[1] < area[2] <= 1
     bound = lower_bound(shares, units)
     assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)
-
-
-# How often they hold the truth.
-
-
-@pytest.mark.parametrize(
-    ("passes", "truth", "least", "plainly"),
-    [
-        ([4] * 5, 0.5, 0.9, 0.87),
-        ([6] * 12, 0.8, 0.9, 0.87),
-        ([3] * 20, 0.9, 0.9, 0.87),
-        # Kills: rates that weigh recordings. Of ten places one has 15 passes.
-        ([1] * 9 + [15], 0.8, 0.93, 0.93),
-    ],
-)
-def test_the_interval_of_a_rate_over_places_holds_the_truth(passes, truth, least, plainly):
-    places = np.repeat(np.arange(len(passes)), passes)
-    numbers, units, runs = generator(1, "places", str(passes)), Units.of_places(places), 800
-    inside = np.zeros(2)
-    # Each recording weighs the same, or counts as a place of its own.
-    other = Units(np.ones(places.size), places) if passes[-1] == 15 else alone(places.size)
-    for _ in range(runs):
-        of_place = numbers.beta(truth, 1 - truth, len(passes))  # intra-cluster correlation 0.5
-        right = numbers.random(places.size) < of_place[places]
-        for turn, each in enumerate((units, other)):
-            _, low, high = rate_of(right, each, 0.95)
-            inside[turn] += low <= truth <= high
-    assert inside[0] / runs >= least and inside[1] / runs < plainly

@@ -7,7 +7,6 @@ import pytest
 from capsule.detectors.familiar import Familiarity
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.sites import detections_by_passes, site_table, site_verdicts
-from capsule.seeding import generator
 
 UNKNOWN = float("nan")
 OF_A_PASS = ("score", "estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm")
@@ -111,24 +110,6 @@ def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
     overruled = verdicts_of(HEALTHY | {"n": quiet}, 0.5)["n"]
     assert overruled["detected"] is False
     assert np.isnan([overruled[name] for name in OF_A_PASS[1:]]).all()
-
-
-@pytest.mark.parametrize("shared", [0.0, 0.7, 1.0])
-def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared):
-    numbers = generator(1, "places", str(shared))
-    of_place, of_pass = numbers.normal(size=(4000, 1)), numbers.normal(size=(4000, 3))
-    errors = np.sqrt(shared) * of_place + np.sqrt(1 - shared) * of_pass
-    reach = np.quantile(np.abs(errors), 0.9)
-    estimates = 3 + errors.ravel()
-    rows = passes(
-        3.0, *[9.0] * 12_000, estimates=estimates, low=estimates - reach, high=estimates + reach
-    )
-    verdicts = site_verdicts(rows.assign(site=np.repeat(np.arange(4000), 3)), "template", 0.9)
-    held = (verdicts["estimate_low_mm"] <= 3.0) & (verdicts["estimate_high_mm"] >= 3.0)
-    # The standard error is 0.005.
-    assert np.mean(held) >= 0.88
-    if shared == 1.0:
-        assert np.mean(held) == pytest.approx(0.9, abs=0.02)
 
 
 def test_the_first_passes_over_every_place_are_judged_together():
