@@ -5,15 +5,20 @@ import io
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from capsule.bench import survey_command, survey_session
-from capsule.bench.bench_errors import AcquisitionError, CannotArriveError
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError, CannotArriveError
+from capsule.bench.protocol import Identity
+from capsule.engine.configuration import read_config_file
+from capsule.engine.project import CONFIG
 from capsule.errors import WrongOptionError
 from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import read_recording
+from support.bench.scripted import ENTRIES
 from support.command import parsers
 
 GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "3", "--seed", "7"]
@@ -137,8 +142,9 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
     assert begun_s == pytest.approx(passed_s - first.time_s[-1], abs=1.5)
 
 
-# Kills: half a judgement that is decided on; a line that is cut off and taken for a whole one.
-@pytest.mark.parametrize("kept", [20_000, 60_001])
+# Kills: a session that is removed before its first judgement; half a judgement that is decided on;
+# a line that is cut off.
+@pytest.mark.parametrize("kept", [300, 20_000, 60_001])
 def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, killed, monkeypatch, kept):
     def find_none(*_):
         raise AcquisitionError("no board")
@@ -151,6 +157,28 @@ def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, killed, monkeypatch
     assert (whole / "stream.csv").read_bytes().startswith(stream)
     assert stream.endswith(b"\n") and len(stream.splitlines()) % 8 == 1
     assert len(stream) > kept - 8 * 60
+
+
+# Kills: positions in units of another wave.
+def test_a_board_that_drives_other_waves_is_refused():
+    settings = read_config_file(CONFIG / "config.yaml")
+    entries = {"logger": ENTRIES, "peristalsis": {"wavelength_mm": "70.000"}}
+    boards = {
+        name: SimpleNamespace(identity=Identity(name, each)) for name, each in entries.items()
+    }
+    with pytest.raises(AcquisitionError, match="waves of 70"):
+        survey_session._known_with(boards, settings, None, "tuesday")
+
+
+# Kills: a fault that is told at each look, or forgotten at the end.
+def test_a_fault_of_the_bench_ends_a_survey_in_order(tmp_path, monkeypatch):
+    monkeypatch.setattr(SimulatedBench, "trouble", BoardLostError("the fold board is silent"))
+    with pytest.raises(BoardLostError, match="the fold board is silent"):
+        survey(*GUT, "--out", tmp_path / "lost")
+    lines = (tmp_path / "lost" / "events.jsonl").read_text().splitlines()
+    events = [json.loads(line) for line in lines]
+    assert [event["event"] for event in events].count("fault") == 1
+    assert events[-1]["after"] == "ended"
 
 
 def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):

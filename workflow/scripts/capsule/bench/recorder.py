@@ -266,16 +266,16 @@ def recover(options: argparse.Namespace) -> None:
     if not parts:
         print(f"nothing to recover under {options.raw}")
     settings = read_settings(options.config)
-    failed: list[AcquisitionError] = []
+    failed: AcquisitionError | None = None
     for part in parts:
         try:
             print(recovery.recover(part, settings["recording"]["sensors"]))
         except AcquisitionError as fault:
-            failed.append(fault)
-    for reason in failed[:-1]:
-        print(f"error: {reason}", file=sys.stderr)
+            if failed:
+                print(f"error: {failed}", file=sys.stderr)
+            failed = fault
     if failed:
-        raise failed[-1]
+        raise failed
 
 
 def _learned(options: argparse.Namespace, settings: Settings) -> "FinalVerdict":

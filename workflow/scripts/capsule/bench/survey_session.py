@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import sys
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -172,11 +173,8 @@ def _known_with(
 def _tell_outcome(run: SurveyRun, folder: Path, *, to_targets: bool) -> None:
     pilot = run.pilot
     places = pilot.suspects.places
-    counts = {
-        status: sum((place.status or "undecided") == status for place in places)
-        for status in STATUSES
-    }
-    listed = ", ".join(f"{count} {status}" for status, count in counts.items())
+    counts = Counter(place.status or "undecided" for place in places)
+    listed = ", ".join(f"{counts[status]} {status}" for status in STATUSES)
     print(f"{folder}: {len(places)} places suspected ({listed})")
     if pilot.cycle.no_return:
         print("the capsule cannot go back: folding did not bring it back", file=sys.stderr)
