@@ -7,9 +7,6 @@ import sys
 import pytest
 
 needs_forks = pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks safely")
-needs_process_groups = pytest.mark.skipif(
-    sys.platform == "win32", reason="Windows has no process groups to kill"
-)
 needs_terminals = pytest.mark.skipif(
     not hasattr(os, "openpty"), reason="this system has no pseudo-terminals"
 )

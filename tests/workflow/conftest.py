@@ -1,5 +1,7 @@
 """One archive and its results, which all stories of the workflow begin with."""
 
+import os
+
 import pytest
 
 from support.project import Project, built_once
@@ -35,6 +37,11 @@ def make_finished(folder):
     tracing.mkdir()
     (tracing / "sitecustomize.py").write_text(TRACE)
     traced = {"PYTHONPATH": str(tracing), "TRACED": str(folder.with_name("traced"))}
+    # Jobs run in the Python of the run, even if the first one of the path is another.
+    for name in ("python", "python3"):
+        (tracing / name).write_text("#!/bin/sh\necho another Python\nexit 9\n")
+        (tracing / name).chmod(0o755)
+    traced["PATH"] = f"{tracing}{os.pathsep}{os.environ['PATH']}"
     run = project.snakemake(environment=traced)
     assert run.status == 0, run.output
     expected = {"preprocess": 10, "fit": 4, "describe": 4, "plot": 4, "list": 1, "list_labelled": 1}

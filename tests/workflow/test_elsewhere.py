@@ -11,7 +11,7 @@ import yaml
 
 from support.command import output_of
 from support.environments import WITHOUT_PATH, environment_with
-from support.marks import needs_process_groups, needs_programs
+from support.marks import needs_programs
 from support.project import PARTS, ROOT, Project
 from support.synthetic import write_archive
 
@@ -45,18 +45,6 @@ def test_the_environment_works_in_a_path_with_spaces_and_of_more_than_250_charac
     assert (project.folder / TEMPLATES).is_file()
     told = output_of(project.folder / ".venv/bin/capsule", "--version", **settings)
     assert str(project.folder / "workflow") in told
-
-
-@needs_process_groups
-def test_jobs_run_in_the_python_of_the_run_whatever_the_path(tmp_path):
-    project = Project.create(tmp_path / "project", RECORDINGS[:1], **FIT)
-    # The first python of the PATH is another one.
-    for name in ("python", "python3"):
-        (tmp_path / name).write_text("#!/bin/sh\necho another Python\nexit 9\n")
-        (tmp_path / name).chmod(0o755)
-    path = {"PATH": f"{tmp_path}:/usr/bin:/bin"}
-    run = project.snakemake("results/matrices/0mm/r01.npy", environment=path)
-    assert run.status == 0, run.output
 
 
 def test_a_folder_that_holds_recordings_alone_has_its_report_made_from_elsewhere(
