@@ -53,21 +53,6 @@ def test_the_threshold_has_the_promised_rank():
     assert np.isnan(rank_threshold(np.array([]), apart(0), 0.95))
 
 
-@pytest.mark.parametrize(("places", "between"), [(20, 0.0), (20, 1.0), (20, 3.0), (40, 3.0)])
-def test_a_pass_over_a_new_place_exceeds_the_threshold_as_rarely_as_promised(places, between):
-    """Draw places of one to eight passes; the passes of a place resemble each other."""
-    numbers = generator(1, "places", str(places), str(between))
-    alarms = []
-    for _ in range(2000):
-        passes_of = numbers.integers(1, 9, places)
-        place = np.repeat(np.arange(places), passes_of)
-        level = between * numbers.normal(size=places + 1)
-        scores = level[place] + numbers.normal(size=place.size)
-        alarms.append(level[-1] + numbers.normal() > rank_threshold(scores, place, 0.9))
-    # The standard error is 0.007. Never more than 10 %, and at most 1 / (K + 1) less.
-    assert 0.1 - 1 / places - 0.02 <= np.mean(alarms) <= 0.115
-
-
 @pytest.mark.parametrize("prevalence", [0.1, 0.6])
 @pytest.mark.parametrize("passes_of", [1, 3])
 def test_the_probability_is_the_logistic_regression_of_scikit_learn(prevalence, passes_of):
