@@ -543,18 +543,21 @@ UNITS = {
     },
 }
 SCALES = {
-    "beside the arrays": (timed(scale_factor=0.01), "scale_factor = 0.01"),
-    "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "scale = 0.01, 0.02"),
-    "of a data set": (attributed("V", "scale", value=0.01), "scale = 0.01"),
-    "of a compound": (hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}), "scale_factor = 0.01"),
-    "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "scale = 0.01"),
-    "of a structure beside": (timed(info={"scale_factor": 0.01}), "scale_factor = 0.01"),
-    "of an amplifier": (attributed("V", "gain", value=10.0), "gain = 10.0"),
-    "of each amplifier": (timed(gain=np.array([10.0, 10.0, 10.0, 20.0])), "gain = 10.0, 20.0"),
-    "of a root": (attributed("/", "slope", value=0.5), "slope = 0.5"),
-    "of a channel": (tdms(SENSORS, wf_increment=0.1, sensitivity=0.5), "sensitivity = 0.5"),
+    "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
+    "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
+    "of a data set": (attributed("V", "scale", value=0.01), "'scale: 0.01'"),
+    "of a compound": (
+        hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}),
+        "'scale_factor: 0.01'",
+    ),
+    "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "'scale: 0.01'"),
+    "of a structure beside": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
+    "of an amplifier": (attributed("V", "gain", value=10.0), "'gain: 10.0'"),
+    "of each amplifier": (timed(gain=np.array([10.0, 10.0, 10.0, 20.0])), "'gain: 10.0, 20.0'"),
+    "of a root": (attributed("/", "slope", value=0.5), "'slope: 0.5'"),
+    "of a channel": (tdms(SENSORS, wf_increment=0.1, sensitivity=0.5), "'sensitivity: 0.5'"),
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
-    "of a converter": (attributed("V", "bit_volts", value=0.01), "bit_volts = 0.01"),
+    "of a converter": (attributed("V", "bit_volts", value=0.01), "'bit_volts: 0.01'"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
 TIMED_RATES = {

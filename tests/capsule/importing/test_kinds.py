@@ -585,17 +585,17 @@ ASKED = {
     ),
     **{
         f"scale in {line!r}": Asked(
-            f"{line}\n{PLAIN}", f"the file states {told}, and", "--unit counts"
+            f"{line}\n{PLAIN}", f"the file says '{told}', and", "--unit counts"
         )
         for line, told in (
-            ("# scale_factor: 0.001", "scale_factor = 0.001"),
-            ("Offset,-2", "Offset = -2"),
-            ("# mV_per_lsb: 4.88", "mV_per_lsb = 4.88"),
-            ("mV/count,4.88", "mV/count = 4.88"),
-            ("# gain: 10", "gain = 10"),
-            ("# calib_slope: 2.2", "calib_slope = 2.2"),
-            ("# counts_per_V: 204.8", "counts_per_V = 204.8"),
-            ("# YScale: 0.5", "YScale = 0.5"),
+            ("# scale_factor: 0.001", "scale_factor: 0.001"),
+            ("Offset,-2", "Offset: -2"),
+            ("# mV_per_lsb: 4.88", "mV_per_lsb: 4.88"),
+            ("mV/count,4.88", "mV/count: 4.88"),
+            ("# gain: 10", "gain: 10"),
+            ("# calib_slope: 2.2", "calib_slope: 2.2"),
+            ("# counts_per_V: 204.8", "counts_per_V: 204.8"),
+            ("# YScale: 0.5", "YScale: 0.5"),
         )
     },
     **{

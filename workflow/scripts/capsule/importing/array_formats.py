@@ -24,7 +24,6 @@ from capsule.importing.stated import (
     decoded,
     facts,
     is_scaling,
-    scalings,
     starts,
     stated_unit,
     states_rate,
@@ -131,9 +130,8 @@ def array_tables(
                 ]
             channels = with_own_times([each for _, each in part], keys)
             compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
-            own = [about[path] for path, _ in part]
             unit = stated_unit(compounds + around, around)
-            notes = ({"unit": unit} if unit else {}) | scalings([*around[::-1], *own])
+            notes = {"unit": unit} if unit else {}
             if unit := attribute(around, *_TIME_UNIT):
                 notes["time unit"] = unit
             yield Table(channels, VARIABLE, label, notes=notes, remarks=remarks)

@@ -12,7 +12,6 @@ from capsule.importing.stated import (
     NOTE,
     described_unit,
     mentioned_unit,
-    scales,
     scaling_remarks,
     speaks_of_scaling,
 )
@@ -241,19 +240,11 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
 
 def _check_scaling(table: Table) -> None:
     """Raise a question if the file states what turns its numbers into readings."""
-    # A recording of this project names what was done to it.
-    if "format_version" in table.notes:
-        return
-    said = [
-        f"states {displayed(key)} = {displayed(value)[:60]}"
-        for key, value in table.notes.items()
-        if scales(key, value)
-    ]
-    said += [f"says {displayed(text)!r}" for text in scaling_remarks(table.remarks)]
-    if said:
+    for text in scaling_remarks(table.remarks):
         raise QuestionError(
-            f"the file {said[0]}, and not whether it is applied already; if it is, or is not "
-            "needed, give the unit of the readings with --unit, or else convert them first"
+            f"the file says {displayed(text)!r}, and not whether it is applied already; if it is, "
+            "or is not needed, give the unit of the readings with --unit, or else convert them "
+            "first"
         )
 
 

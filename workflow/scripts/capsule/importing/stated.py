@@ -278,12 +278,6 @@ def scales(name: str, value: str) -> bool:
     return is_scaling(name) and not (re.fullmatch(neutral, told) or _NO_SCALING.fullmatch(told))
 
 
-def scalings(scopes: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return what is stated of a scaling of the readings; the last scope is the nearest."""
-    told = {name: as_text(value) for said in scopes for name, value in said.items()}
-    return {name: value for name, value in told.items() if value and scales(name, value)}
-
-
 def mentioned_unit(text: str, *, is_name: bool = False) -> str:
     """Return the word for a unit of readings in words or a name; empty if there is none."""
     match = (_MENTION_IN_NAME if is_name else _MENTION).search(text[:_LONGEST_REMARK])
