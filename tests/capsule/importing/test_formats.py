@@ -518,7 +518,7 @@ UNITS = {
     ),
     "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
     "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
-    "a description": (attributed("V", "description", value="N"), "says 'description: N'"),
+    "a description": (attributed("V", "description", value="N"), "names N of"),
     "a description beside a unit": (
         hdf(
             {"t": TIME_S, "V": COUNTS.T},
@@ -556,6 +556,7 @@ SCALES = {
     "of each amplifier": (timed(gain=np.array([10.0, 10.0, 10.0, 20.0])), "'gain: 10.0, 20.0'"),
     "of a root": (attributed("/", "slope", value=0.5), "'slope: 0.5'"),
     "of a channel": (tdms(SENSORS, wf_increment=0.1, sensitivity=0.5), "'sensitivity: 0.5'"),
+    "of a sheet of channels": (beside(["Channel", "Gain"], ["AI0", 10]), "'Gain: 10'"),
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "of a converter": (attributed("V", "bit_volts", value=0.01), "'bit_volts: 0.01'"),
 }

@@ -613,6 +613,11 @@ ASKED = {
             "# supplied by 5 V, with a gain of 2",
         )
     },
+    "scale in a column": Asked(
+        lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain"),
+        "the file says 'gain: 10', and not whether it is applied already",
+        "--unit counts",
+    ),
     "unit between name and number": Asked(
         lines(TIME_S, *COUNTS, head="time_s," + ",".join(f"pressure kPa {n}" for n in range(4))),
         "names kPa of 'pressure kPa 0' and all others",

@@ -12,6 +12,7 @@ from capsule.importing.stated import (
     NOTE,
     described_unit,
     mentioned_unit,
+    scales,
     scaling_remarks,
     speaks_of_scaling,
 )
@@ -44,6 +45,9 @@ _BEHIND_NUMBER = re.compile(
 )
 # The letter of a unit behind the number of a sensor, as in S1_T.
 _LETTER = re.compile(r"\D*[0-9]+[\s_./,:;-]+([NgGTACFWJKS])")
+# The name of a column with what turns numbers into readings, and most different numbers in it.
+_SCALING_COLUMN = re.compile("gain|scal|factor|slope|sensitiv|lsb", re.IGNORECASE)
+_MOST_SCALINGS = 8
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 # Least reading, and range of the largest one, that fit a unit.
@@ -203,7 +207,7 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     """
     if keys.unit:
         return keys.unit, "given"
-    _check_scaling(table)
+    _check_scaling(table, sensors)
     texts = _named_units(table, sensors)
     units = [unit_of(text) or "" for text in texts]
     if mentions := [] if any(texts) and "" in units else _mentions(table, sensors, texts, units):
@@ -238,9 +242,16 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     return units[0], "named in the file"
 
 
-def _check_scaling(table: Table) -> None:
+def _check_scaling(table: Table, sensors: Sequence[int]) -> None:
     """Raise a question if the file states what turns its numbers into readings."""
-    for text in scaling_remarks(table.remarks):
+    told = scaling_remarks(table.remarks)
+    # A column of few numbers can hold it, too.
+    for channel in (each for at, each in enumerate(table.channels) if at not in sensors):
+        numbers = np.unique(channel.values[np.isfinite(channel.values)])
+        if _SCALING_COLUMN.search(channel.name) and 0 < numbers.size <= _MOST_SCALINGS:
+            text = f"{channel.name}: {', '.join(f'{number:g}' for number in numbers)}"
+            told += [text] if scales(channel.name, f"{numbers[-1]:g}") else []
+    for text in told[:1]:
         raise QuestionError(
             f"the file says {displayed(text)!r}, and not whether it is applied already; if it is, "
             "or is not needed, give the unit of the readings with --unit, or else convert them "

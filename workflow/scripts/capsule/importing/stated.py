@@ -153,7 +153,7 @@ def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
 
 
 def stated_unit(
-    scopes: Iterable[Mapping[str, Any]], around: Iterable[Mapping[str, Any]] = ()
+    scopes: Sequence[Mapping[str, Any]], around: Iterable[Mapping[str, Any]] = ()
 ) -> str:
     """Return the unit that the nearest of the scopes names; empty if none does.
 
@@ -168,7 +168,14 @@ def stated_unit(
         is_time = is_time_unit(named[0].partition(" since ")[0])
         named += [text for text in others if is_unit(text) and not (is_time or is_time_unit(text))]
         return different(filter(None, named))
-    return ""
+    # A description that is a unit, and nothing else, is that of the readings.
+    bare = (
+        bare_unit(as_text(value))
+        for said in scopes
+        for key, value in said.items()
+        if key.lower() in ("description", "comment", "note", "quantity")
+    )
+    return next(filter(None, bare), "")
 
 
 def different(units: Iterable[str]) -> str:
@@ -291,7 +298,8 @@ def described_unit(remark: str) -> str:
         return ""
     # A label can be a name, such as N or S2.
     is_name = note[1].lower().endswith(("label", "name", "title"))
-    return mentioned_unit(note[3]) or ("" if is_name else bare_unit(note[3]))
+    word = mentioned_unit(note[3]) or ("" if is_name else bare_unit(note[3]))
+    return "" if is_time_unit(word) else word
 
 
 def bare_unit(text: str) -> str:

@@ -9,7 +9,7 @@ from array import array
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, pairwise, zip_longest
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -245,6 +245,9 @@ def _sheet(
     beside = [*beside, *(cells[width:] for _, cells in above)]
     unnamed = [cells for _, cells in above if cells[:width] not in named]
     words = [": ".join(filter(None, cells)) for cells in [*beside, *unnamed]]
+    # In a sheet of channels, a value stands below its name.
+    below_names = [pairwise(column) for column in zip_longest(*beside, fillvalue="")]
+    words += [": ".join(pair) for column in below_names for pair in column if all(pair)]
     told = [_notes({0: text}) for text in words[: len(beside)] if _states_much(text)]
     merged: dict[str, str] = {}
     for key, value in (pair for notes in told for pair in notes.items()):
