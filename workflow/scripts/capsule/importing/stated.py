@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from capsule.errors import CapsuleError
 from capsule.importing.units import SECONDS, is_time_unit, is_unit, unit_of
+from capsule.recordings.recording import DECISIVE
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
@@ -135,6 +137,22 @@ MARK = re.compile(
 )
 # A remark of the form ``key: value``.
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
+# What a comment, or a line above the samples, says of all readings.
+_IN_UNIT = re.compile(
+    r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
+    r"pressures?|forces?|voltages?|resistances?))\b"
+    r"(?:.* in (?:(?:unit|step|tick)s? of )?|[^,;|\t(\[:=]*[(\[:=] *)"
+    r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-zµμ]+)[)\]]?(?: (?:unit|step|tick)s?)?\.?",
+    re.IGNORECASE,
+)
+_UNIT_LINE = re.compile(
+    r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
+)
+# The step of a counter, which is the unit of a time that names none.
+_TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
+_TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
+# Lines with these keys may not contradict each other.
+_DECISIVE = {*DECISIVE, "source", "started"}
 # To look through more of a remark would take long.
 _LONGEST_REMARK = 5000
 # More values of an attribute are no list of units or scales.
@@ -360,3 +378,48 @@ def scaling_remarks(remarks: Iterable[str]) -> list[str]:
         if scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text):
             told |= {} if is_of_time else {text[:60]: None}
     return [*told]
+
+
+def notes_of(comments: Mapping[int, str]) -> dict[str, str]:
+    """Return the comments of the form ``key: value``, by key; units under the keys ``unit``."""
+    notes: dict[str, tuple[str, int]] = {}
+    units: dict[str, list[str]] = {"unit": [], "time unit": []}
+    for number, text in comments.items():
+        if (match := _TIME_BASE.fullmatch(text)) and is_unit(match[1]):
+            notes["time base"] = match[1], number
+        elif (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
+            units["time unit" if match[1].lower().startswith("time") else "unit"].append(match[2])
+        elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
+            units["unit"].append(match[2])
+        elif word := bare_unit(text):
+            units["time unit" if is_time_unit(word) else "unit"].append(word)
+        elif match := NOTE.fullmatch(text):
+            key, value = _key(match), match[3]
+            if re.search("unit|einheit", key, re.IGNORECASE):
+                key = "time unit" if _TIME_AXIS.match(key) else "unit"
+                units[key].append(value)
+            other, line = notes.get(key, (value, number))
+            if (key in _DECISIVE or states_rate(key)) and other != value:
+                raise CapsuleError(
+                    f"lines {line} and {number} name two values of {key}, {other[:60]!r} and "
+                    f"{value[:60]!r}; delete the line that is wrong"
+                )
+            notes[key] = value, number
+    told = {key: value for key, (value, _) in notes.items()}
+    return told | {key: different(each) for key, each in units.items() if each}
+
+
+def states_much(text: str) -> bool:
+    """Return whether a line of the form ``key: value`` states a rate or a scaling."""
+    note = NOTE.fullmatch(text)
+    return note is not None and (states_rate(_key(note)) or scales(note[1], note[3]))
+
+
+def _key(note: re.Match[str]) -> str:
+    """Return the key of a line ``key: value``, with what stands in brackets behind it."""
+    return f"{note[1]} {note[2]}" if note[2] else note[1]
+
+
+def states_unit(text: str) -> bool:
+    """Return whether a line above the samples states a unit, as ``Vertical Units,kPa`` does."""
+    return any(way.fullmatch(text) for way in (_UNIT_LINE, _IN_UNIT))

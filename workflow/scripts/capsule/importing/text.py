@@ -29,23 +29,21 @@ from capsule.importing.joining import with_own_times
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     MARK,
-    NOTE,
     bare_unit,
     different,
     facts,
-    scales,
+    notes_of,
     speaks_of_scaling,
     stated_rates,
-    states_rate,
+    states_much,
+    states_unit,
 )
 from capsule.importing.table import Channel, Table, not_a_number
-from capsule.importing.units import is_time_unit, is_unit, unit_of
-from capsule.recordings.recording import DECISIVE, cut_off, lost_digits
+from capsule.importing.units import is_unit, unit_of
+from capsule.recordings.recording import cut_off, lost_digits
 
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
-# Lines with these keys may not contradict each other.
-_DECISIVE = {*DECISIVE, "source", "started"}
 _LONGEST_LINE = 100_000
 # Lines that are tried if the first ones leave a choice.
 _MOST_TRIED = 20_000
@@ -62,20 +60,6 @@ _STAMP = re.compile(
 )
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
-# What a comment, or a line above the samples, says of all readings.
-_IN_UNIT = re.compile(
-    r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
-    r"pressures?|forces?|voltages?|resistances?))\b"
-    r"(?:.* in (?:(?:unit|step|tick)s? of )?|[^,;|\t(\[:=]*[(\[:=] *)"
-    r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-zµμ]+)[)\]]?(?: (?:unit|step|tick)s?)?\.?",
-    re.IGNORECASE,
-)
-_UNIT_LINE = re.compile(
-    r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
-)
-# The step of a counter, which is the unit of a time that names none.
-_TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
-_TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
 # Words of a column that are looked through for a unit.
 _MOST_WORDS = 20
 # Number and cells of each row.
@@ -94,7 +78,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
     comments, stamps = dict[int, str](), dict[int, str]()
     lines, again = (_lines(content, encoding, keys.skip_lines or 0, comments) for _ in range(2))
     known = [*islice(lines, _MOST_TRIED), *deque(lines, maxlen=TRIED // 2)]
-    marks = [value for key, value in _notes(comments).items() if MARK.fullmatch(key)]
+    marks = [value for key, value in notes_of(comments).items() if MARK.fullmatch(key)]
     keys = replace(keys, missing=[*(keys.missing or ()), *marks]) if marks else keys
     tried = {number: labels_of(line) for number, line in _bare(known[:TRIED], stamps)}
     logged = stamps.keys() | {number for number, labels in tried.items() if labels}
@@ -117,16 +101,15 @@ def read_text(content: bytes, keys: Keys) -> Table:
         for number, line in known[: dialect.first]:
             cells, plain = dialect.split(line), line.strip()
             text = ": ".join(filter(None, cells))
-            is_prose = len(cells) < dialect.cells and speaks_of_scaling(plain)
-            is_prose |= any(way.fullmatch(plain) for way in (_UNIT_LINE, _IN_UNIT))
-            is_prose |= len(cells) < dialect.cells and bool(bare_unit(plain))
-            if _states_much(text) or is_prose:
-                comments[number] = text if _states_much(text) else plain
+            is_prose = speaks_of_scaling(plain) or bool(bare_unit(plain))
+            is_prose = states_unit(plain) or (len(cells) < dialect.cells and is_prose)
+            if states_much(text) or is_prose:
+                comments[number] = text if states_much(text) else plain
         heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
-    notes = _notes(comments)
+    notes = notes_of(comments)
     remarks = [*comments.values()]
     for (number, line), row in zip(known, heads, strict=False):
         if not (number in comments or dialect.names_columns(row)):
@@ -248,11 +231,11 @@ def _sheet(
     # In a sheet of channels, a value stands below its name.
     below_names = [pairwise(column) for column in zip_longest(*beside, fillvalue="")]
     words += [": ".join(pair) for column in below_names for pair in column if all(pair)]
-    told = [_notes({0: text}) for text in words[: len(beside)] if _states_much(text)]
+    told = [notes_of({0: text}) for text in words[: len(beside)] if states_much(text)]
     merged: dict[str, str] = {}
     for key, value in (pair for notes in told for pair in notes.items()):
         merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
-    notes = merged | _notes(said)
+    notes = merged | notes_of(said)
     way = way._replace(cells=width)
     heads = [*words, *(cell for row in named for cell in row)]
     check_thousands("row", heads, below, (cells[:width] for _, cells in below), way, keys)
@@ -267,17 +250,6 @@ def _sheet(
         label=title,
         notes=notes,
     )
-
-
-def _states_much(text: str) -> bool:
-    """Return whether a line of the form ``key: value`` states a rate or a scaling."""
-    note = NOTE.fullmatch(text)
-    return note is not None and (states_rate(_key(note)) or scales(note[1], note[3]))
-
-
-def _key(note: re.Match[str]) -> str:
-    """Return the key of a line ``key: value``, with what stands in brackets behind it."""
-    return f"{note[1]} {note[2]}" if note[2] else note[1]
 
 
 def _encoding(content: bytes, given: str | None) -> str:
@@ -332,35 +304,6 @@ def _bare(lines: Iterable[Line], stamps: dict[int, str]) -> Iterator[Line]:
             stamps[number] = next(filter(None, told))
         if line.strip():
             yield number, line.strip()
-
-
-def _notes(comments: Mapping[int, str]) -> dict[str, str]:
-    """Return the comments of the form ``key: value``, by key; units under the keys ``unit``."""
-    notes: dict[str, tuple[str, int]] = {}
-    units: dict[str, list[str]] = {"unit": [], "time unit": []}
-    for number, text in comments.items():
-        if (match := _TIME_BASE.fullmatch(text)) and is_unit(match[1]):
-            notes["time base"] = match[1], number
-        elif (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
-            units["time unit" if match[1].lower().startswith("time") else "unit"].append(match[2])
-        elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
-            units["unit"].append(match[2])
-        elif word := bare_unit(text):
-            units["time unit" if is_time_unit(word) else "unit"].append(word)
-        elif match := NOTE.fullmatch(text):
-            key, value = _key(match), match[3]
-            if re.search("unit|einheit", key, re.IGNORECASE):
-                key = "time unit" if _TIME_AXIS.match(key) else "unit"
-                units[key].append(value)
-            other, line = notes.get(key, (value, number))
-            if (key in _DECISIVE or states_rate(key)) and other != value:
-                raise CapsuleError(
-                    f"lines {line} and {number} name two values of {key}, {other[:60]!r} and "
-                    f"{value[:60]!r}; delete the line that is wrong"
-                )
-            notes[key] = value, number
-    told = {key: value for key, (value, _) in notes.items()}
-    return told | {key: different(each) for key, each in units.items() if each}
 
 
 def _above(
