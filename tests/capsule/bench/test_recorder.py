@@ -122,6 +122,7 @@ def test_nonsense_for_ever_ends_by_patience(bench, nonsense):
         # It passes while the recorder is stopped, and is filled from the port.
         ([(20.0, read_together(30, 80))], range(60), None),
         ([*samples(60, 70), *samples(70, 80)], range(30), None),
+        (samples(30, 60), range(60), None),  # nothing follows
         ([(3 + tick / 10, b"static\n") for tick in range(600)], range(30), "--duration is over"),
     ],
 )
@@ -220,7 +221,10 @@ def test_another_board_behind_the_same_line_is_refused(bench):
     assert "identify" in bench.sent
 
 
-@pytest.mark.parametrize("uptime_ms", [581_000 + 3000, 0, 2500], ids=["ahead", "new", "behind"])
+# Kills: a restart that is not seen since the new clock has passed the old one meanwhile.
+@pytest.mark.parametrize(
+    "uptime_ms", [581_000 + 3000, 0, 2500, 5000], ids=["ahead", "new", "behind", "between"]
+)
 def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(
     bench, monkeypatch, uptime_ms
 ):

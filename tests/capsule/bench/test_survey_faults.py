@@ -96,11 +96,6 @@ def never_unfolds(bench, readings, state):
     return replace(readings, fold="unfolding") if "unfolding" in bench.began_s else readings
 
 
-def fold_board_falls_silent(bench, readings, state):
-    returning_s = bench.now_s - bench.began_s.get("returning", np.inf)
-    return replace(readings, fold="unknown") if 10 < returning_s < 30 else readings
-
-
 def logger_was_away(bench, readings, state):
     away = 100 < bench.now_s < 115
     return replace(without(readings, "values"), fold="unknown") if away else readings
@@ -124,7 +119,6 @@ def never_finds_its_position(bench, readings, state):
         (never_folds, "undecided", [False], "late"),
         (never_unfolds, "undecided", [False], "late late"),
         (never_finds_its_position, "undecided", [False], "lost"),
-        (fold_board_falls_silent, "confirmed", [False, False], "let_go"),
         (logger_was_away, "confirmed", [False, False], ""),
         (phase_of_the_drive_is_lost, None, None, ""),
     ],

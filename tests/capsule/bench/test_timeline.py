@@ -31,16 +31,6 @@ class Kept(Timeline):
         self.settle()
 
 
-def test_the_first_sample_begins_the_recording():
-    timeline = Kept()
-    assert timeline.continues(
-        uptime_ms=0, running=False, moment_s=1.0
-    )  # nothing can have restarted
-    # A board that ran before is welcome: its numbers need not begin at 0.
-    timeline.take(sample(4711, 500_000), 3.0)
-    assert timeline.missing == [0]
-
-
 @pytest.mark.parametrize(
     "strange",
     [sample(5, 600), sample(4, 500), sample(9, 700), sample(6, 670), sample(0, 100)],
