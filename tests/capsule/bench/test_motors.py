@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import wave
+from capsule.bench import survey_bench, wave
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardLostError,
@@ -230,6 +230,19 @@ def test_any_board_that_stays_silent_ends_a_survey(monkeypatch, silent):
         lines[name].frames = FRAMES[name]
     with pytest.raises(BoardLostError, match=rf"{silent}.*\(--patience\)"):
         bench.read(8)
+
+
+# Kills: samples that come late, taken for those of the time at which they come.
+def test_a_sample_that_is_late_stays_missing(monkeypatch):
+    now_s, logger = [0.0], Line()
+    monkeypatch.setattr(survey_bench, "elapsed_s", lambda: now_s[0])
+    bench = bench_on(Line(), Line(), logger=logger)
+    heard = []
+    for first, last, looked_s in ((0, 8, 0.0), (8, 8, 10.0), (8, 24, 10.0)):
+        now_s[0] = looked_s
+        logger.frames = [f"D,{n},{100 * n},{n},2,3,4,0" for n in range(first, last)]
+        heard.append(bench.read(8).values[0].tolist())
+    np.testing.assert_equal(heard, [list(range(8)), 8 * [np.nan], list(range(16, 24))])
 
 
 # Kills: a resumed survey that takes the count of a board that was reset for its phase.
