@@ -338,13 +338,21 @@ def needed_sentence(rates: Rates, detector: str) -> str:
 
 
 def learning_sentence(learning: pd.DataFrame, detector: str) -> str:
-    """Return whether more recordings are likely to teach a detector more; empty if not known."""
-    of_detector, curves = learning[learning["detector"] == detector], {}
+    """Return whether more recordings are likely to teach a detector more; empty if not known.
+
+    It compares what the detector reaches with half of the archive and with all but one.
+    """
+    of_detector = learning[learning["detector"] == detector]
+    by_advice: dict[str, list[str]] = {}
     for first_mm, last_mm in main_ranges(of_detector["size_from_mm"]):
         of_range = of_detector.query("size_from_mm == @first_mm and size_to_mm == @last_mm")
-        curves[_range_title(first_mm, last_mm)] = of_range.set_index("share").to_dict("index")
-    said = _compared(curves)
-    return f"With half of the recordings to teach it, and with all but one: {said}" if said else ""
+        curve = of_range.set_index("share").to_dict("index")
+        if words.is_known(curve[_HALF]["gain"]):
+            half, last = (words.percent(curve[share]["rate"]) for share in (_HALF, ALL_BUT_ONE))
+            reached = f"{_range_title(first_mm, last_mm)} {half} and {last}"
+            by_advice.setdefault(_advice(curve[_HALF]), []).append(reached)
+    said = "; ".join(f"{', '.join(rates)}: {advice}" for advice, rates in by_advice.items())
+    return f"With half of the recordings to teach it, and with all but one: {said}." if said else ""
 
 
 def _advice(half: Row) -> str:
@@ -354,17 +362,6 @@ def _advice(half: Row) -> str:
     if half["gain_high"] < LEAST_GAIN:
         return "more recordings are not likely to help"
     return "this can be chance; too few recordings to tell"
-
-
-def _compared(curves: Mapping[str, Mapping[float, Row]]) -> str:
-    """Return in words what a detector reaches with half of the archive and with all but one."""
-    by_advice: dict[str, list[str]] = {}
-    for title, curve in curves.items():
-        if words.is_known(curve[_HALF]["gain"]):
-            half, last = (words.percent(curve[share]["rate"]) for share in (_HALF, ALL_BUT_ONE))
-            by_advice.setdefault(_advice(curve[_HALF]), []).append(f"{title} {half} and {last}")
-    clauses = [f"{', '.join(rates)}: {advice}" for advice, rates in by_advice.items()]
-    return f"{'; '.join(clauses)}." if clauses else ""
 
 
 def _range_title(first_mm: float, last_mm: float) -> str:
