@@ -106,10 +106,8 @@ class TemplateSet:
     matrices: tuple[FloatArray, ...]
     first_peak: int
 
-    def totals_without(
-        self, left_out: Iterable[tuple[float, Particle | None]]
-    ) -> tuple[ParticleTotal, ...]:
-        """Return the sums without some recordings.
+    def without(self, left_out: Iterable[tuple[float, Particle | None]]) -> tuple[FloatArray, ...]:
+        """Return the templates without some recordings.
 
         Parameters
         ----------
@@ -119,25 +117,14 @@ class TemplateSet:
 
         Returns
         -------
-        tuple of B ParticleTotal
-            The same objects for sizes that lose no recording.
+        tuple of B (S, L) arrays
+            The same array objects for sizes that lose no recording; NaN for a size that loses all.
         """
         remaining = list(self.totals)
         for size_mm, particle in left_out:
             if size_mm > 0 and particle is not None:
                 index = self.sizes_mm.index(size_mm)
                 remaining[index] = remaining[index].without(particle)
-        return tuple(remaining)
-
-    def without(self, left_out: Iterable[tuple[float, Particle | None]]) -> tuple[FloatArray, ...]:
-        """Return the templates without some recordings, given as for `totals_without`.
-
-        Returns
-        -------
-        tuple of B (S, L) arrays
-            The same array objects for sizes that lose no recording; NaN for a size that loses all.
-        """
-        remaining = self.totals_without(left_out)
         return tuple(
             matrix if now is before else render(now.mean(), self.first_peak, matrix.shape[1])
             for matrix, before, now in zip(self.matrices, self.totals, remaining, strict=True)
