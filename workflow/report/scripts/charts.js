@@ -117,10 +117,10 @@ function drawStacked(container, { time, rows, unit, height, middle, level = null
   const levels = rows.map((_, sensor) => (level === null ? null : (level - middle) / apart - sensor));
   const shifted = centred.map((row, sensor) => row.map((value) => (value === null ? null : value / apart - sensor)));
   // A press deeper than the distance, as of a nodule, stays in the picture.
-  const lowest = -highest(shifted.map((row) => row.map((value) => -value)));
+  const range = shifted.flat().reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [0.3 - rows.length, 0.8]);
   const stacked = {
     ...options,
-    scales: { ...options.scales, y: { range: [Math.min(0.3 - rows.length, lowest), Math.max(0.8, highest(shifted))] } },
+    scales: { ...options.scales, y: { range } },
     yAxis: sensorAxis(rows),
     series: [{}, ...rows.map((_, sensor) => line(sensorColour(sensor), 1.25))],
     marks: [...levels.map((y) => ({ y, colour: "soft", width: 1, dash: [2, 3] })), ...marks],

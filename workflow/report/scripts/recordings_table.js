@@ -27,13 +27,11 @@ function setUpTable(table) {
     list.onChange();
   };
 
-  /** Return the texts of a row's cells, which are collected once: every key that is typed asks for those of all rows. */
-  const textsOf = (row) => (row.texts ??= [...row.cells].map((cell) => cell.textContent));
-
   const filter = () => {
     const wanted = search.value.trim().toLowerCase();
     const isWanted = (row) => {
-      const [name, itsSize, , itsOutcome, ...others] = textsOf(row);
+      // Collected once: every key that is typed asks for the texts of all rows.
+      const [name, itsSize, , itsOutcome, ...others] = (row.texts ??= [...row.cells].map((cell) => cell.textContent));
       return (
         (!size.value || itsSize === size.value) &&
         (!outcome.value || itsOutcome === outcome.value) &&
