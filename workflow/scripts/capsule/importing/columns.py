@@ -250,11 +250,12 @@ def _check_scaling(table: Table, sensors: Sequence[int]) -> None:
         numbers = np.unique(channel.values[np.isfinite(channel.values)])
         if _SCALING_COLUMN.search(channel.name) and 0 < numbers.size <= _MOST_SCALINGS:
             text = f"{channel.name}: {', '.join(f'{number:g}' for number in numbers)}"
-            told += [text] if scales(channel.name, f"{numbers[-1]:g}") else []
-    for text in told[:1]:
+            if scales(channel.name, f"{numbers[-1]:g}"):
+                told.append(text)
+    if told:
         raise QuestionError(
-            f"the file says {displayed(text)!r}, and not whether it is applied already; if it is, "
-            "or is not needed, give the unit of the readings with --unit, or else convert them "
+            f"the file says {displayed(told[0])!r}, and not whether it is applied already; if it "
+            "is, or is not needed, give the unit of the readings with --unit, or else convert them "
             "first"
         )
 

@@ -283,10 +283,8 @@ def check_thousands(
     settled = any(
         np.isfinite(dialect.number(cell)) and not _POINTED.fullmatch(cell) for cell in numbers
     )
-    said = {
-        unit_of(part) for head in heads for part in (split_unit(head)[1], head.rpartition(":")[2])
-    }
-    said = {keys.unit} if keys.unit else said
+    parts = (part for head in heads for part in (split_unit(head)[1], head.rpartition(":")[2]))
+    said = {keys.unit} if keys.unit else {*map(unit_of, parts)}
     is_open = len(whole_columns) >= keys.sensor_count and not settled and not said & {"V", "kohm"}
     for column in columns:
         pointed = [cell for cell in column if "." in cell]

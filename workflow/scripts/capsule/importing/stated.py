@@ -374,9 +374,9 @@ def scaling_remarks(remarks: Iterable[str]) -> list[str]:
     for text in remarks:
         note = NOTE.fullmatch(text)
         is_key = note and is_scaling(note[1])
-        is_of_time = mentioned_time_unit(text) or ticks_per_second(text)
-        if scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text):
-            told |= {} if is_of_time else {text[:60]: None}
+        is_told = scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text)
+        if is_told and not (mentioned_time_unit(text) or ticks_per_second(text)):
+            told[text[:60]] = None
     return [*told]
 
 

@@ -93,18 +93,17 @@ def read_text(content: bytes, keys: Keys) -> Table:
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
-        words = [cell for _, line in known[: dialect.first] for cell in dialect.split(line)]
+        above = [dialect.split(line) for _, line in known[: dialect.first]]
+        words = [cell for cells in above for cell in cells]
         below = known[dialect.first :]
         samples = (dialect.split(line) for _, line in below)
         check_thousands("line", [*words, *comments.values()], below, samples, dialect, keys)
-        above = [dialect.split(line) for _, line in known[: dialect.first]]
-        for number, line in known[: dialect.first]:
-            cells, plain = dialect.split(line), line.strip()
-            text = ": ".join(filter(None, cells))
+        for (number, line), cells in zip(known, above, strict=False):
+            plain, text = line.strip(), ": ".join(filter(None, cells))
             is_prose = speaks_of_scaling(plain) or bool(bare_unit(plain))
             is_prose = states_unit(plain) or (len(cells) < dialect.cells and is_prose)
-            if states_much(text) or is_prose:
-                comments[number] = text if states_much(text) else plain
+            if (much := states_much(text)) or is_prose:
+                comments[number] = text if much else plain
         heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]

@@ -11,12 +11,10 @@ from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import UNSURE_RATE, mentioned_time_unit, ticks_per_second
 from capsule.importing.table import Channel, QuestionError, Table, naming
-from capsule.importing.units import SECONDS, is_unit, split_unit, unit_of
+from capsule.importing.units import SECONDS, is_time_unit, is_unit, split_unit, unit_of
 
 # The key ``time`` of files without a column of times.
 NO_TIME = "none"
-# Units that a file can name.
-_NAMED = (*SECONDS, "sample")
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
 # Other units, in s, which are no key of lab.yaml or hardly ever meant, unless only they give the
@@ -247,10 +245,10 @@ def _unit(
     in_units = stamps.unit.partition(" since ")[0].strip("[]()<> ")
     said = (in_units, in_name, table.notes.get("time unit", ""))
     texts = [text for text in said if text and not _NO_UNITS.fullmatch(text.lower())]
-    if not any(unit_of(text) in _NAMED for text in texts):
-        texts += [bare] if unit_of(bare) in _NAMED or (len(bare) > 1 and is_unit(bare)) else []
+    if not any(map(is_time_unit, texts)):
+        texts += [bare] if is_time_unit(bare) or (len(bare) > 1 and is_unit(bare)) else []
     texts = texts or list(filter(None, [table.notes.get("time base")]))
-    units = {each: text for text in texts if (each := unit_of(text) or "") in _NAMED}
+    units = {unit_of(text) or "": text for text in texts if is_time_unit(text)}
     # Beside a unit, other words are names.
     unknown = [
         text for text in texts if unit_of(text) not in units and (is_unit(text) or not units)
@@ -284,9 +282,10 @@ def _unit(
     fitting = configured if len(configured) == 1 else fitting
     own = {} if stamps.rates_hz == channel.rates_hz else dict(stamps.rates_hz)
     own |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
+    words = [mentioned_time_unit(text) for text in table.remarks]
     clocks = {
-        mentioned_time_unit(text) or text.strip()[:60]: ticks_per_second(text)
-        for text in table.remarks
+        word or text.strip()[:60]: ticks_per_second(text)
+        for word, text in zip(words, table.remarks, strict=True)
     }
     clocks |= {f"{name} = {hz:g}": hz for name, hz in own.items()}
     is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
@@ -316,13 +315,13 @@ def _unit(
             f"its usual step of {step:.6g} is a rate between {low:g} and {high:g} Hz in no unit; "
             "use --time-unit, or name another column with --time"
         )
-    words = [each for each in map(mentioned_time_unit, table.remarks) if each]
-    if len(options) > 1 and not words:
+    if len(options) > 1 and not any(words):
         can_be = " or ".join(options.values())
         raise QuestionError(f"its usual step of {step:.6g} can be {can_be}; choose one")
     unit = next(iter(options))
-    for word in [word for word in words if unit_of(word) != unit or len(options) > 1][:1]:
-        raise QuestionError(_OTHER_UNIT.format(word))
+    others = [word for word in words if word and (unit_of(word) != unit or len(options) > 1)]
+    if others:
+        raise QuestionError(_OTHER_UNIT.format(others[0]))
     if unit == "sample":
         return unit, "counts"
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
