@@ -352,7 +352,8 @@ def learning_sentence(learning: pd.DataFrame, detector: str) -> str:
             reached = f"{_range_title(first_mm, last_mm)} {half} and {last}"
             by_advice.setdefault(_advice(curve[_HALF]), []).append(reached)
     said = "; ".join(f"{', '.join(rates)}: {advice}" for advice, rates in by_advice.items())
-    return f"With half of the recordings to teach it, and with all but one: {said}." if said else ""
+    judged = "Judged on the recordings that teach, with half of them and all but one"
+    return f"{judged}: {said}." if said else ""
 
 
 def _advice(half: Row) -> str:
