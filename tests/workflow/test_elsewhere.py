@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from support.command import output_of
+from support.documents import blocks
 from support.environments import WITHOUT_PATH, environment_with
 from support.marks import needs_programs
 from support.project import PARTS, ROOT, Project
@@ -60,13 +61,9 @@ def test_a_folder_that_holds_recordings_alone_has_its_report_made_from_elsewhere
 
 
 def state_of(project):
-    """Return content and time of every result, recording and note of Snakemake."""
+    """Return when every result, recording and note of Snakemake was last changed, in ns."""
     folders = (project.results, project.raw, project.folder / ".snakemake/metadata")
-    paths = [path for folder in folders for path in (folder, *folder.rglob("*"))]
-    return {
-        path: (path.read_bytes() if path.is_file() else None, path.stat().st_mtime_ns)
-        for path in paths
-    }
+    return {path: path.stat().st_mtime_ns for folder in folders for path in folder.rglob("*")}
 
 
 def test_a_call_that_only_tells_changes_nothing(project):
@@ -83,36 +80,12 @@ def test_a_call_that_only_tells_changes_nothing(project):
 
 # Other workflows.
 
-SIDE_BY_SIDE = """
-configfile: "settings.yaml"
 
-module first:
-    snakefile: "{project}/workflow/Snakefile"
-    prefix: "first"
-    config: config["first"]
-
-use rule * from first as first_*
-
-module second:
-    snakefile: "{project}/workflow/Snakefile"
-    prefix: "second"
-    config: config["second"]
-
-use rule * from second as second_*
-
-rule both:
-    default_target: True
-    input:
-        "first/{table}",
-        "second/{table}",
-"""
-DEPLOYED = """
-module capsule:
-    snakefile: github("laboratory/capsule", path="workflow/Snakefile", tag="v1")
-    config: {{"fit": {fit}}}
-
-use rule * from capsule
-"""
+def shown_with(word):
+    """Return the Snakefile in the manual that holds a word."""
+    page = blocks(ROOT / "docs/workflow.md")
+    (text,) = [each.text for each in page if each.text.startswith("module") and word in each.text]
+    return text
 
 
 def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_own(tmp_path):
@@ -120,9 +93,9 @@ def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_
     folder = tmp_path / "both"
     shutil.copytree(project.raw, folder / "first/raw")
     write_archive(folder / "second/raw", ["0mm/r01", "3mm/r01"], samples=525)
-    (folder / "Snakefile").write_text(
-        SIDE_BY_SIDE.format(project=project.folder, table=TEMPLATES), encoding="utf-8"
-    )
+    shown = shown_with("module second").replace("path/to/project", str(project.folder))
+    shown = shown.replace("results/report.html", TEMPLATES)
+    (folder / "Snakefile").write_text(f'configfile: "settings.yaml"\n{shown}\n', encoding="utf-8")
     settings = {"first": {"fit": FIT}, "second": {"fit": FIT | {"particles": 12}}}
     (folder / "settings.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
     caller = Project(folder)
@@ -157,12 +130,14 @@ def test_a_release_is_deployed_from_a_repository(tmp_path):
 
     folder = tmp_path / "lab"
     write_archive(folder / "raw", RECORDINGS, samples=525)
-    (folder / "Snakefile").write_text(DEPLOYED.format(fit={"particle": 3}), encoding="utf-8")
+    shown = shown_with("github(").replace("OWNER/NAME", "laboratory/capsule")
+    shown = shown.replace("VERSION", "v1").replace("config: config", "config: {}")
+    (folder / "Snakefile").write_text(shown.format({"fit": {"particle": 3}}), encoding="utf-8")
     lab, called = Project(folder), {"environment": {"XDG_CACHE_HOME": os.fspath(cache)}}
     run = lab.snakemake("--dry-run", **called)
     assert run.status != 0
     assert "config of the module: fit.particle: there is no such key; did you mean" in run.output
-    (folder / "Snakefile").write_text(DEPLOYED.format(fit=FIT), encoding="utf-8")
+    (folder / "Snakefile").write_text(shown.format({"fit": FIT}), encoding="utf-8")
     run = lab.snakemake(TEMPLATES, **called)
     assert run.status == 0, run.output
     assert run.jobs == {"preprocess": 4, "fit": 2, "list_labelled": 1, "templates": 1}

@@ -71,17 +71,13 @@ def extended(tmp_path_factory):
 
 
 @pytest.mark.workflow
-def test_a_new_detector_goes_from_its_module_to_the_report(extended):
+def test_a_new_detector_goes_from_its_module_to_the_report_and_judges_too(extended):
     for name in ("evaluation/predictions.csv", "evaluation/summary.csv", "detections.csv"):
         rows = [row for row in extended.table(name) if row["detector"] == "loudest"]
         assert rows, name
     page = (extended.results / "report.html").read_text(encoding="utf-8")
     assert "the highest envelope against a threshold" in page
     assert "there is no such key" not in page
-
-
-@pytest.mark.workflow
-def test_a_new_recording_is_judged_by_a_new_detector_too(extended):
     call = ["workflow/scripts/capsule", "judge", "--json", "raw/unlabelled/patient.csv"]
     (judged,) = json.loads(output_of(sys.executable, *call, cwd=extended.folder))
     (row,) = [row for row in extended.table("detections.csv") if row["detector"] == "loudest"]
