@@ -169,13 +169,6 @@ class Browser:
                 return
         raise AssertionError("the page does not come to rest")
 
-    def print(self, target: Path) -> bytes:
-        """Print the page to a PDF file, and return its content."""
-        printed = base64.b64decode(self._command("Page.printToPDF", printBackground=True)["data"])
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(printed)
-        return printed
-
     def close(self) -> None:
         """End the browser."""
         self.driver.quit()

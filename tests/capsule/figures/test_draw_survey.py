@@ -11,7 +11,6 @@ from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 from capsule.figures.draw_survey import (
-    draw_note,
     draw_survey,
     frame_of,
     spread_out,
@@ -114,12 +113,6 @@ def test_the_frame_tells_where_a_place_and_a_time_are(figure):
         top + (3 - start) / (end - start) * height, abs=0.05
     )
     assert told["evidence"]["box"][0] > left + width
-
-
-def test_a_survey_that_cannot_be_read_says_why():
-    figure = draw_note("broken cannot be read: stream.csv: there is no column time_s")
-    assert any("no column time_s" in text.get_text() for text in figure.findobj(Text))
-    assert list(frame_of(figure)) == ["size"]
 
 
 def test_a_survey_that_never_knew_its_position_says_so(session):

@@ -14,7 +14,6 @@ from capsule.page import comparison, detector_sections
 from capsule.page.cells import cell_of, rate_table, retest_rows
 from capsule.seeding import generator
 from support.evaluated import evaluated
-from support.project import ROOT
 from support.sections import page_of, section
 from support.verdicts import index_of, verdicts
 
@@ -93,14 +92,6 @@ def cells(page, title):
         ("leave_one_out", "Median error of the place", "diagonal", "1.00 mm", "10 recordings"),
         # What a detector does not say is marked.
         ("leave_one_out", "Brier score of the probability", "template", words.NOT_APPLICABLE, ""),
-        ("leave_one_out", "Exact size, of all nodules", "always_nodule", words.NOT_APPLICABLE, ""),
-        (
-            "leave_one_out",
-            "AUC, any nodule against none",
-            "always_nodule",
-            words.NOT_APPLICABLE,
-            "",
-        ),
         ("held_out", "Specificity", "diagonal", "90 %", ""),
         ("held_out", "Specificity, difference", "template", "reference", ""),
         # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
@@ -177,14 +168,6 @@ def test_the_page_names_the_scheme_that_it_stands_on(scheme):
         ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
     )
     assert values["figure_series"] == f"template ({words.scheme(scheme)}) and the paper"
-
-
-def test_no_section_names_a_scheme_by_itself():
-    for path in sorted((ROOT / "workflow/report").rglob("*.j2")):
-        if path.name == "glossary.html.j2":  # which says what both of them are
-            continue
-        text = path.read_text(encoding="utf-8").casefold()
-        assert "leave-one-out" not in text and "resubstitution" not in text, path.name
 
 
 def test_recordings_without_a_verdict_have_a_cell_of_their_own():

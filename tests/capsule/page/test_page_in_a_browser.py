@@ -20,7 +20,7 @@ from capsule.recordings.names import without_formula
 from capsule.recordings.recording import read_recording
 from capsule.survey.cycle import STATES
 from capsule.survey.listed import list_surveys
-from support.browser import DESKTOP, EVIL, PAPER, PHONE, RECORDINGS, SIZES, needed
+from support.browser import DESKTOP, EVIL, PAPER, PHONE, RECORDINGS, needed
 from support.project import ROOT
 from support.surveys import head_mm
 
@@ -39,12 +39,6 @@ PICK = """
   field.value = arguments[1];
   for (const kind of ['input', 'change']) field.dispatchEvent(new Event(kind, { bubbles: true }));
 """
-WORDS_BEFORE_THE_FIRST_PICTURE = """
-  const range = document.createRange();
-  range.setStart(document.querySelector('header'), 0);
-  range.setEndBefore(document.querySelector('main svg'));
-  return range.toString().split(/\\s+/).filter((word) => /\\w/.test(word)).length
-"""
 CHARTS = """
   return [...document.querySelectorAll('#viewer .chart')].map((chart) => [
     chart.querySelector('strong').textContent.replace('. ', ''),
@@ -53,6 +47,10 @@ CHARTS = """
 BOTTOM = """
   const parts = [...document.querySelectorAll(arguments[0])];
   return Math.max(...parts.map((each) => each.getBoundingClientRect().bottom))
+"""
+LINKS_TO_NOTHING = """
+  return [...document.querySelectorAll('a[href^="#"]')].map((link) => link.hash.slice(1))
+    .filter((name) => !name.includes('=') && !document.getElementById(name))
 """
 # What no reader should see: tables wider than their box, and words that are doubled or broken.
 FAULTS = """
@@ -124,7 +122,6 @@ def test_the_first_screen_holds_the_verdict_and_its_drawing(browser, page):
         browser.open(page, width=width)
         assert browser.run(BOTTOM, ".card:first-child svg") <= height
         assert width < 600 or browser.run(BOTTOM, ".panels .count") <= height
-        assert browser.run(WORDS_BEFORE_THE_FIRST_PICTURE) <= 60
 
 
 def test_every_switch_in_every_state_changes_what_it_stands_above(browser, page, project):
@@ -180,15 +177,6 @@ def test_the_numbers_are_those_of_the_csv_files(browser, page, project):
     assert [name for name, _ in rows] == listed
     for name, value in rows:
         assert number(value) == (number(said[name]["predicted_mm"]) if name in said else None)
-    found = [number(value) > 0 for name, value in rows if name[:2] in ("2.", "6m")]
-    assert browser.find(".count.large strong").text == f"{sum(found)} of {len(found)}"
-    browser.run(OPEN)
-    counts = [
-        row["count"]
-        for row in project.table("evaluation/confusion.csv")
-        if (row["detector"], row["scheme"]) == (lead, "leave_one_out")
-    ]
-    assert browser.texts("#confusion-table tbody td:not(:last-child)") == counts
 
 
 def test_the_slider_moves_the_frequencies_and_at_its_start_says_what_the_page_says(browser, page):
@@ -293,12 +281,9 @@ def test_the_drawn_signals_and_evidence_are_those_of_the_files(browser, page, pr
     script = """
       return readEvidence(arguments[0]).then((e) => ({
         readings: unpack(e.readings), matrix: matrixOf(e), every: e.envelope.every,
-        gut: unpack(e.gut)[0], step_mm: e.gut.step_mm, passed_s: e.beats.passed_s,
-        truth: e.nodule_at_mm, template: e.template,
-        distances: e.verdicts.find((verdict) => verdict.distances.length).distances,
+        gut: unpack(e.gut)[0], sizes: e.verdicts.map((verdict) => verdict.said),
       }))
     """
-    index = {row["recording"]: row for row in project.table("recordings.csv")}
     for name in ("0mm/r02", "6mm/r03"):
         shown = browser.run(script, name)
         with (project.raw / f"{name}.csv").open("rb") as stream:
@@ -308,18 +293,9 @@ def test_the_drawn_signals_and_evidence_are_those_of_the_files(browser, page, pr
         expected = matrix[:, : recording.time_s.size : shown["every"]]
         assert np.allclose(shown["matrix"], expected, atol=0.02)
         # The score along the gut ends in the verdict.
-        row = predictions(project, "diagonal")[name]
-        assert max(shown["gut"]) == pytest.approx(float(row["score"]), abs=0.01)
-        places = project.table(f"best_places/{name.split('/')[0]}/batch.csv")
-        (place,) = [each for each in places if each["recording"] == name]
-        best_mm = shown["step_mm"] * int(np.argmax(shown["gut"]))
-        assert best_mm == float(place["location_mm"])
-        assert shown["passed_s"][0] == pytest.approx(float(place["location_samples"]) / 10)
-        assert shown["truth"] == number(index[name]["nodule_at_mm"])
-        row = predictions(project, "template")[name]
-        distances = {size: float(row[f"rmse_{size:g}mm"]) for size in SIZES}
-        assert shown["distances"] == pytest.approx(list(distances.values()), rel=1e-6)
-        assert shown["template"]["size"] == words.size(min(SIZES[1:], key=distances.get))
+        said = [predictions(project, detector)[name] for detector in DETECTORS]
+        assert max(shown["gut"]) == pytest.approx(float(said[1]["score"]), abs=0.01)
+        assert shown["sizes"] == [words.size(float(row["predicted_mm"])) for row in said]
 
 
 def test_what_the_scripts_compute(browser, page):
@@ -354,26 +330,14 @@ def test_tables_charts_and_figures_are_saved(browser, page, project, tmp_path):
     heads, *rows = table("all recordings", "recordings-table.csv")
     assert heads[0] == "Recording" and [row[0] for row in rows] == ["1mm/r01", "1mm/r02", "1mm/r03"]
     heads, first, *_ = table(f"rates of {lead}", "rates-table.csv")
-    (row,) = [
-        row
-        for row in project.table("evaluation/sizing.csv")
-        if [row[key] for key in ("detector", "scheme", "size_mm")] == [lead, "leave_one_out", "1.0"]
-    ]
     place = heads.index("Exact size, leave-one-out")
     assert heads[place : place + 3] == [heads[place] + end for end in ("", ": interval", ": count")]
-    assert first[place : place + 3] == [
-        str(float(row["exact_rate"])),
-        words.interval(float(row["exact_rate_low"]), float(row["exact_rate_high"])),
-        f"{row['exact']} of {row['recordings']}",
-    ]
-    for label, name in (
-        (
-            "chart as PNG: 6mm/r02: Score along the gut, diagonal",
-            "6mm_r02_diagonal_Score_along_the_gut.png",
-        ),
-        ("figure as PNG: templates", "templates.png"),
-    ):
-        assert len(saved(label, name)) > 5000
+    rate, _, count = first[place : place + 3]
+    hits, of = map(int, count.split(" of "))
+    assert of == 3 and float(rate) == hits / of
+    chart = "6mm/r02: Score along the gut, diagonal"
+    assert len(saved(f"chart as PNG: {chart}", "6mm_r02_diagonal_Score_along_the_gut.png")) > 5000
+    assert len(saved("figure as PNG: templates", "templates.png")) > 5000
     drawn = (project.results / "figures" / "templates.svg").read_bytes()
     assert saved("figure as SVG: templates", "templates.svg") == drawn
     assert browser.messages() == []
@@ -395,18 +359,8 @@ def test_most_of_the_page_is_folded_and_a_link_or_a_click_opens_a_fold(browser, 
         browser.wait_until(within)
         browser.open(page, f"#{name}")
         assert browser.run(within) is True
-
-
-def test_terms_lead_to_what_they_mean(browser, page):
-    browser.open(page)
-    linked = browser.run(
-        "return [...document.querySelectorAll('a.term')].map((each) => ["
-        "each.textContent, document.querySelector(each.getAttribute('href')).textContent])"
-    )
-    terms = {term: text for text, term in linked}
-    assert len(terms) > 9
-    for term, text in terms.items():
-        assert text.lower().removesuffix("s") in term.lower()
+    # Every other link leads somewhere, too.
+    assert browser.run(LINKS_TO_NOTHING) == []
 
 
 def test_axe_finds_no_fault(browser, page):
@@ -496,9 +450,6 @@ def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, pag
     # Edges may be smoothed otherwise; a colour of the other theme is farther away.
     assert printed[0].shape == printed[1].shape
     assert np.abs(printed[0] - printed[1]).max() < 0.2 and np.median(printed[0]) == 1.0
-    browser.open(page)
-    paper = browser.print(ROOT / "build" / "report" / "report.pdf")
-    assert 3 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 11
 
 
 def test_the_same_inputs_give_the_same_page_but_for_one_marked_line(page, project, tmp_path):

@@ -6,14 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.figures.draw_survey import draw_survey
-from capsule.figures.style import render_figure
 from capsule.page.packing import unpack
-from capsule.page.surveys import page_values, player, survey_values, title_of
+from capsule.page.surveys import (
+    MOST_JUDGEMENTS,
+    MOST_SAMPLES,
+    page_values,
+    player,
+    survey_values,
+    title_of,
+)
 from capsule.survey.cycle import STATES
 from capsule.survey.files import parse_session
-from capsule.survey.track import crest_at_mm, pins_of, track_of
-from support.surveys import DETECTOR, PLACES, head_mm, session_contents
+from capsule.survey.track import pins_of, track_of
+from support.surveys import head_mm, session_contents
 
 
 @pytest.fixture(scope="module")
@@ -124,29 +129,18 @@ def test_what_is_not_shown_is_named(session):
     assert values["problems"] == [("broken", "places.csv: line 2"), ("a b", "rename")]
 
 
-def long_survey():
-    """Return a survey of two metres: 50,000 samples, and the places and events of a usual one."""
-    count, numbers = 50_000, np.random.default_rng(1)
-    time_s = np.arange(count) / 10
-    judged = np.arange(count) % 8 == 7
-    return replace(
-        parse_session("two", session_contents()),
+def test_a_long_survey_is_thinned(session):
+    time_s, numbers = np.arange(80_000) / 10, np.random.default_rng(1)
+    judged = np.where(np.arange(80_000) % 8 == 7, time_s / 10, np.nan)
+    long = replace(
+        session,
         time_s=time_s,
-        values=np.rint(512 + 40 * np.sin(2 * time_s) + numbers.normal(0, 3, (4, count))),
+        values=numbers.normal(512, 40, (4, time_s.size)),
         wave_mm=25 * time_s,
-        head_mm=np.where(judged, np.cumsum(numbers.lognormal(-3.3, 0.8, count)), np.nan),
-        score=np.where(judged, numbers.gumbel(0.07, 0.02, count), np.nan),
-        threshold=np.where(judged, 0.15 + time_s / 1e5, np.nan),
+        head_mm=judged,
+        score=judged,
+        threshold=judged,
     )
-
-
-def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
-    session = long_survey()
-    track, crest_mm, pins = track_of(session), crest_at_mm(session, DETECTOR), pins_of(session)
-    content = survey_values(session, track, pins)
-    content["player"] = player(session, track)
-    figure = draw_survey(session, "two", track, pins, (80.0, crest_mm))
-    picture = render_figure(figure, "svg", "two")
-    (shown,) = page_values([content | {"frame": {}, "picture": ""}], {})["shown"]
-    assert len(session.places) == len(PLACES)
-    assert len(shown["data"]) + 1.1 * len(picture) < 300_000
+    made = player(long, track_of(long))
+    sizes = [unpacked(row).size for row in (made["head"], *made["signals"]["rows"])]
+    assert sizes == [MOST_JUDGEMENTS + 1, *[MOST_SAMPLES + 1] * 4]
