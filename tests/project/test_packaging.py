@@ -19,6 +19,7 @@ import capsule
 from capsule.engine import project
 from capsule.engine.project import how_to_install
 from support.command import output_of
+from support.environments import environment_with
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -63,13 +64,9 @@ def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock
     text = (ROOT / lock).read_text(encoding="utf-8")
     assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
     assert all("--hash=sha256:" in entry for entry in re.split(r"\n(?=[a-z0-9])", text))
-
-
-@pytest.mark.parametrize("lock", LOCKS)
-def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock):
-    # Without them, pip 23 takes a newer release than the pinned one, and stops at it.
-    text = (ROOT / lock).read_text(encoding="utf-8")
-    for name in locked_versions(lock).keys() & INSTALLED.keys():
+    # It names the extras that its packages ask for in one another. Without them, pip 23 takes a
+    # newer release than the pinned one, and stops at it.
+    for name in pinned.keys() & INSTALLED.keys():
         for requirement in map(Requirement, INSTALLED[name].requires or []):
             if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
                 for extra in requirement.extras:
@@ -79,16 +76,12 @@ def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock
 
 def test_all_locks_pin_the_same_versions():
     *smaller, tests = map(locked_versions, LOCKS)
-    for needed in smaller:
-        assert needed == {name: tests[name] for name in needed}
+    assert all(needed.items() <= tests.items() for needed in smaller)
 
 
 def test_make_report_installs_what_it_needs_and_nothing_that_only_an_extra_asks_for():
-    optional = {
-        Requirement(text).name.lower()
-        for name in EXTRAS.keys() - {"workflow", "test", "dev"}
-        for text in EXTRAS[name]
-    }
+    needed = {each.name.lower() for each in wanted("workflow")}
+    optional = {each.name.lower() for each in wanted(*EXTRAS.keys() - {"test", "dev"})} - needed
     locked = locked_versions("requirements.lock").keys()
     assert len(optional) > 10
     assert not optional & locked
@@ -180,3 +173,19 @@ def test_the_files_from_elsewhere_are_what_the_lock_pins(package, file):
     )
     assert (ROOT / file).with_name("LICENSE").stat().st_size > 500
     assert '"resolved"' not in json.dumps(lock)
+
+
+@pytest.mark.packages
+def test_the_oldest_numpy_gives_the_numbers_of_the_literal_formulas(tmp_path):
+    (numpy,) = (each for each in wanted() if each.name == "numpy")
+    (oldest,) = (each.version for each in numpy.specifier if each.operator == ">=")
+    # The first one that was built for this Python may be newer.
+    oldest = {(3, 13): "2.1.0"}.get(sys.version_info[:2], f"{oldest}.0")
+    options = ["--only-binary", ":all:", "--no-deps", "--ignore-installed", f"numpy=={oldest}"]
+    python = environment_with(tmp_path / "environment", *options)
+    program = "import numpy, pytest; print(numpy.__version__); pytest.main()"
+    tests = ["tests/capsule/method", "tests/capsule/recordings/test_acceptance.py"]
+    call = [python, "-c", program, "-q", "-n0", "-p", "no:cacheprovider", *tests]
+    told = output_of(*call, cwd=ROOT)
+    assert told.startswith(f"{oldest}\n")
+    assert re.search(r"^\d{3,} passed in", told, re.MULTILINE), told

@@ -1,4 +1,4 @@
-"""The package works for a user of the library: from a wheel without this folder, and editable."""
+"""The package works for a user of the library, from a wheel without this folder."""
 
 import shutil
 import sys
@@ -10,7 +10,7 @@ import pytest
 from support.command import output_of
 from support.documents import all_blocks
 from support.environments import WITHOUT_PATH, environment_with
-from support.project import ROOT, Project
+from support.project import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes]
 
@@ -34,26 +34,6 @@ def environment(wheel, tmp_path_factory):
     return environment_with(folder, *WITHOUT_INDEX, wheel).parents[1]
 
 
-def test_installed_editable_it_is_the_code_of_the_folder_and_nothing_is_copied(tmp_path):
-    checkout = Project.create(tmp_path / "checkout").folder
-    for name in ("pyproject.toml", "README.md"):
-        shutil.copy2(ROOT / name, checkout)
-    environment = tmp_path / "environment"
-    environment_with(environment, *WITHOUT_INDEX, "--no-build-isolation", "-e", checkout)
-    (packages,) = (environment / "lib").glob("python*/site-packages")
-    assert not list(packages.rglob("*.smk"))
-    (checkout / "workflow/scripts/capsule/added.py").write_text("WORD = 'changed'\n")
-    program = "import capsule.added, importlib.util\nprint(capsule.added.WORD)\n"
-    # No script of the workflow can be imported.
-    program += "print(importlib.util.find_spec('draw'))\n"
-    assert run(environment, program, tmp_path) == "changed\nNone\n"
-    command = [environment / "bin" / "capsule", "--version"]
-    assert (
-        output_of(*command, cwd=tmp_path)
-        == f"capsule 0.1.0, from {checkout / 'workflow/scripts/capsule'}\n"
-    )
-
-
 def run(environment, program, folder):
     """Run a program in the environment, and return its output."""
     call = [environment / "bin" / "python", "-W", "error", "-c", ALONE + program]
@@ -66,32 +46,19 @@ def tracked(*folders):
     return {name for name in output.split("\0") if name and (ROOT / name).exists()}
 
 
-def place(name):
-    """Return the path of a project's file in the wheel."""
-    package = "workflow/scripts/capsule/"
-    if name.startswith(package):
-        return name.removeprefix("workflow/scripts/")
-    return f"capsule_project/{name}"
-
-
-def test_the_wheel_holds_the_project_in_its_own_folders_and_the_library_once(wheel):
+def test_the_wheel_holds_the_project_the_library_once_and_asks_for_no_snakemake(wheel):
+    library = tracked("workflow/scripts/capsule")
     left_out = tracked("workflow/studies", "workflow/firmware")
-    project = tracked("config", "profiles", "workflow", "Snakefile") - left_out
-    assert len(project) > 250 and len(left_out) > 39
+    project = tracked("config", "profiles", "workflow", "Snakefile") - left_out - library
+    assert min(len(library), len(project), len(left_out)) > 39
+    expected = {name.removeprefix("workflow/scripts/") for name in library}
+    expected |= {f"capsule_project/{name}" for name in project}
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
-    assert {place(name) for name in project} <= held
-    assert not {place(name) for name in left_out} & held
-    assert not [
-        name for name in held if name.startswith("capsule_project/workflow/scripts/capsule")
-    ]
-
-
-def test_the_wheel_asks_for_no_snakemake(wheel):
-    with zipfile.ZipFile(wheel) as archive:
-        (name,) = [each for each in archive.namelist() if each.endswith("/METADATA")]
-        metadata = archive.read(name).decode()
-    needed = [line for line in metadata.splitlines() if line.startswith("Requires-Dist: ")]
+        (metadata,) = [name for name in archive.namelist() if name.endswith("/METADATA")]
+        needed = archive.read(metadata).decode().splitlines()
+    assert held == expected
+    needed = [line for line in needed if line.startswith("Requires-Dist: ")]
     assert any("numpy" in line for line in needed)
     assert all("extra == " in line for line in needed if "snakemake" in line)
 

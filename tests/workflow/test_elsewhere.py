@@ -44,8 +44,12 @@ def test_the_environment_works_in_a_path_with_spaces_and_of_more_than_250_charac
     output_of("make", "environment", **settings)
     output_of(".venv/bin/snakemake", "-c2", TEMPLATES, **settings)
     assert (project.folder / TEMPLATES).is_file()
-    told = output_of(project.folder / ".venv/bin/capsule", "--version", **settings)
+    told = output_of(".venv/bin/capsule", "--version", **settings)
     assert str(project.folder / "workflow") in told
+    # No script of the workflow can be imported, and nothing is copied.
+    program = "import importlib.util; print(importlib.util.find_spec('draw'))"
+    assert output_of(".venv/bin/python", "-c", program, **settings) == "None\n"
+    assert not list((project.folder / ".venv").rglob("*.smk"))
 
 
 def test_a_folder_that_holds_recordings_alone_has_its_report_made_from_elsewhere(
