@@ -8,7 +8,6 @@ import itertools
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -25,10 +24,10 @@ from capsule.recordings.names import displayed, without_formula
 if TYPE_CHECKING:
     from openpyxl import Workbook
     from openpyxl.worksheet._write_only import WriteOnlyWorksheet
-    from pynwb import NWBFile
 
 # What writes each file, by its name.
 Contents = dict[str, Callable[[Any], None]]
+Tables = dict[str, pd.DataFrame]
 
 # The value of namelengthmax in MATLAB.
 _LONGEST_NAME = 63
@@ -52,7 +51,7 @@ def described() -> dict[str, dict[str, str]]:
 
 
 def columns_of(table: pd.DataFrame) -> Iterator[tuple[str, np.ndarray, str, str]]:
-    """Yield name, values, unit and long name of each column of a table.
+    """Yield name, values, unit and long name of each column of a table, as all formats write them.
 
     The values are float64 (NaN: unknown), int64, bool, or objects that are text. The unit of text
     and of truth values is empty; that of sensors is an attribute of their table.
@@ -122,14 +121,10 @@ def _mat(exported: Exported, stream: BinaryIO) -> None:
     for array, parts in exported.arrays.items():
         group = variables.setdefault(f"{OWNER[array]}s", {})
         for name, field in legal_names(parts).items():
-            rows, entry = parts[name], group.setdefault(field, {"name": name})
-            axis = str(rows.index.name)
-            entry |= {
-                array: rows.to_numpy().T,
-                f"{array}_unit": rows.attrs["unit"],
-                axis: rows.index.to_numpy()[None],
-                f"{axis}_unit": describe(axis)[0],
-            }
+            along = exported.along(array, name)
+            axis, entry = str(along.name), group.setdefault(field, {"name": name})
+            entry |= {array: parts[name], f"{array}_unit": exported.unit(array, name)}
+            entry |= {axis: along.to_numpy()[None], f"{axis}_unit": describe(axis)[0]}
             if header := exported.headers.get(name):
                 keys = legal_names(header)
                 entry["header"] = {keys[key]: text for key, text in header.items()}
@@ -147,13 +142,13 @@ def _xlsx(exported: Exported, stream: BinaryIO) -> None:
         units = [(key, unit) for key, _, unit, _ in columns_of(table) if unit not in ("", NO_UNIT)]
         heads = {key: f"{key} [{unit}]" for key, unit in units}
         write_sheets(book, name, table.rename(columns=heads))
-    for array, parts in exported.arrays.items():
+    for array in exported.arrays:
         # A row is a sensor, as in the paper's matrices. The heads give the time or the column.
         table = exported.long_table(array)
         of, axis = table.index.names
         rows = table.stack().unstack(axis, sort=False)
         rows = rows.rename_axis([of, f"sensor, along {axis} [{describe(axis)[0]}]"]).reset_index()
-        rows.insert(1, "unit", [parts[name].attrs["unit"] for name in rows[of]])
+        rows.insert(1, "unit", [exported.unit(array, name) for name in rows[of]])
         write_sheets(book, array, rows)
     book.save(stream)
 
@@ -228,7 +223,7 @@ def _netcdf(exported: Exported, stream: BinaryIO) -> None:
         about = {"long_name": described()["tables"][array], "units": table.attrs["unit"]}
         stack = table.to_xarray().to_dataarray("sensor").rename({along: axis})
         root[array] = stack.transpose(of, "sensor", axis).assign_attrs(about)
-        root[f"{array}_columns"] = (of, [len(rows) for rows in parts.values()])
+        root[f"{array}_columns"] = (of, [values.shape[1] for values in parts.values()])
         root[axis].attrs |= {"long_name": along, "units": describe(along)[0]}
         root["sensor"].attrs["long_name"] = "sensor, from the head"
     groups = {"/": root.assign(variables)}
@@ -248,54 +243,63 @@ def _variables(table: pd.DataFrame, dimension: str) -> dict[str, tuple[Any, ...]
 
 
 def _nwb_contents(exported: Exported) -> Contents:
-    """Return a file for each accepted recording, and one for the tables."""
+    """Return a file for each accepted recording, and one for the tables and the templates."""
     made: Contents = {}
-    arrays = exported.arrays.items()
     for name, legal in sorted(legal_names(exported.headers).items()):
-        own = {array: parts[name] for array, parts in arrays if len(parts.get(name, ()))}
-        if own:
-            made[f"{legal}.nwb"] = partial(_nwb, exported, name, own)
-    return made | {"tables.nwb": partial(_nwb_tables, exported)}
-
-
-def _nwb(exported: Exported, name: str, arrays: dict[str, pd.DataFrame], stream: BinaryIO) -> None:
-    """Write the arrays of one recording."""
-    from pynwb import TimeSeries
-
-    header = exported.headers[name]
-    about = f"recording {name} of a tactile capsule"
-    with _nwb_file(exported, name, about, stream) as file:
-        file.data_collection = "".join(f"{key}: {value}\n" for key, value in header.items())
-        for array, rows in arrays.items():
-            series = TimeSeries(
-                name=array,
-                # Time is the first axis in NWB, so a sensor is a column.
-                data=rows.to_numpy(),
-                unit=rows.attrs["unit"],
-                rate=exported.rate_hz,
-                starting_time=0.0,
-                description=f"{described()['tables'][array]}; a column is a sensor",
-            )
-            if array == "readings":
-                file.add_acquisition(series)
-            else:
-                file.create_processing_module("preprocessing", "pre-processed").add(series)
-
-
-def _nwb_tables(exported: Exported, stream: BinaryIO) -> None:
-    """Write every table, and the templates as one more table."""
-    from hdmf.common import DynamicTable, VectorData
-
+        own = [array for array, parts in exported.arrays.items() if name in parts]
+        if any(exported.arrays[array][name].size for array in own):
+            made[f"{legal}.nwb"] = partial(_nwb, exported, name, own, {})
     tables = flat_tables(exported, exported.arrays.keys() & {"template"})
-    with _nwb_file(exported, exported.what, "tables of an archive", stream) as file:
+    return made | {"tables.nwb": partial(_nwb, exported, exported.what, [], tables)}
+
+
+def _nwb(
+    exported: Exported, name: str, arrays: list[str], tables: Tables, stream: BinaryIO
+) -> None:
+    """Write the arrays of one recording, or tables, with their provenance and date."""
+    import h5py
+    from hdmf.common import DynamicTable, VectorData
+    from pynwb import NWBHDF5IO, NWBFile, TimeSeries
+
+    # The tables have no header, so their date is unknown.
+    header = exported.headers.get(name, {})
+    start, remark = session_start(header)
+    about = f"recording {name} of a tactile capsule" if arrays else "tables of an archive"
+    file = NWBFile(
+        session_description=f"{about}; {remark}" if remark else about,
+        identifier=f"{name} {exported.provenance['results_sha256']}",
+        session_id=name,
+        session_start_time=start,
+        experiment_description=f"origin: {exported.provenance['origin']}",
+        related_publications=[exported.provenance["method"]],
+        data_collection="".join(f"{key}: {value}\n" for key, value in header.items()),
+        notes=json.dumps(exported.provenance),
+    )
+    for array in arrays:
+        series = TimeSeries(
+            name=array,
+            # Time is the first axis in NWB, so a sensor is a column.
+            data=exported.arrays[array][name].T,
+            unit=exported.unit(array, name),
+            rate=exported.rate_hz,
+            starting_time=0.0,
+            description=f"{described()['tables'][array]}; a column is a sensor",
+        )
+        if array == "readings":
+            file.add_acquisition(series)
+        else:
+            file.create_processing_module("preprocessing", "pre-processed").add(series)
+    if tables:
         module = file.create_processing_module("tables", "tables of the archive")
-        for name, table in tables.items():
-            columns = []
-            for key, values, unit, long_name in columns_of(table):
-                about = f"{long_name} [{unit}]" if unit else "text"
-                columns.append(VectorData(name=key, description=about, data=values))
-            about = described()["tables"][name]
-            module.add(DynamicTable(name=name, description=about, columns=columns))
+    for title, table in tables.items():
+        columns = [
+            VectorData(name=key, description=f"{words} [{unit}]" if unit else "text", data=values)
+            for key, values, unit, words in columns_of(table)
+        ]
+        about = described()["tables"][title]
+        module.add(DynamicTable(name=title, description=about, columns=columns))
+    with h5py.File(stream, "w") as hdf, NWBHDF5IO(file=hdf, mode="w") as written:
+        written.write(file, cache_spec=True)
 
 
 def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
@@ -310,29 +314,7 @@ def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
     return started, ""
 
 
-@contextmanager
-def _nwb_file(exported: Exported, name: str, about: str, stream: BinaryIO) -> Iterator["NWBFile"]:
-    """Yield a file with provenance and date, which is written once it is filled."""
-    import h5py
-    from pynwb import NWBHDF5IO, NWBFile
-
-    # The tables have no header, so their date is unknown.
-    start, remark = session_start(exported.headers.get(name, {}))
-    file = NWBFile(
-        session_description=f"{about}; {remark}" if remark else about,
-        identifier=f"{name} {exported.provenance['results_sha256']}",
-        session_id=name,
-        session_start_time=start,
-        experiment_description=f"origin: {exported.provenance['origin']}",
-        related_publications=[exported.provenance["method"]],
-        notes=json.dumps(exported.provenance),
-    )
-    yield file
-    with h5py.File(stream, "w") as hdf, NWBHDF5IO(file=hdf, mode="w") as written:
-        written.write(file, cache_spec=True)
-
-
-def flat_tables(exported: Exported, arrays: Iterable[str]) -> dict[str, pd.DataFrame]:
+def flat_tables(exported: Exported, arrays: Iterable[str]) -> Tables:
     """Return all tables, and arrays with the recording and the time as their first columns."""
     tables = dict(exported.tables)
     for array in arrays:

@@ -57,9 +57,11 @@ class Exported:
         Sampling rate of readings and matrices.
     tables : dict of str to DataFrame
         The tables, by names that workflow/schemas/columns.yaml describes.
-    arrays : dict of str to dict
-        The ``readings`` and ``matrix`` of each recording, and the ``template`` of each size, as
-        `as_table` returns them; those of a rejected recording have no rows.
+    arrays : dict of str to dict of (S, K) arrays
+        The ``readings`` and ``matrix`` of each recording, and the ``template`` of each size, NaN if
+        a sample is missing; those of a rejected recording have no columns.
+    reading_units : dict of str to str
+        Unit of the readings of each accepted recording.
     headers : dict of str to dict
         The ``# key: value`` lines of each recording.
     provenance : dict of str to str
@@ -69,31 +71,34 @@ class Exported:
     what: str
     rate_hz: float
     tables: dict[str, pd.DataFrame]
-    arrays: dict[str, dict[str, pd.DataFrame]]
+    arrays: dict[str, dict[str, FloatArray]]
+    reading_units: dict[str, str]
     headers: dict[str, dict[str, str]]
     provenance: dict[str, str]
 
+    def unit(self, array: str, name: str) -> str:
+        """Return the unit of one array, empty if there are no readings."""
+        return self.reading_units.get(name, "") if array == "readings" else NO_UNIT
+
+    def along(self, array: str, name: str) -> pd.Index:
+        """Return the ``time`` in s of readings, or each ``column`` of another array, from 1 on."""
+        places = pd.RangeIndex(self.arrays[array][name].shape[1])
+        if array == "readings":
+            return (places / self.rate_hz).rename("time")
+        return (places + 1).rename("column")
+
     def long_table(self, array: str) -> pd.DataFrame:
-        """Return the arrays of one kind as one table, by `OWNER`; its ``unit`` names all units."""
+        """Return the arrays of one kind as one table, a row for each `OWNER` and place along it.
+
+        A column is a sensor; the table's attribute ``unit`` names all units.
+        """
         parts = self.arrays[array]
-        table = pd.concat(parts, names=[OWNER[array]])
-        units = {rows.attrs["unit"] for rows in parts.values() if len(rows)}
+        tables = [pd.DataFrame(values.T, self.along(array, name)) for name, values in parts.items()]
+        table = pd.concat(tables, keys=parts, names=[OWNER[array]])
+        table.columns = pd.RangeIndex(1, table.shape[1] + 1, name="sensor")
+        units = {self.unit(array, name) for name, values in parts.items() if values.size}
         table.attrs["unit"] = " or ".join(sorted(units)) or NO_UNIT
         return table
-
-
-def as_table(values: FloatArray, unit: str = NO_UNIT, rate_hz: float | None = None) -> pd.DataFrame:
-    """Return an array (S, K) as a table with a column for each sensor, NaN if a sample is missing.
-
-    The index is the ``time`` in s; without a rate, the ``column``, counted from 1. The attribute
-    ``unit`` of the table is the unit of the values.
-    """
-    places = np.arange(values.shape[1])
-    axis, along = ("time", places / rate_hz) if rate_hz else ("column", places + 1)
-    sensors = pd.RangeIndex(1, len(values) + 1, name="sensor")
-    table = pd.DataFrame(values.T, pd.Index(along, name=axis), sensors)
-    table.attrs["unit"] = unit
-    return table
 
 
 def gather(results: Path, config: Path, what: str) -> Exported:
@@ -123,20 +128,15 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     headers = {name: checks[name]["header"] if name in checks else {} for name in names}
     lines = [(name, *line) for name, header in headers.items() for line in header.items()]
     tables["headers"] = pd.DataFrame(lines, columns=["recording", "key", "value"])
-    rate_hz = float(settings["recording"]["rate_hz"])
-    arrays = {}
+    arrays, units = {}, {}
     if RECORDINGS in wanted:
-        readings = rejected | {name: stored.signal(name) for name in accepted}
         read += [stored.file(SIGNALS, name) for name in accepted]
-        units = {name: reading_unit(headers[name], readings[name]) for name in accepted}
+        arrays["readings"] = rejected | {name: stored.signal(name) for name in accepted}
+        units = {name: reading_unit(headers[name], arrays["readings"][name]) for name in accepted}
         listed["reading_unit"] = [units.get(name, "") for name in names]
-        arrays["readings"] = {
-            name: as_table(readings[name], units.get(name, ""), rate_hz) for name in names
-        }
     if MATRICES in wanted:
-        matrices = rejected | {name: stored.matrix(name) for name in accepted}
         read += [stored.file(MATRICES, name) for name in accepted]
-        arrays["matrix"] = {name: as_table(values) for name, values in matrices.items()}
+        arrays["matrix"] = rejected | {name: stored.matrix(name) for name in accepted}
     if FITS in wanted:
         teaching = {*recordings_with_fits(read[0], settings["evaluation"]["held_out"])}
         fits = stored.fits(name for name in names if name in teaching)
@@ -146,7 +146,7 @@ def gather(results: Path, config: Path, what: str) -> Exported:
         means = files.read_or_explain(templates[0], files.read_json)["templates"]
         tables["templates"] = _with_parameters(means)
         rendered = read_templates(templates[1])
-        arrays["template"] = {size_label(size): as_table(each) for size, each in rendered.items()}
+        arrays["template"] = {size_label(size): each for size, each in rendered.items()}
     # Several recordings may lie in one file.
     checksums = {
         path.relative_to(results.parent).as_posix(): files.fingerprint(path, _LARGEST_BYTES)
@@ -154,7 +154,8 @@ def gather(results: Path, config: Path, what: str) -> Exported:
     }
     tables["files"] = pd.DataFrame(checksums.items(), columns=["path", "sha256"])
     provenance = provenance_of(listed, checksums, results, config, settings)
-    return Exported(what, rate_hz, tables, arrays, headers, provenance)
+    rate_hz = float(settings["recording"]["rate_hz"])
+    return Exported(what, rate_hz, tables, arrays, units, headers, provenance)
 
 
 def as_exported(table: pd.DataFrame) -> pd.DataFrame:
