@@ -14,6 +14,7 @@ from capsule.evaluation.answers import (
     predictive_values,
     recordings_to_show,
     set_specificity,
+    smallest_reliable_size,
 )
 from capsule.evaluation.archive_rates import Lead
 from capsule.evaluation.intervals import rate, recordings_needed
@@ -94,11 +95,16 @@ def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, f
     assert answers_of(rates, "template", "leave_one_out").not_reliable(0.85) == reason
 
 
+def test_a_bound_at_the_level_is_reliable():
+    found = {size_mm: Estimate(1.0, 0.8, 1.0, 9, 9, 0.85) for size_mm in (2.0, 3.0)}
+    assert smallest_reliable_size(found, 0.85, 0.85) == 2.0
+
+
 @pytest.mark.parametrize(
     ("share", "shown"), [(0.986, "98.6"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")]
 )
 def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
-    value, span = Estimate(share, 0.0, 0.004, 1, 2).in_hundred()
+    value, span = Estimate(share, 0.0, 0.004).in_hundred()
     assert (value, span) == (shown, "0 to 0.4")
 
 

@@ -1,7 +1,6 @@
 """Whether nodules or their sizes follow from a key of the header, by the documented rule."""
 
 from collections import Counter
-from itertools import islice
 
 import pytest
 
@@ -12,8 +11,6 @@ from capsule.evaluation.confounded import (
     in_words,
     of_values,
 )
-from capsule.recordings.recording import rate_of, source_of, split_header
-from support.project import ROOT
 
 SIZES = (1.0, 2.0, 3.0, 4.0, 5.0)
 
@@ -136,18 +133,6 @@ def test_each_key_is_looked_at_and_a_missing_line_is_a_value(key):
     assert found.key == key
     assert set(found.counts) == {"", "7"}
     assert in_words([found]) == f"whether there is a nodule follows from the {KEYS[key]}"
-
-
-def test_nothing_follows_from_the_headers_of_the_shipped_archive():
-    rows = {}
-    for path in sorted((ROOT / "raw").glob("*mm/*.csv")):
-        with path.open(encoding="utf-8") as stream:
-            header, _ = split_header([line.rstrip("\n") for line in islice(stream, 20)])
-        row = {"status": "accepted", "source": source_of(header), "rate_hz": rate_of(header)}
-        row |= {key: header.get(key, "") for key in ("session", "site", "unit")}
-        rows[f"{path.parent.name}/{path.stem}"] = row
-    assert len(rows) == 280
-    assert confounded_keys(rows, ["simulated-1000000"]) == confounded_keys(rows, []) == []
 
 
 def test_versions_of_a_simulator_are_sources_but_its_seeds_are_not():

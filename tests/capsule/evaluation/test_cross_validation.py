@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.detectors.base import TrainingArchive
-from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
+from capsule.detectors.familiar import TOO_FEW
 from capsule.detectors.search import Passage
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.evaluation.cross_validation import (
@@ -241,7 +241,8 @@ def archive():
     by_size = {2.0: list(particles.values())}
     templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
     passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
-    recordings = recordings_of(passages, matrices=matrices)
+    traits = dict.fromkeys(SIZES_MM, WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1))
+    recordings = recordings_of(passages, traits=traits, matrices=matrices)
     return TrainingArchive(SIZES_MM, recordings, templates, particles, SETTINGS)
 
 
@@ -270,40 +271,18 @@ def test_what_is_left_out_or_has_no_verdict_teaches_nothing(archive, detectors):
         assert each["no_verdict"] == "no wave on sensor_1"
         assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()
         assert (each["rmse_0mm"], each["rmse_2mm"]) == (None, None)
+        # Nobody tells of a recording that no detector judges.
+        assert (each["familiar"], each["unfamiliar_because"]) == ("", "")
     without = list(detectors.rows(["2mm/a"], ["0mm/c"]))
     assert str(list(silent.rows(["2mm/a"], []))) == str(without)
     (with_all, _), (by_threshold, _) = detectors.rows(["2mm/a"], []), without
     assert by_threshold["threshold"] < with_all["threshold"]
+    # What is familiar is taught by the same recordings.
+    assert (by_threshold["unfamiliar_because"], by_threshold["unlike_value"]) == (TOO_FEW, 4.0)
     # What is handed on is what the recordings that teach have taught.
     stored = silent.stored()
     assert stored["recordings"] == len(SIZES_MM) - 1
     assert stored["diagonal"]["threshold"] == by_threshold["threshold"]
-
-
-def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive):
-    usual = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
-    traits = {f"0mm/n{number}": usual for number in range(LEAST_PLACES)}
-    traits["0mm/x"] = replace(usual, period_s=9.0)
-    passages = {name: passage(float(number)) for number, name in enumerate(traits)}
-    matrices = dict.fromkeys(traits, archive.recordings["0mm/a"].matrix)
-    many = replace(
-        archive,
-        sizes_mm=dict.fromkeys(traits, 0.0),
-        recordings=recordings_of(passages, traits=traits, matrices=matrices),
-        # Nobody tells of a recording that no detector judges.
-        no_verdict={"0mm/silent": "no wave on sensor_1"},
-    )
-    many.recordings["0mm/silent"] = many.recordings["0mm/n0"]
-    told = Detectors(many)
-    for name, left_out, answer, because_of in (
-        ("0mm/x", [], "yes", ""),
-        ("0mm/x", ["0mm/x"], "no", "period_s step_s"),
-        ("0mm/n1", [], "yes", ""),
-        ("0mm/x", ["0mm/x", "0mm/n1"], "", TOO_FEW),
-        ("0mm/silent", [], "", ""),
-    ):
-        for row in told.rows([name], left_out):
-            assert (row["familiar"], row["unfamiliar_because"]) == (answer, because_of)
 
 
 def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fold(detectors):

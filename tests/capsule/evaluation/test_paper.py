@@ -1,13 +1,14 @@
 """The paper's printed numbers, and the counts that follow from them."""
 
-import math
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
 from capsule.evaluation.columns import RATES
+from capsule.evaluation.intervals import rate
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import (
     Evaluation,
@@ -16,49 +17,61 @@ from capsule.evaluation.paper import (
     printed_tables,
     sizing_points,
 )
+from support.paper import LIKE_THE_PAPER
+from support.verdicts import verdicts
 
 PRINTED = Path(__file__).parents[3] / "workflow" / "report" / "paper.yaml"
 
 
 @pytest.fixture(scope="module")
-def printed():
-    return yaml.safe_load(PRINTED.read_text(encoding="utf-8"))
+def tables():
+    """Return the printed tables, and those of verdicts that give every printed number."""
+    printed = yaml.safe_load(PRINTED.read_text(encoding="utf-8"))
+    pairs = [pair for pair, runs in np.ndenumerate(LIKE_THE_PAPER) for _ in range(runs)]
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95}
+    ours = measure_tables(verdicts(pairs, "paper", "paper"), np.arange(6.0), rules, names=RATES)
+    return printed_tables(printed, 0.95), ours, printed
 
 
-@pytest.fixture(scope="module")
-def tables(printed):
-    made = printed_tables(printed, 0.95)
-    return {name: table.to_dict("records") for name, table in made.items()}
-
-
-def test_the_counts_give_the_printed_rates(printed, tables):
-    for said, row in zip(printed["detection"], tables["detection"][1:], strict=True):
+def test_the_printed_rates_are_those_of_verdicts_counted_by_our_definitions(tables):
+    found, ours, printed = tables
+    pd.testing.assert_frame_equal(found["detection"], ours["detection"])
+    healthy = ours["confusion"].query("size_mm == 0")
+    pd.testing.assert_frame_equal(found["confusion"], healthy)
+    none, *nodules = found["detection"].to_dict("records")
+    for said, row in zip(printed["detection"], nodules, strict=True):
         assert round(100 * row["precision"], 1) == said["precision_percent"]
         assert round(100 * row["recall"], 1) == said["recall_percent"]
-        assert row["tp"] + row["fn"] == printed["recordings_per_size"]
-    counts = [(row["tp"], row["fp"], row["fn"]) for row in tables["detection"][1:3]]
-    assert counts == [(15, 11, 5), (17, 3, 3)]
-    for said, row in zip(printed["sizing"], tables["sizing"], strict=True):
-        assert round(100 * row["exact_rate"], 1) == said["exact_percent"]
-        assert round(100 * row["within_rate"], 1) == said["within_percent"]
-
-
-def test_the_pie_and_the_specificity_follow(tables):
-    pie = {row["predicted_mm"]: row["count"] for row in tables["confusion"]}
-    assert pie == {0.0: 6, 1.0: 11, 2.0: 3, 3.0: 0, 4.0: 0, 5.0: 0}
-    none, *_ = tables["detection"]
+    assert [(row["tp"], row["fp"], row["fn"]) for row in nodules[:2]] == [(15, 11, 5), (17, 3, 3)]
+    # The specificity, which the paper does not print. Eight of 14 verdicts of no nodule are wrong.
     assert (none["tp"], none["fn"], none["recall"]) == (6, 14, 0.3)
-    assert none["recall_low"] < 0.3 < none["recall_high"]
+    assert (none["fp"], none["precision"]) == (8, 6 / 14)
+    assert none["recall_at_least"] == rate(6, 20, 0.9)[1]
+    ends = [none[f"recall{end}"] for end in ("", "_low", "_high")]
+    assert ends == list(rate(6, 20, 0.95))
+
+
+def test_of_the_papers_sizes_the_rates_are_known_and_the_errors_are_not(tables):
+    found, ours, printed = tables
+    # Of all sizes together, and of 1 mm, nothing is printed.
+    sized = ours["sizing"].dropna(subset="size_mm").iloc[1:].reset_index(drop=True)
+    rates = ["size_mm", "recordings", "clusters", "one_sided", "exact", "within"]
+    rates += [f"{name}_rate{end}" for name in rates[-2:] for end in ("", "_low", "_high")]
+    pd.testing.assert_frame_equal(found["sizing"][rates], sized[rates], check_dtype=False)
+    assert found["sizing"].drop(columns=["detector", "scheme", *rates]).isna().all(axis=None)
+    for name in ("exact", "within"):
+        said = [row[f"{name}_percent"] for row in printed["sizing"]]
+        assert (100 * found["sizing"][f"{name}_rate"]).tolist() == pytest.approx(said)
 
 
 # Of 2 mm, three of four are found and two of these have the right size; one healthy one is called.
 VERDICTS = [(0.0, 0.0), (0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 2.0), (2.0, 6.0), (2.0, 0.0)]
 
 
-def evaluated(verdicts=VERDICTS):
+def evaluated(pairs=VERDICTS):
     """Return the rates of verdicts with templates of none, 2 and 6 mm, and a table of the paper."""
     columns = ["size_mm", "predicted_mm"]
-    predictions = pd.DataFrame(verdicts, columns=columns).assign(
+    predictions = pd.DataFrame(pairs, columns=columns).assign(
         detector="diagonal", scheme="held_out", rmse_0mm=0.5, rmse_2mm=0.5, rmse_6mm=0.5
     )
     rules = {"tolerance_mm": 1.0, "confidence": 0.95}
@@ -104,11 +117,3 @@ def test_an_evaluation_knows_its_detectors_and_its_sizes():
     assert evaluated([]).detectors() == ["template"]
     # Without a healthy recording, no verdict on one is shown.
     assert negative_points(evaluated([(2.0, 2.0)]).tables["confusion"]).empty
-
-
-def test_of_the_papers_sizes_the_errors_are_not_known(tables):
-    errors = ("mean_absolute_error_mm", "absolute_error_mm", "location_error_mm")
-    for name in (f"{error}{end}" for error in errors for end in ("", "_low", "_high")):
-        assert all(math.isnan(row[name]) for row in tables["sizing"])
-    assert [row["recordings"] for row in tables["sizing"]] == [20] * 4
-    assert [row["one_sided"] for row in tables["sizing"]] == [False, False, False, True]

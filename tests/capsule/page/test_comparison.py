@@ -219,13 +219,13 @@ def test_the_slider_says_what_follows_from_sensitivity_and_specificity():
         npv = specificity * healthy / (specificity * healthy + (1 - sensitivity) * ill)
         return ppv, npv
 
-    ours = SimpleNamespace(meaning=[Estimate(share, share, 1.0, 0, 1) for share in right(0.1)])
+    ours = SimpleNamespace(meaning=[Estimate(share, share, 1.0) for share in right(0.1)])
     said = detector_sections.meaning_values(ours, 0.1)
     assert len(said["moved"]) == detector_sections.MOST_PREVALENT
     assert said["moved"][10] == {name: said[name] for name in ("ppv", "npv")}
     for percent in (1, 37, 60):
         ppv, npv = right(percent / 100)
         assert said["moved"][percent] == {
-            "ppv": Estimate(ppv, ppv, 1.0, 0, 1).in_hundred(),
-            "npv": Estimate(1 - npv, 0.0, 1 - npv, 0, 1).in_hundred(),
+            "ppv": Estimate(ppv, ppv, 1.0).in_hundred(),
+            "npv": Estimate(1 - npv, 0.0, 1 - npv).in_hundred(),
         }

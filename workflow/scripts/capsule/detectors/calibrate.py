@@ -174,7 +174,7 @@ def fit_ridge(
     for place in np.flatnonzero(np.bincount(places) > 1):
         some = np.flatnonzero(places == place)
         rest_of = np.eye(some.size) - 1 / values.size - centred[some] @ influence[some].T
-        known = np.linalg.eigvalsh((rest_of + rest_of.T) / 2)[0] > _LEAST_REST
+        known = np.linalg.eigvalsh(rest_of)[0] > _LEAST_REST
         errors[some] = np.linalg.solve(rest_of, residuals[some]) if known else np.nan
     return Regression(mean, coefficients, intercept), values - errors
 

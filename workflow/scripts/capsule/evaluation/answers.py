@@ -34,20 +34,22 @@ UNKNOWN = float("nan")
 class Estimate:
     """A value with the bounds of its interval; NaN if there is nothing to count.
 
-    `hits` and `of` are the counts behind a rate; for a mean, `of` is the number of values.
+    `hits` and `of` are the counts behind a rate; 0 if none stand behind it.
     `at_least` is the one-sided lower bound of a rate; NaN if the table has none.
     """
 
     value: float
     low: float
     high: float
-    hits: int
-    of: int
+    hits: int = 0
+    of: int = 0
     at_least: float = UNKNOWN
 
     def text(self) -> str:
         """Return a rate with its interval in words."""
-        return f"{words.percent(self.value)} ({self.bounds()})" if self.of else words.UNKNOWN
+        if not words.is_known(self.value):
+            return words.UNKNOWN
+        return f"{words.percent(self.value)} ({self.bounds()})"
 
     def bounds(self) -> str:
         """Return the interval of a rate in words, or that there is none."""
@@ -138,7 +140,7 @@ class Answers:
         """Return why no size is reliably found, if so; empty if one is."""
         if self.smallest_mm is not None or not self.found:
             return ""
-        if not self.quiet >= level - 1e-9:
+        if not self.quiet >= level:
             known = (
                 f"is {words.percent(self.quiet)}" if words.is_known(self.quiet) else "is missing"
             )
@@ -201,7 +203,7 @@ def found_and_quiet(detection: pd.DataFrame) -> tuple[dict[float, Estimate], Est
         float(row["size_mm"]): _estimate(row, "recall", row["tp"], row["tp"] + row["fn"])
         for row in rows.to_dict("records")
     }
-    specificity = found.pop(0.0, Estimate(UNKNOWN, UNKNOWN, UNKNOWN, 0, 0))
+    specificity = found.pop(0.0, Estimate(UNKNOWN, UNKNOWN, UNKNOWN))
     return found, specificity
 
 
@@ -211,7 +213,7 @@ def recordings_to_show(level: float) -> int:
     That of n of n recordings is ``n / (n + z^2)``.
     """
     square = normal_quantile(2 * ONE_SIDED - 1) ** 2
-    return ceil(square * level / (1 - level) - 1e-9)
+    return ceil(square * level / (1 - level))
 
 
 def _meaning(
@@ -228,14 +230,14 @@ def _meaning(
         return None
     row = rows.iloc[0]
     if set_by is None:
-        ppv, npv = (_estimate(row, name, 0, 1) for name in ("ppv", "npv"))
+        ppv, npv = (_estimate(row, name) for name in ("ppv", "npv"))
     else:
         ends = (("", set_by.mean), ("_low", set_by.low), ("_high", set_by.high))
         value, low, high = (
             predictive_values(float(row[f"sensitivity{end}"]), each, float(row["prevalence"]))
             for end, each in ends
         )
-        ppv, npv = (Estimate(value[n], low[n], high[n], 0, 1) for n in (0, 1))
+        ppv, npv = (Estimate(value[n], low[n], high[n]) for n in (0, 1))
     return (ppv, npv) if ppv.value >= 0 or npv.value >= 0 else None
 
 
@@ -263,10 +265,10 @@ def smallest_reliable_size(
     """
     smallest = None
     # A comparison with NaN is false: an unknown rate is not reliable.
-    if not specificity >= level - 1e-9:
+    if not specificity >= level:
         return smallest
     for size_mm in reversed(found):
-        if not found[size_mm].at_least >= level - 1e-9:
+        if not found[size_mm].at_least >= level:
             break
         smallest = size_mm
     return smallest
@@ -294,7 +296,7 @@ def false_alarms(quiet: Estimate) -> Estimate:
     return Estimate(1 - quiet.value, 1 - quiet.high, 1 - quiet.low, quiet.of - quiet.hits, quiet.of)
 
 
-def _estimate(row: Row, name: str, hits: float, of: float) -> Estimate:
+def _estimate(row: Row, name: str, hits: float = 0, of: float = 0) -> Estimate:
     value, low, high = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
     at_least = float(row.get(f"{name}_at_least", "nan"))
     return Estimate(value, low, high, int(hits), int(of), at_least)

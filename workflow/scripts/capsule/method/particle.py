@@ -312,15 +312,12 @@ def fit_particle(
     sensors, length = matrix.shape
     comparison = SlidingComparison(matrix, max(CANDIDATES_AT_ONCE, PROPOSALS_AT_ONCE))
     renderer = ParticleRenderer(sensors, length, first_peak, space)
-    best_gain, lag = -np.inf, 1
-    current = np.empty(0)
     candidates = space.draw(particles, sensors, generator)
-    for start in range(0, particles, CANDIDATES_AT_ONCE):
-        group = candidates[start : start + CANDIDATES_AT_ONCE]
-        gains, lags = compare_vectors(group, renderer, comparison)
-        best = gains.argmax()
-        if gains[best] > best_gain:
-            best_gain, lag, current = gains[best], lags[best], group[best]
+    groups = np.split(candidates, range(CANDIDATES_AT_ONCE, particles, CANDIDATES_AT_ONCE))
+    compared = [compare_vectors(group, renderer, comparison) for group in groups]
+    gains, lags = (np.concatenate(each) for each in zip(*compared, strict=True))
+    best = gains.argmax()
+    best_gain, lag, current = gains[best], lags[best], candidates[best]
     rmse_initial = _rmse(matrix, renderer, current, lag)
 
     low, high = space.bounds(sensors)

@@ -122,7 +122,7 @@ def meaning_values(ours: Answers, prevalence: float) -> Cells | None:
     if not ours.meaning:
         return None
     ppv, right = ours.meaning
-    wrong = Estimate(1 - right.value, 1 - right.high, 1 - right.low, 0, 1)
+    wrong = Estimate(1 - right.value, 1 - right.high, 1 - right.low)
     known = {
         name: each
         for name, each in (("ppv", ppv), ("npv", wrong))
@@ -136,7 +136,7 @@ def meaning_values(ours: Answers, prevalence: float) -> Cells | None:
         for name, each in known.items():
             shares = (each.value, each.low, each.high)
             value, low, high = (ratio * share / (1 - share + ratio * share) for share in shares)
-            said[name] = Estimate(value, low, high, hits=0, of=1).in_hundred()
+            said[name] = Estimate(value, low, high).in_hundred()
         return said
 
     slider = {percent: at(percent / 100) for percent in range(1, MOST_PREVALENT + 1)}
