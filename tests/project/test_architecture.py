@@ -29,8 +29,6 @@ FLOORS = (
     "capsule.arguments",
     "capsule.method",
     "capsule.engine.project",
-    "capsule.engine.project_state",
-    "capsule.engine.locks",
     "capsule.engine.jobs",
     "capsule.engine.forks",
     "capsule.engine.keys",
@@ -68,12 +66,12 @@ FLOORS = (
 )
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
-ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
-ON_FILES |= {"archive", "described", "listed", "folder", "jobs"}
+ON_FILES = {"files", "results", "project", "forks", "keys", "configuration", "held_out"}
+ON_FILES |= {"archive", "described", "listed", "jobs"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "new", "forget", "compare"}
 # These call git, Slurm or Snakemake, and look after its runs.
-ON_PROGRAMS = {"project_state", "run", "report"}
+ON_PROGRAMS = {"run", "report"}
 # These folders are at work on files, boards and other programs as a whole.
 AT_WORK = (
     "capsule.bench.",

@@ -5,8 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from capsule.page.packing import deflated, pack, to_json
-from capsule.store.batches import divide
-from capsule.store.results import BATCH_COLUMNS
+from capsule.store.results import BATCH_COLUMNS, divide
 
 
 class Described(dict):

@@ -21,12 +21,11 @@ from capsule.engine.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.recordings.held_out import fitted
 from capsule.engine.keys import Step, checksum_of_code, files_of_code
-from capsule.engine.locks import states_of
+from capsule.engine.jobs import states_of
 from capsule.recordings.names import size_mm
-from capsule.engine.folder import refuse_folders, refuse_unknown_results, told_as
+from capsule.engine.run import refuse_folders, refuse_unknown_results, told_as
 from capsule.engine.project import config_file
-from capsule.store.batches import divide
-from capsule.store.results import pattern
+from capsule.store.results import divide, pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))

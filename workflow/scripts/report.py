@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from capsule.engine.jobs import run
-from capsule.engine.project import PROJECT
-from capsule.engine.project_state import read_project_state
+from capsule.engine.project import PROJECT, read_project_state
 from capsule.page import files as page_files
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from capsule.commands import cli
-from capsule.engine.locks import hold_run_lock
+from capsule.engine.jobs import hold_run_lock
 from support.synthetic import write_archive
 
 NAMES = ["0mm/r01", "3mm/r07", "3mm/r07b", "unlabelled/p1"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule.engine import folder
+from capsule.engine import run as folder
 from capsule.errors import CapsuleError
 from capsule.store.files import UNFINISHED
 

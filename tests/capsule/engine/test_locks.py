@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule.engine import locks
-from capsule.engine.locks import (
+from capsule.engine import jobs as locks
+from capsule.engine.jobs import (
     RUN_LOCK,
     STATES,
     hold_run_lock,
@@ -21,7 +21,7 @@ from capsule.store import files
 
 SCRIPTS = Path(__file__).parents[3] / "workflow" / "scripts"
 # It holds the lock, prints so, and waits.
-HOLD = "from capsule.engine.locks import hold_run_lock; held = hold_run_lock(); "
+HOLD = "from capsule.engine.jobs import hold_run_lock; held = hold_run_lock(); "
 HOLD += "print('held', flush=True); input()"
 
 

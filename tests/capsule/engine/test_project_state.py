@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from capsule.engine.project_state import ProjectState, read_project_state
+from capsule.engine.project import ProjectState, read_project_state
 from support.command import output_of
 from support.marks import needs_programs
 from support.project import ROOT

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from capsule.engine import run
-from capsule.engine.folder import SIGN
-from capsule.engine.locks import RUN_LOCK, STATES, hold_run_lock
+from capsule.engine.jobs import RUN_LOCK, STATES, hold_run_lock
+from capsule.engine.run import SIGN
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.batches import divide
+from capsule.store.results import divide
 from capsule.survey.listed import Surveys
 
 KEY = "0123456789" * 2

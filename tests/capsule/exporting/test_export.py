@@ -24,7 +24,6 @@ from capsule.errors import CapsuleError
 from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
-from capsule.store.batches import batches
 from capsule.store.files import read_csv, write_csv, write_json
 from capsule.store.results import (
     BATCH_COLUMNS,
@@ -32,6 +31,7 @@ from capsule.store.results import (
     FITS,
     MATRICES,
     SIGNALS,
+    batches,
     changed_recordings,
     pattern,
     write_arrays,

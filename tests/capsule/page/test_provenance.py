@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from capsule.engine.project_state import ProjectState
+from capsule.engine.project import ProjectState
 from capsule.page import files as page_files
 from capsule.page import provenance
 from support.evaluated import UNKNOWN, evaluated, read_paper

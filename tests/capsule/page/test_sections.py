@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from capsule.engine import folder
-from capsule.engine.project_state import ProjectState
+from capsule.engine import run as folder
+from capsule.engine.project import ProjectState
 from capsule.page import files as page_files
 from capsule.page import provenance, surveys
 from capsule.page.render import render_page

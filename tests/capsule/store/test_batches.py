@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.recordings.names import folder_of
-from capsule.store.batches import DESCRIBED_TOGETHER, batch_size, batches, divide
+from capsule.store.results import DESCRIBED_TOGETHER, batch_size, batches, divide
 
 POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run in range(99)]
 DRAWN = st.sampled_from(POOL)

@@ -7,7 +7,6 @@ import pytest
 
 from capsule.errors import CapsuleError
 from capsule.store import files
-from capsule.store.batches import batches, divide
 from capsule.store.results import (
     BATCH_COLUMNS,
     CHECKS,
@@ -17,6 +16,8 @@ from capsule.store.results import (
     SIGNALS,
     Results,
     arrays_in,
+    batches,
+    divide,
     left_over,
     pattern,
     read_checks,

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.bench.protocol import Damaged
-from capsule.engine.locks import lock_file
+from capsule.engine.jobs import lock_file
 from capsule.recordings.names import PART
 
 SYNC_EVERY_S = 1.0

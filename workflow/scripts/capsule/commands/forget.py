@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
-from capsule.engine.locks import hold_run_lock
+from capsule.engine.jobs import hold_run_lock
 from capsule.engine.project import RECORD_LOGS
 from capsule.errors import CapsuleError, WrongOptionError
 from capsule.recordings.names import PART, displayed

@@ -14,8 +14,7 @@ import pandas as pd
 from capsule.arrays import FloatArray
 from capsule.detectors.files import is_of, read_learned, read_templates
 from capsule.engine.configuration import read_settings
-from capsule.engine.project import PROJECT
-from capsule.engine.project_state import read_project_state
+from capsule.engine.project import PROJECT, read_project_state
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.files import TEXT, read_table
 from capsule.kinds import Row, Settings

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from capsule.engine.project_state import ProjectState
+from capsule.engine.project import ProjectState
 from capsule.kinds import Cells, Settings
 from capsule.page.tables import Tables
 from capsule.recordings.origin import combined_checksum

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 from zipfile import BadZipFile
 
-from capsule.engine.locks import refuse_outdated_job
+from capsule.engine.jobs import refuse_outdated_job
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.recordings.names import Archive, Entry, classify, displayed, without_formula
