@@ -175,7 +175,7 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         assert "sensor 3 is flat: check its connection" in browser.texts("#sensors .remark")
         assert browser.texts("#scores tbody tr") == ["diagonal0.50.2x"]
         assert browser.texts("#survey") == []
-        state.faults, state.doing, state.length_mm = [], "returning", 1000.0
+        state.faults, state.doing, state.length_mm = [], "is folded", 1000.0
         state.head_mm, state.places = 300.0, [(1, "confirmed", 200.0, "3.1 mm")]
         state.following, state.threshold = "unfolds in 12 s", 0.15
         state.ended = "the survey is over"

@@ -157,7 +157,7 @@ def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
         flush()
 
     monkeypatch.setattr(bench.part, "flush", watched)
-    bench.recorder._patience_s = 1e9
+    bench.recorder.patience_s = 1e9
     later = [(number / 10, sample_frame(number)) for number in range(30_000, 30_010)]
     bench.run([*samples(0, 30), *later])
     assert len(bench.rows()) == 30_010
@@ -231,7 +231,7 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
     plug_in_later(bench, monkeypatch, {"uptime_ms": uptime_ms})
     began = uptime_ms // 100
     later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
-    bench.recorder._patience_s = 1000
+    bench.recorder.patience_s = 1000
     silence = [(3.0 + n / 10, b"") for n in range(180)]
     bench.run([*samples(0, 30), *silence, (21.0, LineLostError()), *later])
     assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
@@ -289,7 +289,7 @@ class Wave:
 @pytest.mark.parametrize("refuses", [True, False])
 def test_a_run_that_ends_at_its_very_start_leaves_no_file_and_no_wave(bench, refuses):
     bench.recorder.header["wave_until_s"] = "end"
-    wave = bench.recorder._drive = Wave(bench, refuses)
+    wave = bench.recorder.drive = Wave(bench, refuses)
     with pytest.raises(AcquisitionError, match="follows 800" if refuses else "before the first"):
         bench.recorder.archive()
     assert not wave.runs

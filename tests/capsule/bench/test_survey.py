@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import survey_command, survey_session
+from capsule.bench import survey_command
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError, CannotArriveError
 from capsule.bench.protocol import Identity
 from capsule.engine.configuration import read_config_file
@@ -27,7 +27,7 @@ GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "3", "--seed", "7"]
 def survey(*words):
     options = parsers()["survey"].parse_args(list(map(str, words)))
     survey_command.check(options)
-    survey_session.survey(options)
+    survey_command.survey(options)
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +149,7 @@ def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, killed, monkeypatch
     def find_none(*_):
         raise AcquisitionError("no board")
 
-    monkeypatch.setattr(survey_session, "open_boards", find_none)
+    monkeypatch.setattr(survey_command, "open_boards", find_none)
     folder = killed(stream=kept, events=kept)
     with pytest.raises(AcquisitionError, match="no board"):
         survey("--resume", folder)
@@ -167,7 +167,7 @@ def test_a_board_that_drives_other_waves_is_refused():
         name: SimpleNamespace(identity=Identity(name, each)) for name, each in entries.items()
     }
     with pytest.raises(AcquisitionError, match="waves of 70"):
-        survey_session._known_with(boards, settings, None, "tuesday")
+        survey_command._known_with(boards, settings, None, "tuesday")
 
 
 # Kills: a fault that is told at each look, or forgotten at the end.

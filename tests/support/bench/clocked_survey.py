@@ -63,7 +63,7 @@ def survey_by(clock: BenchClock, arguments: list[str]) -> None:
 
     Line.receive, Line.send = patient_receive, counted_send
     AWAKE.__init__()
-    survey_run.datetime = survey_session.datetime = BenchDatetime
+    survey_run.datetime = survey_command.datetime = BenchDatetime
     wave.HANGS_AFTER_S = math.inf  # the main thread waits for the bench, by the computer's clock
     survey_bench.LOOK_EVERY_S = fold.READ_TIMEOUT_S = LOOK_EVERY_S
     cli.main(["survey", *arguments])
@@ -94,7 +94,7 @@ def serve(connection: socket.socket) -> None:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
-    from capsule.bench import fold, survey_bench, survey_run, survey_session, wave
+    from capsule.bench import fold, survey_bench, survey_command, survey_run, wave
     from capsule.bench.clock import AWAKE
     from capsule.bench.line import Line
     from capsule.bench.protocol import encode

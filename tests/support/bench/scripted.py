@@ -10,6 +10,7 @@ from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import Arrival
 from capsule.bench.logger import Logger
+from capsule.bench.loop import Loop
 from capsule.bench.protocol import Damaged, FrameParser, Identity, encode
 from capsule.bench.recorder import Recorder
 
@@ -112,7 +113,8 @@ class ScriptedBench:
         mine = Board(self, Identity("logger", ENTRIES), self.told.append)
         self.logger = Logger(mine, self.log)
         self.logger.state.longest, self.logger.state.end_s = 1000, (duration or 0) / 10
-        self.recorder = Recorder(self.logger, self.part, header, self.log, patience_s, self._stop)
+        loop = Loop("the recording", self.logger.state, self.log)
+        self.recorder = Recorder(self.logger, self.part, header, loop, patience_s, self._stop)
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
         """Run the recorder over a script: pairs of a time and the bytes that arrive then."""

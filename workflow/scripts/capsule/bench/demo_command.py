@@ -29,7 +29,7 @@ from capsule.phantom.command import write_run
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import planned_runs, simulate_run, simulated_header
-from capsule.recordings.names import PART, UNLABELLED
+from capsule.recordings.names import UNLABELLED
 from capsule.store import files
 from capsule.store.results import OfArchive
 
@@ -167,8 +167,8 @@ def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespa
     """Return the options with which `capsule record` would record this run."""
     parser = argparse.ArgumentParser()
     record_command.add_arguments(parser)
-    about = ["--name", name, "--site", name, "--session", "demo", "--setup", name]
-    options = parser.parse_args(["--unlabelled", "--detect", *about])
+    about = f"--name {name} --site {name} --session demo --setup {name}"
+    options = parser.parse_args(["--unlabelled", "--detect", *about.split()])
     options.raw, options.logs = chosen.out / PLAYED, chosen.out / "logs"
     options.config = chosen.out / OWN_CONFIG
     return options
@@ -189,13 +189,13 @@ class PlayedRun(Source):
         time.sleep(timeout_s)
         now_s = elapsed_s()
         due = int((now_s - self._begun_s) * self._rate_hz * self._speed)
-        first, self._sent = self._sent, min(due, len(self._readings))
-        return [Arrival(self._sample(number), now_s) for number in range(first, self._sent)]
-
-    def _sample(self, number: int) -> Sample:
-        device_ms = round(1000 * number / self._rate_hz)
-        at_end = number == len(self._readings) - 1
-        return Sample(number, device_ms, tuple(self._readings[number]), at_end)
+        samples = []
+        for number in range(self._sent, min(due, len(self._readings))):
+            device_ms = round(1000 * number / self._rate_hz)
+            at_end = number == len(self._readings) - 1
+            samples.append(Sample(number, device_ms, tuple(self._readings[number]), at_end))
+        self._sent += len(samples)
+        return [Arrival(sample, now_s) for sample in samples]
 
 
 def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
@@ -211,11 +211,10 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
             f"{folder} exists and was not made by a demo; nothing was written. Choose another "
             "folder: --out FOLDER"
         )
-    with files.write_whole(folder / _MARK) as stream:
-        stream.write(_TEXT)
-    if not (folder / OWN_CONFIG).exists():
-        with files.write_whole(folder / OWN_CONFIG) as stream:
-            stream.write(own_configuration())
+    for name, text in ((_MARK, _TEXT), (OWN_CONFIG, own_configuration())):
+        if not (folder / name).exists():
+            with files.write_whole(folder / name) as stream:
+                stream.write(text)
     for run in planned_runs(list(LABELLED), list(LABELLED.values()), 1):
         path = folder / "raw" / f"{run.name}.csv"
         if not path.exists():
@@ -224,11 +223,8 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
 
 def next_seed(folder: Path) -> int:
     """Return the lowest seed whose run is not in the demo's folder."""
-    taken = {
-        path.name.removesuffix(PART).removesuffix(".csv")
-        for archive in ("raw", PLAYED)
-        for path in (folder / archive / UNLABELLED).glob("*")
-    }
+    played = [*folder.glob(f"raw/{UNLABELLED}/*"), *folder.glob(f"{PLAYED}/{UNLABELLED}/*")]
+    taken = {path.name.partition(".")[0] for path in played}
     return next(seed for seed in count(LABELLED_SEED + 1) if run_name(seed) not in taken)
 
 

@@ -7,22 +7,19 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.live import SHOW_EVERY_S, LivePage
 from capsule.bench.state import State
+from capsule.bench.survey_folder import SessionFolder
 from capsule.bench.terminal import Terminal
-
-if TYPE_CHECKING:
-    from capsule.bench.survey_folder import SessionFolder
 
 
 class Loop:
     """The loop of a `run`, by its name for warnings."""
 
     def __init__(self, run: str, state: State, log: FrameLog) -> None:
-        self._run, self._state, self._log = run, state, log
+        self._run, self.state, self.log = run, state, log
         self._acts: dict[str, tuple[Callable[[], None], float]] = {}
         self._done_s: dict[str, float] = {}
 
@@ -32,22 +29,22 @@ class Loop:
 
     def show_on(self, terminal: Terminal, page: LivePage | None) -> None:
         """Show the state on the terminal and, if there is one, in the live page."""
-        self.add("its display", partial(terminal.show, self._state), terminal.every_s)
+        self.add("its display", partial(terminal.show, self.state), terminal.every_s)
         if page:
-            self.add("its live page", partial(page.show, self._state), SHOW_EVERY_S)
+            self.add("its live page", partial(page.show, self.state), SHOW_EVERY_S)
 
     def go_on(self, look: Callable[[], str]) -> None:
         """Call `look`, which reads and writes, until it returns why the run has ended."""
-        while not self._state.ended:
+        while not self.state.ended:
             ended = look()
             self.attempt_due()
-            self._state.ended = ended
+            self.state.ended = ended
 
     def attempt_due(self) -> None:
         """Do what was not done for long enough; at the end, all of it."""
         now_s = time.monotonic()
         for what, (act, every_s) in list(self._acts.items()):
-            if self._state.ended or now_s - self._done_s.get(what, -math.inf) >= every_s:
+            if self.state.ended or now_s - self._done_s.get(what, -math.inf) >= every_s:
                 self._done_s[what] = now_s
                 self.attempt(what, act)
 
@@ -60,11 +57,11 @@ class Loop:
             self._acts.pop(what, None)
             text = f"{self._run} goes on without {what}: {type(fault).__name__}: {fault}"
             print(f"warning: {text}", file=sys.stderr, flush=True)
-            self._log.note(f"{text}\n{traceback.format_exc()}")
+            self.log.note(f"{text}\n{traceback.format_exc()}")
 
 
 @contextlib.contextmanager
-def kept(files: "GrowingFile | SessionFolder", begun: Callable[[], bool]) -> Iterator[None]:
+def kept(files: GrowingFile | SessionFolder, begun: Callable[[], bool]) -> Iterator[None]:
     """Finish the files of a run at its end; after a fault, keep what it has begun, as it is."""
     try:
         yield

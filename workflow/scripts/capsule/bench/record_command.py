@@ -43,11 +43,51 @@ def exit_statuses(success: str, *, of_survey: bool = False) -> str:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run, the boards, the streams and the files."""
     parser.epilog = EXAMPLES + exit_statuses("A recording that is archived.")
-    _add_run_options(parser)
+    add = parser.add_argument_group("the run").add_argument
+    size = "record a run over a nodule of this size; 0: no nodule"
+    add("--size", type=size_folder, metavar="MM", help=size)
+    add("--unlabelled", action="store_true", help="record a run over an unknown place")
+    recover = "complete the unfinished recording FILE (.part); without FILE, all under raw/"
+    add("--recover", nargs="?", const="all", metavar="FILE", help=recover)
+    add("--duration", type=positive, metavar="S", help="stop after S seconds")
+    add("--name", type=recording_name, help="the recording's name (default: UTC time)")
+    site = "name of the site, written to the header; the report combines its passes"
+    add("--site", type=_entry, help=site)
+    session = "name of the session, written to the header, such as a date or an assembly"
+    add("--session", type=_entry, help=session)
+    setup = "name of the set-up, written to the header: one nodule, gut and capsule, set up once"
+    add("--setup", type=_entry, help=setup)
+    live = "show the sensors in a page on this computer, and open it in the browser"
+    add("--live", action="store_true", help=live)
+    detect = "show every detector's verdict, during the run and at its end"
+    add("--detect", action="store_true", help=detect)
+
     add_board_options(parser)
     add_wave_options(parser)
-    _add_stream_options(parser)
-    _add_place_options(parser)
+
+    group = parser.add_argument_group("streams of the Lab Streaming Layer", f"need {EXTRA}")
+    out = f"also send the samples as a stream while recording (default NAME: {STREAM_NAME})"
+    add = group.add_argument
+    add("--stream-out", nargs="?", const=STREAM_NAME, type=_stream_name, metavar="NAME", help=out)
+    source = "record from the stream of this name or source id instead of a logger board"
+    add("--stream-in", type=_stream_name, metavar="NAME", help=source)
+    channels = (
+        "channels to record, if the stream has more than sensors: labels or numbers from 1, "
+        "such as 2,3,4,5; sensor 1 first"
+    )
+    add("--stream-channels", metavar="LIST", help=channels)
+
+    add = parser.add_argument_group("files").add_argument
+    add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
+    logs = f"logs, with all damaged frames (default: {RECORD_LOGS}/)"
+    add("--logs", type=Path, default=RECORD_LOGS, help=logs)
+    templates = (
+        "templates for --detect; detectors.json must be in the same folder "
+        "(default: results/templates.npz)"
+    )
+    add("--templates", type=Path, default=Path("results", OfArchive.TEMPLATES), help=templates)
+    config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
+    add("--config", type=Path, default=config_file(), help=config)
 
 
 def main(arguments: argparse.Namespace) -> None:
@@ -102,27 +142,6 @@ def check(options: argparse.Namespace) -> None:
         )
 
 
-def _add_run_options(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("the run").add_argument
-    size = "record a run over a nodule of this size; 0: no nodule"
-    add("--size", type=size_folder, metavar="MM", help=size)
-    add("--unlabelled", action="store_true", help="record a run over an unknown place")
-    recover = "complete the unfinished recording FILE (.part); without FILE, all under raw/"
-    add("--recover", nargs="?", const="all", metavar="FILE", help=recover)
-    add("--duration", type=positive, metavar="S", help="stop after S seconds")
-    add("--name", type=recording_name, help="the recording's name (default: UTC time)")
-    site = "name of the site, written to the header; the report combines its passes"
-    add("--site", type=_entry, help=site)
-    session = "name of the session, written to the header, such as a date or an assembly"
-    add("--session", type=_entry, help=session)
-    setup = "name of the set-up, written to the header: one nodule, gut and capsule, set up once"
-    add("--setup", type=_entry, help=setup)
-    live = "show the sensors in a page on this computer, and open it in the browser"
-    add("--live", action="store_true", help=live)
-    detect = "show every detector's verdict, during the run and at its end"
-    add("--detect", action="store_true", help=detect)
-
-
 def add_board_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for the logger's port and the waiting time."""
     add = parser.add_argument_group("the logger board").add_argument
@@ -147,40 +166,11 @@ def add_wave_options(parser: argparse.ArgumentParser) -> None:
     add("--direction", choices=ways, default="forward", help=direction)
 
 
-def _add_stream_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options for the streams to send samples to and to record from."""
-    group = parser.add_argument_group("streams of the Lab Streaming Layer", f"need {EXTRA}")
-    out = f"also send the samples as a stream while recording (default NAME: {STREAM_NAME})"
-    add = group.add_argument
-    add("--stream-out", nargs="?", const=STREAM_NAME, type=_stream_name, metavar="NAME", help=out)
-    source = "record from the stream of this name or source id instead of a logger board"
-    add("--stream-in", type=_stream_name, metavar="NAME", help=source)
-    channels = (
-        "channels to record, if the stream has more than sensors: labels or numbers from 1, "
-        "such as 2,3,4,5; sensor 1 first"
-    )
-    add("--stream-channels", metavar="LIST", help=channels)
-
-
 def _stream_name(text: str) -> str:
     """Return the name of a stream; a name that would break a query is an error."""
     if "'" in text:
         raise argparse.ArgumentTypeError(f"{text!r} is not allowed as a stream's name: leave out '")
     return _entry(text)
-
-
-def _add_place_options(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument_group("files").add_argument
-    add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
-    logs = f"logs, with all damaged frames (default: {RECORD_LOGS}/)"
-    add("--logs", type=Path, default=RECORD_LOGS, help=logs)
-    templates = (
-        "templates for --detect; detectors.json must be in the same folder "
-        "(default: results/templates.npz)"
-    )
-    add("--templates", type=Path, default=Path("results", OfArchive.TEMPLATES), help=templates)
-    config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
-    add("--config", type=Path, default=config_file(), help=config)
 
 
 def _entry(text: str) -> str:

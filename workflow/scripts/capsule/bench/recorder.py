@@ -6,10 +6,10 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from capsule.bench import growing_file, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
@@ -30,15 +30,13 @@ from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.terminal import Terminal
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_settings
+from capsule.judging.verdict import FinalVerdict, note_of_change
 from capsule.kinds import Settings
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.names import UNLABELLED
 from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample
 from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
-
-if TYPE_CHECKING:
-    from capsule.judging.verdict import FinalVerdict
 
 JUDGE_EVERY_S = 0.5
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces
@@ -55,24 +53,20 @@ def head_of(header: Mapping[str, str], sensors: int) -> str:
     return text.replace(f"{line}\n", f"{line:<{len(WAVE_UNTIL) + _ROOM}}\n")
 
 
+@dataclass
 class Recorder:
     """One recording from its first to its last sample, whatever happens to the board."""
 
-    def __init__(
-        self,
-        source: Logger,
-        part: GrowingFile,
-        header: dict[str, str],
-        log: FrameLog,
-        patience_s: float,
-        stop: StopRequest,
-        drive: Drive | None = None,
-    ) -> None:
-        self._source, self._part = source, part
-        self.header, self._log = header, log
-        self._patience_s, self._stop, self._drive = patience_s, stop, drive
-        self.state = source.state
-        self.loop = Loop("the recording", self.state, log)
+    source: Logger
+    part: GrowingFile
+    header: dict[str, str]
+    loop: Loop
+    patience_s: float
+    stop: StopRequest
+    drive: Drive | None = None
+
+    def __post_init__(self) -> None:
+        self.state, self.log = self.loop.state, self.loop.log
         self._trouble: AcquisitionError | None = None
         self._begun_s = elapsed_s()
 
@@ -86,60 +80,60 @@ class Recorder:
         AcquisitionError
             The wave does not start, samples cannot be written, or there is none.
         """
-        with kept(self._part, lambda: self.state.samples > 0):
+        with kept(self.part, lambda: self.state.samples > 0):
             try:
-                if self._drive and not self._stop.reason:
-                    self._drive.start()
+                if self.drive and not self.stop.reason:
+                    self.drive.start()
                 self.loop.go_on(self._look)
-                self._source.end()
+                self.source.end()
             finally:
-                leave(self._drive)  # before the files: a disk can be slow
+                leave(self.drive)  # before the files: a disk can be slow
             self._write()
             self._note_wave()
-            self._log.note(f"ended: {self.state.ended}")
+            self.log.note(f"ended: {self.state.ended}")
             if not self.state.samples:
                 none = "the run ended before the first sample; nothing is archived"
                 raise self._trouble or AcquisitionError(none)
         if self._trouble:
-            archived = f"the samples before that are archived in {self._part.final}"
+            archived = f"the samples before that are archived in {self.part.final}"
             raise BoardLostError(f"{self._trouble}; {archived}")
 
     def _look(self) -> str:
         """Read and write what is new, and serve the wave; return why the recording ends."""
         # Read first: samples that came while this program was stopped are in the port.
-        self._source.serve(READ_TIMEOUT_S)
+        self.source.serve(READ_TIMEOUT_S)
         self._write()
-        self._part.sync()
-        if self._drive:
-            self._drive.serve(self.state.samples * self.state.period_s)
+        self.part.sync()
+        if self.drive:
+            self.drive.serve(self.state.samples * self.state.period_s)
         self._note_wave()
         self._note_faults()
         return self._why_over()
 
     def _write(self) -> None:
         """Write the new samples to the file."""
-        new = self._source.take()
+        new = self.source.take()
         first = self.state.samples - len(new)
         if new and first == 0:
             self._date()
         for number, counts in enumerate(new, first):
             # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
             time_s = round(number * self.state.period_s, 6)
-            self._part.add(format_sample(time_s, counts, self._source.sensors))
+            self.part.add(format_sample(time_s, counts, self.source.sensors))
             if number % FLUSH_EVERY == 0:
-                self._part.flush()
-        self._part.flush()
+                self.part.flush()
+        self.part.flush()
 
     def _date(self) -> None:
         """Write the time of the first sample into the header."""
-        first_s = self._source.taken_s - (self.state.samples - 1) * self.state.period_s
+        first_s = self.source.taken_s - (self.state.samples - 1) * self.state.period_s
         started = datetime.now(UTC) - timedelta(seconds=elapsed_s() - first_s)
         self._amend("started", moment_text(started))
 
     def _amend(self, key: str, value: str) -> None:
         """Write an entry of the header anew."""
         self.header[key] = value
-        self._part.amend(head_of(self.header, self._source.sensors))
+        self.part.amend(head_of(self.header, self.source.sensors))
 
     def _note_faults(self) -> None:
         """Show what is wrong now and what to do, the worst first; warn once of what lasts."""
@@ -150,45 +144,44 @@ class Recorder:
                 f"({longest * self.state.period_s:g} s), so the workflow will reject it "
                 "(preprocessing.length); end it, and record anew"
             )
-        wave = self._drive.fault if self._drive else ""
+        wave = self.drive.fault if self.drive else ""
         for fault in (wave, too_long):
             if fault and fault not in self.state.faults:
-                self._log.tell(f"warning: {fault}")
-        self.state.faults = [fault for fault in (wave, self._source.fault, too_long) if fault]
+                self.log.tell(f"warning: {fault}")
+        self.state.faults = [fault for fault in (wave, self.source.fault, too_long) if fault]
 
     def _note_wave(self) -> None:
         """Show the wave, and write into header and log until when it ran."""
-        if not self._drive:
+        if not self.drive:
             return
-        self.state.wave = self._drive.summary()
-        if (until := self._drive.until) != self.header[WAVE_UNTIL]:
+        self.state.wave = self.drive.summary()
+        if (until := self.drive.until) != self.header[WAVE_UNTIL]:
             self._amend(WAVE_UNTIL, until)
-            self._log.note(f"the wave runs until {until} (s of the recording)")
+            self.log.note(f"the wave runs until {until} (s of the recording)")
 
     def _why_over(self) -> str:
         """Return why the recording ends; empty if it goes on."""
-        if self._source.complete and not self._source.at_end:
+        if self.source.complete and not self.source.at_end:
             return "--duration is over"
-        if self._source.complete and self.state.samples > AT_ONCE:
+        if self.source.complete and self.state.samples > AT_ONCE:
             return "the capsule reached the end stop"
-        if self._source.complete:
+        if self.source.complete:
             return (
                 "the end stop was pressed from the start: its wire is broken, or there is none, "
                 "and D2 is not connected to GND (docs/bench.md)"
             )
-        if self._stop.reason:
-            return self._stop.reason
-        self._trouble = self._source.trouble(self._patience_s)
-        if elapsed_s() - self._begun_s > (self.state.end_s or math.inf):
-            over = self._source.trouble(SILENT_AFTER_S, "--duration is over")
-            self._trouble = self._trouble or over
+        if self.stop.reason:
+            return self.stop.reason
+        late = elapsed_s() - self._begun_s > (self.state.end_s or math.inf)
+        over = self.source.trouble(SILENT_AFTER_S, "--duration is over") if late else None
+        self._trouble = self.source.trouble(self.patience_s) or over
         return str(self._trouble or "")
 
 
 def record(
     options: argparse.Namespace,
     played: Source | None = None,
-    detectors: "FinalVerdict | None" = None,
+    detectors: FinalVerdict | None = None,
     page: LivePage | None = None,
 ) -> Path:
     """Record one run: of the options' source, or a `played` one with its `detectors` and `page`.
@@ -224,14 +217,17 @@ def record(
         board = played or _source(options, settings, log)
         check_fits(board.identity, settings["recording"])
         source = Logger(board, log)
-        state = source.state
+        state, loop = source.state, Loop("the recording", source.state, log)
         header = {**board.header, "started": moment_text(started)}
         header |= wave.entries | {WAVE_UNTIL: drive.until} if drive else {}
         for entry in ("site", "session", "setup"):
             header |= {entry: value} if (value := getattr(options, entry)) else {}
-        outlet = None
         if options.stream_out:
             outlet = SampleOutlet(options.stream_out, header, source.sensors, name)
+            loop.add("its stream", partial(outlet.send, state))
+        if detectors:
+            loop.add("verdicts", partial(_judge_so_far, detectors, source, header), JUDGE_EVERY_S)
+        loop.show_on(terminal, page)
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
         part = GrowingFile(final, head_of(header, source.sensors), tell=terminal.note)
         log.note(f"logger at {source.port}: {json.dumps(header)}")
@@ -240,22 +236,15 @@ def record(
         state.longest = settings["preprocessing"]["length"]
         if options.duration:
             state.end_s = round(options.duration * source.rate_hz) / source.rate_hz
-        recorder = Recorder(source, part, header, log, options.patience, stop, drive)
-        loop = recorder.loop
-        if outlet:
-            loop.add("its stream", partial(outlet.send, state))
-        if detectors:
-            loop.add("verdicts", partial(_judge_so_far, detectors, source, header), JUDGE_EVERY_S)
-        loop.show_on(terminal, page)
         # From here on, Ctrl-C ends the run in order, and samples are on the disk.
-        recorder.archive()
+        Recorder(source, part, header, loop, options.patience, stop, drive).archive()
         loop.attempt_due()
         terminal.note(f"ended: {state.ended}")
         if state.damaged:
             terminal.note(f"{state.damaged} damaged frames are kept in {log.path}")
         terminal.note(f"archived {final}: {state.summary()}")
-        final_check = partial(_check, final, settings, detectors, terminal.note)
-        loop.attempt("the check at its end", final_check)
+        check = partial(_check, final, settings, detectors, terminal.note)
+        loop.attempt("the check at its end", check)
     return final
 
 
@@ -265,23 +254,20 @@ def recover(options: argparse.Namespace) -> None:
     parts = growing_file.unfinished(options.raw) if everything else [Path(options.recover)]
     if not parts:
         print(f"nothing to recover under {options.raw}")
-    settings = read_settings(options.config)
-    failed: AcquisitionError | None = None
+    sensors, faults = read_settings(options.config)["recording"]["sensors"], []
     for part in parts:
         try:
-            print(recovery.recover(part, settings["recording"]["sensors"]))
+            print(recovery.recover(part, sensors))
         except AcquisitionError as fault:
-            if failed:
-                print(f"error: {failed}", file=sys.stderr)
-            failed = fault
-    if failed:
-        raise failed
+            faults.append(fault)
+    for other in faults[:-1]:
+        print(f"error: {other}", file=sys.stderr)
+    if faults:
+        raise faults[-1]
 
 
-def _learned(options: argparse.Namespace, settings: Settings) -> "FinalVerdict":
+def _learned(options: argparse.Namespace, settings: Settings) -> FinalVerdict:
     """Return the learned detectors; tell the user if they have not learned from all of raw/."""
-    from capsule.judging.verdict import FinalVerdict, note_of_change  # only if they are used
-
     learned = options.templates.with_name(OfArchive.DETECTORS)
     detectors = FinalVerdict(options.templates, learned, settings)
     if note := note_of_change(learned.parent, settings):
@@ -310,7 +296,7 @@ def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     return drive
 
 
-def _judge_so_far(detectors: "FinalVerdict", source: Logger, header: Mapping[str, str]) -> None:
+def _judge_so_far(detectors: FinalVerdict, source: Logger, header: Mapping[str, str]) -> None:
     source.state.judgement = detectors.judge_so_far(source.samples, header)
 
 
@@ -323,7 +309,7 @@ def leave(drive: Drive | None) -> None:
 def _check(
     recording: Path,
     settings: Settings,
-    detectors: "FinalVerdict | None",
+    detectors: FinalVerdict | None,
     tell: Callable[[str], None],
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""

@@ -4,15 +4,11 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from capsule.arrays import plain
-from capsule.survey.cycle import STATES
-
-if TYPE_CHECKING:
-    from capsule.judging.verdict import Judgement
+from capsule.judging.verdict import Judgement
 
 KEPT = 600
 # The terminal draws less than this share of the full scale as flat, and the remarks call it flat.
@@ -40,10 +36,10 @@ class State:
     recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
     wave: str = ""  # its position and speed; empty without a peristalsis board
     faults: list[str] = field(default_factory=list)  # and what to do, the worst first
-    judgement: "Judgement | None" = None  # what detectors say of the recording so far
+    judgement: Judgement | None = None  # what detectors say of the recording so far
     ended: str = ""  # why; empty while it goes on
     # Of a survey; the pilot's clock does not count the time for which it was interrupted.
-    doing: str = ""  # one of `capsule.survey.cycle.STATES`; empty if this is no survey
+    doing: str = ""  # what the capsule does; empty if this is no survey
     following: str = ""  # the next action
     origami: str = ""  # state of origami, thread and motor
     away_s: float = 0.0
@@ -98,7 +94,6 @@ class State:
             "time": _minutes(self.time_s),
             "left": self.left(),
             "remarks": self.remarks(),
-            "doing": STATES.get(self.doing, ""),
             "advice": judged.advice if judged else "",
             "scores": judged.scores if judged else [],
         }

@@ -6,7 +6,6 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
 from capsule.bench.board import Board, connect
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
@@ -119,35 +118,29 @@ class BoardBench:
         self._logger.serve(LOOK_EVERY_S)
         if self._read == 0 and (trouble := self.trouble):
             raise trouble
-        return self._next(samples) if self._has(samples) else None
+        return self._next(samples)
 
-    def _has(self, samples: int) -> bool:
-        """Return whether so many samples have arrived, or the last of them is late."""
+    def _next(self, samples: int) -> Readings | None:
+        """Return the next samples if they have arrived, or the last of them is late."""
         new, state = self._logger.take(), self._logger.state
         # A sample that was late stays missing.
         late = self._read + len(self._columns) - (state.samples - len(new))
         self._columns += new[late:]
-        if len(self._columns) >= samples:
-            return True
-        last = np.array([self._read + samples - 1.0])
-        return self._logger.received > 0 and elapsed_s() > self._moments_s(last)[0] + LATE_S
-
-    def _next(self, samples: int) -> Readings:
+        # The times of the samples, past or future, by the computer's clock.
+        behind = self._read + np.arange(samples) - (state.samples - 1)
+        moments_s = self._logger.taken_s + behind * state.period_s
+        is_late = self._logger.received > 0 and elapsed_s() > moments_s[-1] + LATE_S
+        if len(self._columns) < samples and not is_late:
+            return None
         columns, self._columns = self._columns[:samples], self._columns[samples:]
+        self._read += samples
         values = np.full((self._logger.sensors, samples), np.nan)
         for number, column in enumerate(columns):
             if column is not None:
                 values[:, number] = column
-        numbers = self._read + np.arange(float(samples))
-        self._read += samples
         # Rounded as in the file: a resumed pilot must decide the same from the stored values.
-        wave_mm = np.round(self._drive.phase.at(self._moments_s(numbers)), 2)
+        wave_mm = np.round(self._drive.phase.at(moments_s), 2)
         return Readings(values, wave_mm, self._fold.state)
-
-    def _moments_s(self, numbers: FloatArray) -> FloatArray:
-        """Return the times of samples, past or future, by the computer's clock."""
-        state = self._logger.state
-        return self._logger.taken_s + (numbers - (state.samples - 1)) * state.period_s
 
     def start(self) -> None:
         """Unfold the origami, and start the wave.

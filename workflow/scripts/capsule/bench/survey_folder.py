@@ -56,6 +56,7 @@ class SessionFolder:
         columns = stream_columns(sensors) + "\n"
         self._stream = GrowingFile(folder / STREAM, columns, RESUME, resumed=resumed)
         self._events = GrowingFile(folder / EVENTS, "", RESUME, resumed=resumed)
+        self._files = self._stream, self._events
         self.log = FrameLog(folder / BOARDS_LOG, tell)
 
     def note_index(self, index_mm: float | None) -> None:
@@ -98,13 +99,12 @@ class SessionFolder:
         AcquisitionError
             The repeated lines differ from those of the files, which are unchanged.
         """
-        files = self._stream, self._events
-        for file, repeated in [(file, file.repeated()) for file in files]:
+        for file, repeated in [(file, file.repeated()) for file in self._files]:
             file.go_on(repeated)
 
     def keep(self) -> None:
         """Write all lines to the files, and once a second to the disk."""
-        for file in (self._stream, self._events):
+        for file in self._files:
             file.flush()
             file.sync()
 
@@ -127,13 +127,13 @@ class SessionFolder:
 
     def finish(self) -> None:
         """Rename the files to their final names."""
-        self._stream.finish()
-        self._events.finish()
+        for file in self._files:
+            file.finish()
         self.log.close()
 
     def close(self) -> None:
         """Close the files under their unfinished names."""
-        for file in (self._stream, self._events, self.log):
+        for file in (*self._files, self.log):
             file.close()
 
     def discard(self) -> None:
@@ -238,13 +238,13 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[list[float], str]]:
         return
     for line in lines[1:]:
         try:
-            time_s, *cells, fold = line.decode("ascii", errors="replace").split(",")
-            numbers = [float(time_s), *(float(cell or "nan") for cell in cells[: sensors + 1])]
+            time_s, *cells, fold = line.decode("ascii").split(",")
+            numbers = [float(time_s), *(float(cell or "nan") for cell in cells)]
         except ValueError:
             return
         if len(cells) != sensors + 1 + len(JUDGED) or fold not in FOLD_STATES:
             return
-        yield numbers, fold
+        yield numbers[: sensors + 2], fold
 
 
 def _told(path: Path) -> Iterator[tuple[int, Event]]:

@@ -1,6 +1,7 @@
 """One survey from its first sample to its last: pilot, files and displays on any bench."""
 
 import argparse
+import contextlib
 import math
 import sys
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from capsule import words
 from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.clock import StopRequest
-from capsule.bench.live import LivePage
+from capsule.bench.live import opened_page
 from capsule.bench.logger import moment_text
 from capsule.bench.loop import Loop
 from capsule.bench.pass_sizes import PassSizes
@@ -26,6 +27,7 @@ from capsule.detectors.unlike import because, unlike
 from capsule.kinds import Settings
 from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import Recording
+from capsule.survey.cycle import STATES
 from capsule.survey.files import StoredPlace
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
@@ -48,27 +50,22 @@ class SurveyRun:
         about: Settings,
         settings: Settings,
         header: Mapping[str, str],
-        page: LivePage | None,
     ) -> None:
         self._recording, detector = settings["recording"], settings["diagonal"]
         sensors = self._recording["sensors"]
         self._header, self._rate_hz = header, float(header["rate_hz"])
-        self._length_mm = length_mm_of(about)
         self._sizes = PassSizes(options.results, detector, self._rate_hz)
-        title = options.out.name
-        if "boards" in about:
+        self._on_boards, self._live = "boards" in about, options.live
+        if self._on_boards:
             # Odometer and beat detection need the speed of the wave that the board drives.
             detector = detector | {"wave_speed_mm_s": about["wave"]["speed_mm_s"]}
-        else:
-            title = f"{title}, simulated"
-            self._length_mm = math.inf  # the bench knows itself where the gut ends
+        title = f"{options.out.name}{'' if self._on_boards else ', simulated'}"
         self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm_of(about))
         self._terminal = Terminal(sys.stdout)
         note, resumed = self._terminal.note, options.resume is not None
         self.disk = SessionFolder(options.out, about, sensors, note, resumed=resumed)
         self.pilot = Pilot(detector, self._rate_hz, sensors, targets_mm=about["goto"])
         self._loop = Loop("the survey", self.state, self.disk.log)
-        self._loop.show_on(self._terminal, page)
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
@@ -80,8 +77,10 @@ class SurveyRun:
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end; a resumed one has `begun` at this time."""
         self._begun = begun if self._heard else None
-        self._loop.go_on(partial(self._look, bench, stop))
-        self._loop.attempt_due()
+        with opened_page() if self._live else contextlib.nullcontext() as page:
+            self._loop.show_on(self._terminal, page)
+            self._loop.go_on(partial(self._look, bench, stop))
+            self._loop.attempt_due()
         self._terminal.leave()
         self._write_places()
 
@@ -128,7 +127,9 @@ class SurveyRun:
             return "fault", str(trouble)
         if stop.reason:
             return "stopped", stop.reason
-        if bench.at_end or self.pilot.sensing.position_mm >= self._length_mm:
+        # A simulated bench knows itself where the gut ends.
+        length_mm = self.state.length_mm if self._on_boards else math.inf
+        if bench.at_end or self.pilot.sensing.position_mm >= length_mm:
             return "gut_ended", "the end of the gut"
         return None
 
@@ -167,7 +168,7 @@ class SurveyRun:
         """Write what the displays show."""
         state, pilot = self.state, self.pilot
         state.faults = [str(self.trouble)] if self.trouble else bench.faults
-        state.doing, state.following = pilot.cycle.state, pilot.following
+        state.doing, state.following = STATES[pilot.cycle.state], pilot.following
         state.origami = bench.origami
         state.places = [
             (place.number, place.status, place.place_mm, self._size_words.get(place.number, ""))

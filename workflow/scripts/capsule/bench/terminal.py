@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, TextIO
 from capsule import words
 from capsule.bench.state import FLAT_SHARE, State
 from capsule.detectors.verdicts import OF_SURVEY
-from capsule.survey.cycle import STATES
 from capsule.words import BARS, PLAIN_BARS, trace
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ class Terminal:
     def note(self, text: str) -> None:
         """Print a note, which stays on the terminal."""
         self.clear()
-        print(text, file=self._stream, flush=True)
+        print(text.translate(_PLAIN) if self._plain else text, file=self._stream, flush=True)
 
     def show(self, state: State) -> None:
         """Show the state in place of the former one.
@@ -100,8 +99,7 @@ class Terminal:
         If the terminal cannot redraw, a line shows a recording that goes on, and nothing a survey.
         """
         if self.redraws:
-            width = shutil.get_terminal_size().columns - 1
-            lines = state_lines(state, width, plain=self._plain)
+            lines = state_lines(state, shutil.get_terminal_size().columns - 1)
             self.note("\n".join(lines))
             self._drawn_lines = len(lines)
         elif not (state.doing or state.ended):
@@ -128,11 +126,10 @@ def _can_redraw() -> bool:
     return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))
 
 
-def state_lines(state: State, width: int, *, plain: bool = False) -> list[str]:
+def state_lines(state: State, width: int) -> list[str]:
     """Return the lines that show the state, none of them longer than `width`."""
     of_recording = [state.summary(), *_sensor_lines(state, width), *_verdicts(state)]
-    short = [line[:width] for line in (_survey_lines(state) if state.doing else of_recording)]
-    return [line.translate(_PLAIN) for line in short] if plain else short
+    return [line[:width] for line in (_survey_lines(state) if state.doing else of_recording)]
 
 
 def _verdicts(state: State) -> list[str]:
@@ -159,7 +156,7 @@ def _survey_lines(state: State) -> list[str]:
         head = f"head {'' if state.head_known else 'last '}at {state.head_mm:.1f} mm"
     score = "no score" if math.isnan(state.score) else f"score {state.score:.3f}"
     lines = [
-        f"{state.title}  {words.duration(state.time_s)}  {head}: {STATES[state.doing]}",
+        f"{state.title}  {words.duration(state.time_s)}  {head}: {state.doing}",
         f"  {state.following}",
         "" if math.isnan(state.threshold) else f"{score}, threshold {state.threshold:.3f}",
     ]
