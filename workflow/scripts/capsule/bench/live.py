@@ -7,6 +7,7 @@ recording.
 
 import contextlib
 import json
+import re
 import secrets
 import threading
 import time
@@ -25,15 +26,6 @@ MOST_LISTENERS = 8
 TAKES_WITHIN_S = 5.0
 LAST_WORDS_S = 1.0
 _REPORT = PROJECT / "workflow" / "report"
-_PARTS = {
-    "style": ("vendor/uplot/uPlot.min.css", "report.css"),
-    "script": (
-        "scripts/elements.js",
-        "vendor/uplot/uPlot.iife.min.js",
-        "scripts/theme.js",
-        "scripts/charts.js",
-    ),
-}
 
 
 class LivePage(ThreadingHTTPServer):
@@ -68,9 +60,9 @@ class LivePage(ThreadingHTTPServer):
         """Return the page, and the policy that allows its own style and script alone."""
         nonce = secrets.token_urlsafe(16)
         page = (_REPORT / "live.html").read_text(encoding="utf-8").replace("{{ nonce }}", nonce)
-        for name, files in _PARTS.items():
-            text = "\n".join((_REPORT / file).read_text(encoding="utf-8") for file in files)
-            page = page.replace(f"{{{{ {name} }}}}", text)
+        # The page names the files of the report that it holds.
+        for file in re.findall("{{ (.+) }}", page):
+            page = page.replace(f"{{{{ {file} }}}}", (_REPORT / file).read_text(encoding="utf-8"))
         policy = "default-src 'none'; img-src data:; connect-src 'self'; base-uri 'none'"
         policy += f"; form-action 'none'; style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'"
         return page, f"{policy}; frame-ancestors 'none'"

@@ -21,7 +21,7 @@ from capsule.bench.loop import kept
 from capsule.bench.record_command import add_board_options, add_wave_options, exit_statuses
 from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import INDEX, check_new, read_about
-from capsule.bench.survey_run import SurveyRun, length_mm_of
+from capsule.bench.survey_run import SurveyRun
 from capsule.bench.wave import Wave
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
@@ -186,7 +186,7 @@ def _simulated(
 ) -> SurveyRun:
     """Survey a simulated gut."""
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
-    seed, length_mm = about["seed"], length_mm_of(about)
+    seed, length_mm = about["seed"], 1000 * float(about["metres"])
     nodules = nodules_of(seed, length_mm, about["nodules"])
     sensors = settings["recording"]["sensors"]
     bench = bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
@@ -247,8 +247,8 @@ def _known_with(
             f"for {expected_mm:g} mm; correct diagonal.wavelength_mm in config/config.yaml"
         )
     begun = datetime.now(UTC)
-    header = boards["logger"].header | {"started": moment_text(begun)} | wave.entries
-    header |= {"session": session}
+    told = {"started": moment_text(begun)} | wave.entries | {"session": session}
+    header = boards["logger"].header | told
     return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
 
 

@@ -51,7 +51,14 @@ class SessionFolder:
         resumed: bool = False,
     ) -> None:
         if not resumed:
-            _begin(folder, about)
+            check_new(folder)
+            try:
+                with writing(folder / ABOUT, "the same command again"):
+                    write_json(folder / ABOUT, about)
+            except AcquisitionError:
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+                raise
         self.folder, self._about = folder, dict(about)
         columns = stream_columns(sensors) + "\n"
         self._stream = GrowingFile(folder / STREAM, columns, RESUME, resumed=resumed)
@@ -144,18 +151,6 @@ class SessionFolder:
         self.folder.rmdir()
 
 
-def _begin(folder: Path, about: Settings) -> None:
-    """Make the folder of a new session, or leave none."""
-    check_new(folder)
-    try:
-        with writing(folder / ABOUT, "the same command again"):
-            write_json(folder / ABOUT, about)
-    except AcquisitionError:
-        with contextlib.suppress(OSError):
-            folder.rmdir()
-        raise
-
-
 def check_new(folder: Path) -> None:
     """Raise `NameExistsError` if the session exists."""
     if folder.exists():
@@ -223,7 +218,13 @@ def read_stored(
         # The same order in memory as at first: another order of sums changes the last digits.
         columns = np.array(numbers).T.copy()
         judged.append((Readings(columns[1:-1], columns[-1], folds[0]), away_s))
-    return judged, dict(_told(folder / (EVENTS + PART)))
+    told: dict[int, Event] = {}
+    with contextlib.suppress(SessionError):
+        for number, line in enumerate(_whole_lines(folder / (EVENTS + PART))):
+            event = parse_event(number + 1, line)
+            if event.event in _TOLD:
+                told[number] = event
+    return judged, told
 
 
 def _whole_lines(path: Path) -> list[bytes]:
@@ -245,13 +246,3 @@ def _rows(path: Path, sensors: int) -> Iterator[tuple[list[float], str]]:
         if len(cells) != sensors + 1 + len(JUDGED) or fold not in FOLD_STATES:
             return
         yield numbers[: sensors + 2], fold
-
-
-def _told(path: Path) -> Iterator[tuple[int, Event]]:
-    for number, line in enumerate(_whole_lines(path)):
-        try:
-            event = parse_event(number + 1, line)
-        except SessionError:
-            return
-        if event.event in _TOLD:
-            yield number, event

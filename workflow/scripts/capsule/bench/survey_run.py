@@ -18,17 +18,19 @@ from capsule.bench.clock import StopRequest
 from capsule.bench.live import opened_page
 from capsule.bench.logger import moment_text
 from capsule.bench.loop import Loop
-from capsule.bench.pass_sizes import PassSizes
 from capsule.bench.state import State
 from capsule.bench.survey_bench import BoardBench
 from capsule.bench.survey_folder import SessionFolder, read_stored
 from capsule.bench.terminal import Terminal
+from capsule.detectors.files import read_learned
 from capsule.detectors.unlike import because, unlike
 from capsule.kinds import Settings
 from capsule.phantom.simulated_bench import SimulatedBench
 from capsule.recordings.recording import Recording
+from capsule.store.results import OfArchive
 from capsule.survey.cycle import STATES
 from capsule.survey.files import StoredPlace
+from capsule.survey.pass_sizes import PassSizes
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Readings
 from capsule.survey.suspects import Place
@@ -54,13 +56,16 @@ class SurveyRun:
         self._recording, detector = settings["recording"], settings["diagonal"]
         sensors = self._recording["sensors"]
         self._header, self._rate_hz = header, float(header["rate_hz"])
-        self._sizes = PassSizes(options.results, detector, self._rate_hz)
+        path = options.results / OfArchive.DETECTORS
+        learned = read_learned(path) if path.exists() else {}
+        self._sizes = PassSizes(learned, detector, self._rate_hz)
         self._on_boards, self._live = "boards" in about, options.live
         if self._on_boards:
             # Odometer and beat detection need the speed of the wave that the board drives.
             detector = detector | {"wave_speed_mm_s": about["wave"]["speed_mm_s"]}
         title = f"{options.out.name}{'' if self._on_boards else ', simulated'}"
-        self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm_of(about))
+        length_mm = math.inf if about["metres"] is None else 1000 * float(about["metres"])
+        self.state = State(1.0 / self._rate_hz, title, length_mm=length_mm)
         self._terminal = Terminal(sys.stdout)
         note, resumed = self._terminal.note, options.resume is not None
         self.disk = SessionFolder(options.out, about, sensors, note, resumed=resumed)
@@ -88,11 +93,12 @@ class SurveyRun:
         """Read, decide and write; return why the survey has ended."""
         pilot = self.pilot
         if event := self._outside(bench, stop):
-            self._obey(bench, pilot.tell(*event))
+            for command in pilot.tell(*event):
+                bench.tell(command)
         readings = bench.read(pilot.every)
         if readings is not None:
-            self._obey(bench, self._interrupt())
-            self._obey(bench, self._take(readings))
+            for command in (*self._interrupt(), *self._take(readings)):
+                bench.tell(command)
         self.disk.keep()
         self.disk.note_index(bench.index_mm)
         self._note_state(bench)
@@ -175,11 +181,6 @@ class SurveyRun:
             for place in pilot.suspects.places
         ]
 
-    @staticmethod
-    def _obey(bench: Bench, commands: tuple[str, ...]) -> None:
-        for command in commands:
-            bench.tell(command)
-
     def _note_events(self) -> None:
         """Write the new events, and store the passes that are complete."""
         events = [
@@ -248,8 +249,3 @@ class SurveyRun:
         said = [unlike(kind), row.size if words.is_known(row.size_mm) else ""]
         self._size_words[place.number] = "; ".join(filter(None, said))
         return row
-
-
-def length_mm_of(about: Settings) -> float:
-    """Return the length of the gut; infinite if unknown."""
-    return math.inf if about["metres"] is None else 1000 * float(about["metres"])
