@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import repeat
 from pathlib import Path
 
 import pytest
@@ -22,9 +23,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 from tables import table
 
 from capsule.bench.bench_errors import LineLostError
-from capsule.bench.board import Board
-from capsule.bench.protocol import Identity
-from support.bench.scripted import ENTRIES, ScriptedBench, sample_frame
+from support.bench.scripted import ScriptedBench, sample_frame
 
 RATE_HZ = 10
 # Samples that no line carries while the board is away.
@@ -53,12 +52,6 @@ def script(samples: int, lost: int, seen: dict) -> Iterator[tuple[float, bytes |
         number += 1
 
 
-def come_back(bench: ScriptedBench) -> tuple[ScriptedBench, Identity]:
-    """Return the board's line after a loss: the board has just started."""
-    bench.now_s += (AWAY - 1) / RATE_HZ
-    return bench, Identity("logger", ENTRIES)
-
-
 def main() -> None:
     """Record, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -69,7 +62,7 @@ def main() -> None:
     seen = {"sent": 0, "memory_mb": []}
     with pytest.MonkeyPatch.context() as patch, tempfile.TemporaryDirectory() as folder:
         bench = ScriptedBench(Path(folder), patch)
-        patch.setattr(Board, "come_back", lambda *_: come_back(bench))
+        bench.answers, bench.away_s = repeat({}), (AWAY - 1) / RATE_HZ
         begun = time.process_time()
         bench.run(script(samples, options.lost, seen))
         cpu_s = time.process_time() - begun

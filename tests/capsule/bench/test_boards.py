@@ -1,6 +1,5 @@
 """Ports and the boards behind them: found, identified, closed, and opened again."""
 
-import contextlib
 import errno
 import itertools
 import os
@@ -24,9 +23,9 @@ from capsule.bench.bench_errors import (
 from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import Line, UsbPort
-from capsule.bench.protocol import Damaged, Identity
+from capsule.bench.protocol import Damaged
 from capsule.bench.wave import Wave
-from support.bench.scripted import FakeLine, identity_of
+from support.bench.scripted import FakeLine, board_on, identity_of
 from support.marks import needs_terminals
 
 
@@ -70,16 +69,19 @@ def test_a_board_that_does_not_say_what_it_is_is_refused(
     talking.frames = [identity_of(device, **{key: value})]
     monkeypatch.setattr(board, "Line", lambda *_: talking)
     with pytest.raises(WrongBoardError, match=f"{device} at A reports {complaint}; upload"):
-        board.connect("A", 115200, device)
+        Board("A", 115200, device, print)
     assert talking.closed
 
 
 MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
 
 
-def usb_port(device, ids=MEGA):
+def usb_port(device, serial_number=None, location=None, ids=MEGA):
     vid, pid = ids
-    return SimpleNamespace(device=device, vid=vid, pid=pid, product=None, description=f"a {device}")
+    told = {"product": None, "description": f"a {device}"}
+    return SimpleNamespace(
+        device=device, vid=vid, pid=pid, serial_number=serial_number, location=location, **told
+    )
 
 
 @pytest.fixture
@@ -137,13 +139,13 @@ def devices(monkeypatch, clock):
 
 
 def find(skip=()):
-    return board.connect(None, 115200, "logger", skip)
+    return board.connect(None, 115200, "logger", print, skip)
 
 
 def test_the_board_is_found_among_others_without_a_question(devices):
     ports = [usb_port("C"), usb_port("B"), usb_port("A", ids=(None, None)), usb_port("D")]
     opened = devices(*ports, B=("logger", True), C=("peristalsis", True))
-    found, _ = find(skip=["D"])
+    found = find(skip=["D"])
     assert found.port == "B"
     assert sorted(opened) == ["B", "C"]  # neither the built-in port nor the one to be left alone
     assert not any(port.asked_s for port in opened.values())
@@ -163,7 +165,7 @@ def test_a_lab_pump_is_not_even_opened_and_the_user_is_told_what_to_name(devices
 def test_the_search_listens_for_three_seconds_before_it_asks(devices):
     speaks = {"A": ("logger", False), "B": b"temperature: 21.5 degrees\r\n"}
     opened = devices(usb_port("A"), usb_port("B"), **speaks)
-    found, _ = find()
+    found = find()
     assert found.port == "A"
     assert opened["A"].asked_s[0] >= 3.0
     # What sends other text than frames is no board of this bench.
@@ -174,7 +176,7 @@ def test_the_search_listens_for_three_seconds_before_it_asks(devices):
 def test_bytes_without_frames_are_a_wrong_baud_rate(devices):
     devices(A=bytes(range(128, 256)))
     with pytest.raises(WrongBaudError, match=r"wrong baud rate \(--baud is 57600, .* 115200"):
-        board.connect("A", 57600, "logger")
+        Board("A", 57600, "logger", print)
 
 
 def test_two_boards_are_not_guessed_between(devices):
@@ -198,28 +200,22 @@ def test_no_board_says_what_each_port_answered(devices):
         find()
 
 
-def plugged(device, serial_number, location=None):
-    return SimpleNamespace(
-        device=device, vid=0x2341, pid=0x42, serial_number=serial_number, location=location
-    )
-
-
 # Kills: a board known by its name alone; clones mixed up, which share a number or have none.
 @pytest.mark.parametrize("number", ["85", None, "1"], ids=["its own", "none", "the same"])
 def test_a_board_is_known_again_under_another_name(monkeypatch, number):
     there = []
     monkeypatch.setattr(line.list_ports, "comports", lambda: there)
-    second = plugged("ttyACM1", "17" if number == "85" else number, "1-1.3")
-    there += [plugged("ttyACM0", number, "1-1.2"), second]
+    second = usb_port("ttyACM1", "17" if number == "85" else number, "1-1.3")
+    there += [usb_port("ttyACM0", number, "1-1.2"), second]
     port = UsbPort("ttyACM0")
     assert port.current_name() == "ttyACM0"
     there[:] = [second]
     assert port.current_name() == "ttyACM0"  # not there: wait for it
     # The number tells it again, or the socket that it is plugged into.
-    there[:] = [plugged("ttyACM2", number, "1-1.2"), second]
+    there[:] = [usb_port("ttyACM2", number, "1-1.2"), second]
     assert port.current_name() == "ttyACM2"
     # Where the system does not tell the socket, the name is all that there is.
-    there[:] = [plugged("ttyACM0", None), plugged("ttyACM1", None)]
+    there[:] = [usb_port("ttyACM0", None), usb_port("ttyACM1", None)]
     assert UsbPort("ttyACM0").current_name() == "ttyACM0"
     assert UsbPort("socket://there:1").current_name() == "socket://there:1"
 
@@ -228,14 +224,15 @@ def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeyp
     lost = FakeLine("lost", lost=True)
     monkeypatch.setattr(board, "Line", lambda *_: lost)
     with pytest.raises(NoAnswerError, match="the board at lost was disconnected before it"):
-        board.connect("lost", 115200, "logger")
+        Board("lost", 115200, "logger", print)
     assert lost.closed
 
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch):
-    lost = FakeLine("lost", lost=True)
-    known = Identity("peristalsis", {"wavelength_mm": "80"})
-    monkeypatch.setattr(recorder, "connect", lambda *_: (lost, known))
+    lost = FakeLine("lost")
+    connected = board_on(lost)
+    lost.lost = True
+    monkeypatch.setattr(recorder, "Board", lambda *_: connected)
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
         recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"), FrameLog(Path(os.devnull)))
     assert lost.closed
@@ -243,10 +240,10 @@ def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(mon
 
 # Kills: the begin of a frame that neither log nor count has, since a command met the lost line.
 def test_what_a_lost_line_had_begun_to_send_is_kept(clock):
-    line = FakeLine("A", lost=True)
-    line.rest = b"$D,12,1200,5"
-    away = Board(line, Identity("logger", {}), lambda text: None)
-    away._open_s = clock.s + 1
+    line = FakeLine("A")
+    away = board_on(line, "logger")
+    list(away.read())
+    line.lost, line.rest = True, b"$D,12,1200,5"
     away.send("identify")
     assert [arrival.event for arrival in away.read()] == [Damaged(line.rest, "cut off")]
     assert list(away.read()) == []
@@ -259,13 +256,12 @@ def test_a_board_that_does_not_identify_itself_is_reopened_every_10_s_at_most(mo
         opened_s.append(clock.s)
         return FakeLine(port, baud)
 
-    monkeypatch.setattr(board, "Line", silent)
-    waiting = Board(FakeLine("A"), Identity("fold", {}), lambda text: None)
+    waiting = board_on(FakeLine("A"), "fold")
     waiting.close()
+    monkeypatch.setattr(board, "Line", silent)
     while clock.s < 160:
         before_s = clock.s
-        with contextlib.suppress(NoAnswerError):
-            assert waiting.come_back(0.05) is None
+        assert list(waiting.read(0.05)) == []
         assert clock.s - before_s < 0.1  # no step takes long: display and Ctrl-C go on
     gaps_s = [after - before for before, after in itertools.pairwise(opened_s)]
     assert len(gaps_s) >= 3

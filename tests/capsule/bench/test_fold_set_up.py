@@ -6,8 +6,7 @@ import pytest
 
 from capsule.bench import fold
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.protocol import Identity
-from support.bench.scripted import FakeLine
+from support.bench.scripted import FakeLine, board_on
 
 DONE, DISAGREES = "A,setup,unfolded", "E,setup,the switch unfolded alone must be closed"
 
@@ -28,9 +27,9 @@ def test_a_person_who_has_looked_sets_a_new_board_up(
     monkeypatch, capsys, typed, answer, known, on_terminal, told, said
 ):
     line = FakeLine()
+    board = board_on(line, "fold", setup=known)
     line.frames = [answer]
-    identity = Identity("fold", {"setup": known})
-    monkeypatch.setattr(fold, "connect", lambda *_: (line, identity))
+    monkeypatch.setattr(fold, "Board", lambda *_: board)
     monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: on_terminal))
     try:
         fold.set_up_fold("/dev/board", 115200, lambda question: typed)

@@ -10,16 +10,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import survey_bench, wave
+from capsule.bench import board, survey_bench, wave
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardLostError,
     RefusedError,
     SurveyFaultError,
 )
-from capsule.bench.board import Board
 from capsule.bench.fold import FoldBoard
-from capsule.bench.protocol import Identity
 from capsule.bench.survey_bench import BoardBench
 from capsule.bench.wave import Drive, Wave
 from capsule.engine.configuration import read_config_file
@@ -28,7 +26,7 @@ from capsule.survey.cycle import Cycle
 from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import FOLDED, FOLDING, UNKNOWN_FOLD, Readings
 from capsule.survey.way_back import Leg
-from support.bench.scripted import ENTRIES, FakeLine
+from support.bench.scripted import FakeLine, board_on, identity_of
 
 
 def log_to(told):
@@ -36,7 +34,6 @@ def log_to(told):
 
 
 LOG = log_to([])
-IDENTITY = Identity("peristalsis", {"wavelength_mm": "80.000"})
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 WAVE = Wave(25.0, 25.0, "forward")
 
@@ -62,16 +59,12 @@ def line():
     return Line()
 
 
-def board(line, identity=IDENTITY, **settings):
-    return Board(line, identity, lambda text: None, **settings)
-
-
 # Kills: a lease of 50 s, and a start without the thread that renews the lease.
 def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_busy(
     line, monkeypatch
 ):
     monkeypatch.setattr(wave, "LOOK_EVERY_S", 0.001)
-    drive = Drive(board(line), WAVE, LOG)
+    drive = Drive(board_on(line), WAVE, LOG)
     drive.set_up()
     drive.start()
     assert line.renewed.wait(10)
@@ -83,7 +76,7 @@ def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_bus
 
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one.
 def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
-    drive = Drive(board(line), WAVE, LOG)
+    drive = Drive(board_on(line), WAVE, LOG)
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)
     for _ in range(3 * looks):
         drive.look()
@@ -100,13 +93,13 @@ def test_a_wave_whose_main_thread_hangs_is_stopped_within_its_lease(line):
 
 
 # Kills: a thread that ends when the line is lost, so that nobody renews the lease afterwards.
-def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
-    away = board(line)
+def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line):
+    away = board_on(line)
     drive = Drive(away, WAVE, LOG)
-    monkeypatch.setattr(away, "_line", None)
+    away.line = None
     drive.look()
     assert not line.sent
-    monkeypatch.setattr(away, "_line", line)
+    away.line = line
     drive.look()
     assert line.sent == ["position"]
     assert wave.RENEW_AFTER_S + wave.LOOK_EVERY_S < 2.0  # as docs/bench.md says
@@ -114,12 +107,14 @@ def test_a_lease_outlives_a_board_that_is_away_for_a_moment(line, monkeypatch):
 
 # Kills: a board that was away, taken to go on where it was since its clock is ahead of the old one.
 def test_a_wave_board_that_is_back_has_forgotten_its_phase_and_is_started_again(line, monkeypatch):
-    away = board(line)
+    away = board_on(line)
     drive = Drive(away, WAVE, LOG, restarts=3)
     line.frames = ["P,10,10,0.6,25.0,running,"]
     drive.serve()
-    monkeypatch.setattr(away, "_line", None)
-    monkeypatch.setattr(away, "come_back", lambda timeout_s: (line, IDENTITY))
+    line.lost = True
+    drive.serve()
+    monkeypatch.setattr(board, "Line", lambda *_: line)
+    away._open_s, line.lost, line.frames = 0.0, False, [identity_of("peristalsis")]
     drive.serve()
     line.frames = ["P,3000,10,0.6,25.0,running,"]
     drive.serve()
@@ -130,7 +125,7 @@ def test_a_wave_board_that_is_back_has_forgotten_its_phase_and_is_started_again(
 # a recording that starts its wave again.
 def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(line, monkeypatch):
     monkeypatch.setattr(wave, "ASK_EVERY_S", 0.0)
-    drive = Drive(board(line), WAVE, LOG)
+    drive = Drive(board_on(line), WAVE, LOG)
     for tenth in range(30):
         drive.serve(tenth / 10)
         assert drive.fault == ""
@@ -178,7 +173,7 @@ def test_a_second_ctrl_c_ends_a_program_that_hangs():
 # Kills: a wave that is started again for ever.
 def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     told, starts = [], []
-    drive = Drive(board(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
+    drive = Drive(board_on(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
     for number in range(25):
         assert (drive.trouble(60) is None) == (number <= 3)
         line.frames.append(f"P,{9000 - number},10,0.6,25.0,running,")
@@ -194,9 +189,8 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
 
 
 def bench_on(fold, peristalsis, logger=None, **settings):
-    boards = {"fold": board(fold, Identity("fold", {}), insists=True)}
-    boards["peristalsis"] = board(peristalsis)
-    boards["logger"] = board(logger or Line(), Identity("logger", ENTRIES))
+    lines = {"fold": fold, "peristalsis": peristalsis, "logger": logger or Line()}
+    boards = {kind: board_on(line, kind) for kind, line in lines.items()}
     return BoardBench(boards, WAVE, LOG, SimpleNamespace(reason=""), patience_s=60.0, **settings)
 
 
@@ -285,7 +279,9 @@ def fold_of(board):
 # Kills: an end that does not wait until the origami is unfolded.
 def test_the_end_of_a_survey_waits_for_the_unfolding(line, monkeypatch):
     monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count().__next__)
-    assert "does not confirm that the origami is unfolded" in fold_of(board(line)).leave_unfolded()
+    assert (
+        "does not confirm that the origami is unfolded" in fold_of(board_on(line)).leave_unfolded()
+    )
 
 
 RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
@@ -322,7 +318,7 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
 def test_what_ends_a_survey(line, monkeypatch, make, batches, passed_s, words):
     now_s = 1000.0
     monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now_s)
-    made = make(board(line, insists=True))
+    made = make(board_on(line))
     for batch in batches:
         assert made.trouble(15) is None
         now_s += passed_s
@@ -335,7 +331,7 @@ def test_what_ends_a_survey(line, monkeypatch, make, batches, passed_s, words):
 # Kills: a motor that has to rest, taken for an origami that does not fold; the last state of a
 # board that has fallen silent, taken for the present one.
 def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(line, monkeypatch):
-    fold = FoldBoard(board(line, insists=True), LOG)
+    fold = FoldBoard(board_on(line), LOG)
     line.frames = ["F,5,0,unfolded,unfolded"]
     line.send = line.sent.append  # it does not confirm
     fold.serve()
@@ -354,7 +350,7 @@ def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(l
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
 @pytest.mark.parametrize("state", ["running", "stopped"])
 def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave(line, state):
-    drive = Drive(board(line), WAVE, LOG, restarts=3)
+    drive = Drive(board_on(line), WAVE, LOG, restarts=3)
     line.frames = ["P,10,10,0.6,25.0,running,"]
     drive.serve()
     drive.note_pause()
@@ -371,7 +367,7 @@ def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave
 def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):
     line.send = lambda payload: line.frames.append("E,direction,the motor follows 800")
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
-        Drive(board(line), WAVE, LOG).set_up()
+        Drive(board_on(line), WAVE, LOG).set_up()
 
 
 # Kills: a firmware that knows no leases, of which nobody is told.
@@ -380,5 +376,5 @@ def test_a_board_without_leases_is_driven_with_a_warning(line):
     line.send = lambda payload: (
         line.frames.append("E,lease,unknown") if "lease" in payload else obey(payload)
     )
-    Drive(board(line), WAVE, log_to(told)).set_up()
+    Drive(board_on(line), WAVE, log_to(told)).set_up()
     assert "the wave will not stop if this computer fails" in told[0]

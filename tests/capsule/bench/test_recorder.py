@@ -16,10 +16,9 @@ from capsule.bench.bench_errors import (
     LineLostError,
     RefusedError,
 )
-from capsule.bench.board import Board
-from capsule.bench.protocol import Identity, encode
+from capsule.bench.protocol import encode
 from capsule.recordings.recording import read_recording
-from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
+from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
 
 
 def samples(first, last):
@@ -165,23 +164,16 @@ def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
     assert len(bench.logger.samples) == 1001
 
 
-def plug_in_later(bench, monkeypatch, *boards):
+def plug_in_later(bench, *boards):
     """Let these boards answer, one per attempt, when the recorder searches for its own."""
-    answers = iter(boards)
-
-    def step(returning, timeout_s):
-        bench.now_s += 1.0
-        entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
-        return bench, Identity("logger", entries)
-
-    monkeypatch.setattr(Board, "come_back", step)
+    bench.answers, bench.away_s = iter(boards), 1.0
 
 
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
 
 
-def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
-    plug_in_later(bench, monkeypatch, OTHER, OTHER, {"uptime_ms": 5900})
+def test_another_board_after_a_replug_is_refused(bench):
+    plug_in_later(bench, OTHER, OTHER, {"uptime_ms": 5900})
     bench.run([*samples(0, 30), (3.0, LineLostError()), *samples(60, 90)])
     assert bench.numbers() == [*range(30), *range(60, 90)]
     (told,) = [text for text in bench.told if "another one" in text]
@@ -189,8 +181,8 @@ def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
 
 
 # Kills: a sample in doubt that is lost with its board.
-def test_a_board_that_does_not_come_back_ends_by_patience(bench, monkeypatch):
-    plug_in_later(bench, monkeypatch, *(40 * [OTHER]))
+def test_a_board_that_does_not_come_back_ends_by_patience(bench):
+    plug_in_later(bench, *(40 * [OTHER]))
     with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
         bench.run([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
     assert bench.numbers() == [*range(30), 33]
@@ -205,10 +197,8 @@ def test_a_sample_in_doubt_is_kept_as_soon_as_its_board_is_lost(bench):
 
 
 # Kills: a patience that begins anew with each return of a board that sends no sample.
-def test_a_board_that_comes_back_again_and_again_without_a_sample_ends_by_patience(
-    bench, monkeypatch
-):
-    plug_in_later(bench, monkeypatch, *(40 * [{}]))
+def test_a_board_that_comes_back_again_and_again_without_a_sample_ends_by_patience(bench):
+    plug_in_later(bench, *(40 * [{}]))
     with pytest.raises(BoardLostError, match=r"\(--patience\)"):
         bench.run([*samples(0, 30), *((3.0 + number, LineLostError()) for number in range(40))])
 
@@ -225,10 +215,8 @@ def test_another_board_behind_the_same_line_is_refused(bench):
 @pytest.mark.parametrize(
     "uptime_ms", [581_000 + 3000, 0, 2500, 5000], ids=["ahead", "new", "behind", "between"]
 )
-def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(
-    bench, monkeypatch, uptime_ms
-):
-    plug_in_later(bench, monkeypatch, {"uptime_ms": uptime_ms})
+def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(bench, uptime_ms):
+    plug_in_later(bench, {"uptime_ms": uptime_ms})
     began = uptime_ms // 100
     later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
     bench.recorder.patience_s = 1000

@@ -1,17 +1,20 @@
 """Simulate a serial line that follows a script of a test, without waiting."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from types import SimpleNamespace
 
+import pytest
+
 from capsule.bench import board, clock, logger, recorder
-from capsule.bench.bench_errors import LineLostError
+from capsule.bench.bench_errors import BoardNotFoundError, LineLostError
 from capsule.bench.board import Board
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import Arrival
 from capsule.bench.logger import Logger
 from capsule.bench.loop import Loop
-from capsule.bench.protocol import Damaged, FrameParser, Identity, encode
+from capsule.bench.protocol import Damaged, FrameParser, encode
 from capsule.bench.recorder import Recorder
 
 ENTRIES = {
@@ -22,6 +25,7 @@ ENTRIES = {
     "adc_bits": "10",
     "vref_mv": "5000",
     "series_ohm": "12000",
+    "wavelength_mm": "80.000",
     "state": "running",
     "uptime_ms": "0",
 }
@@ -74,22 +78,29 @@ class FakeLine:
             raise LineLostError("unplugged")
         self.sent.append(payload)
 
-    def put_back(self, arrivals: list[Arrival]) -> None:
-        """Take what came beside an identity."""
-
     def close(self) -> list:
         """Note that it was closed."""
         self.closed = True
         return [Damaged(self.rest, "cut off")] if self.rest else []
 
 
+def board_on(line: FakeLine, kind: str = "peristalsis", **changes: object) -> Board:
+    """Return a board on a line, which has said what it is."""
+    line.frames = [identity_of(kind, **changes)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(board, "Line", lambda *_: line)
+        return Board(line.port, line.baud, kind, lambda text: None)
+
+
 class ScriptedBench:
     """A recorder whose line and clock follow a script, with Ctrl-C at the script's end.
 
-    `duration` is the recording's number of rows, `patience_s` the value of ``--patience``.
+    `duration` is the recording's number of rows, `patience_s` the value of ``--patience``. When its
+    port is opened again, the board answers after `away_s`, with the next changes of its identity in
+    `answers`.
     """
 
-    port, baud = "scripted", 115200
+    port, baud, sent_s, first_bytes = "scripted", 115200, 0.0, b""
 
     def __init__(
         self, folder: Path, monkeypatch: object, duration: int | None = None, patience_s: float = 5
@@ -97,7 +108,9 @@ class ScriptedBench:
         self.now_s = 0.0
         self.sent: list[str] = []
         self.told: list[str] = []
-        self._script: Iterable = iter(())
+        self._script: Iterator = iter(())
+        self.answers: Iterator[dict] = iter([{}])
+        self.away_s = 0.0
         self._parser = FrameParser()
         self._stop = SimpleNamespace(reason="")
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
@@ -106,15 +119,24 @@ class ScriptedBench:
             monkeypatch.setattr(module, "AWAKE", awake)
         for module in (board, recorder):
             monkeypatch.setattr(module, "elapsed_s", lambda: self.now_s)
+        for name, value in {"Line": self._opened, "REOPEN_AFTER_S": 0, "KNOCK_EVERY_S": 0}.items():
+            monkeypatch.setattr(board, name, value)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
         header = {"started": "2026-01-01T00:00:00Z"}
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
-        mine = Board(self, Identity("logger", ENTRIES), self.told.append)
+        mine = Board(self.port, self.baud, "logger", self.told.append)
         self.logger = Logger(mine, self.log)
         self.logger.state.longest, self.logger.state.end_s = 1000, (duration or 0) / 10
         loop = Loop("the recording", self.logger.state, self.log)
         self.recorder = Recorder(self.logger, self.part, header, loop, patience_s, self._stop)
+
+    def _opened(self, *_: object) -> "ScriptedBench":
+        for changes in self.answers:
+            first = [(self.now_s + self.away_s, identity_frame(**changes))]
+            self._script = chain(first, self._script)
+            return self
+        raise BoardNotFoundError("no answer is left")
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
         """Run the recorder over a script: pairs of a time and the bytes that arrive then."""

@@ -5,6 +5,7 @@ import os
 import re
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
+from functools import partial
 
 from serial.tools import list_ports
 
@@ -69,43 +70,102 @@ REOPEN_AFTER_S = 10.0
 class Board:
     """One board: its line, its return when it was unplugged, and commands that it must confirm.
 
+    Making one opens the port, and waits until the board has said what it is; it is not asked before
+    `listen_s`.
+
     Attributes
     ----------
     port : str
         Present name of the port.
+    line : Line, optional
+        The open line; None if the board is not connected.
     identity : Identity
         The board's newest description of itself.
+    pending : tuple of str
+        Commands that the board has not confirmed.
+    insists : bool
+        Whether a command that the board refuses is sent again.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened; another board answers, or none, or the baud rate is wrong.
+    KeyboardInterrupt
+        The user has ended the program.
     """
 
     def __init__(
         self,
-        line: Line,
-        identity: Identity,
+        port: str,
+        baud: int,
+        wanted: str,
         tell: Callable[[str], None],
-        *,
-        insists: bool = False,
+        stop: StopRequest | None = None,
+        listen_s: float = 0.0,
     ) -> None:
-        self._line: Line | None = line
-        self._usb_port, self._baud = UsbPort(line.port), line.baud
-        # The steps of a port that was opened again, until its board has said what it is.
-        self._opening: Generator[tuple[Line, Identity] | None] | None = None
-        self._open_s = 0.0
-        # What a line that was lost had begun to send.
+        self.port, self._baud, self._usb_port = port, baud, UsbPort(port)
+        self._tell, self._told, self.insists = tell, "", False
+        self.line: Line | None = None
+        self.identity = Identity(wanted, {})
+        # What has arrived, but was not read yet.
         self._rest: list[Arrival] = []
-        self._first, self._tell, self._insists = identity, tell, insists
-        self._told = ""
-        #: Commands that the board has not confirmed.
         self.pending: tuple[str, ...] = ()
         self._refused = ""
-        self._due_s = 0.0
+        self._due_s = self._open_s = self._heard_s = 0.0
+        # The steps of a port that is opened, until its board has said what it is.
+        self._opening = self._open(listen_s)
+        with contextlib.closing(self._opening):
+            for _ in self._opening:
+                if stop and stop.reason:
+                    raise KeyboardInterrupt
+                time.sleep(LOOK_EVERY_S)
+
+    def _open(self, listen_s: float = 0.0) -> Generator[None]:
+        """Open the port and identify its board in short steps, so that others are served meanwhile.
+
+        The port is closed if this fails, or is given up before the board has answered.
+        """
+        line = Line(self._usb_port.current_name(), self._baud)
+        opened_s, asked_s = time.monotonic(), 0.0
+        self._open_s = opened_s + REOPEN_AFTER_S
+        heard: list[Arrival] = []
+        try:
+            while True:
+                heard += line.receive(0)
+                told = [each.event for each in heard if isinstance(each.event, Identity)]
+                if told:
+                    break
+                yield
+                now_s, content = time.monotonic(), line.first_bytes
+                if now_s - opened_s < (listen_s if content else max(QUIET_S, listen_s)):
+                    continue
+                asked_s = asked_s or now_s
+                hopeless = not content or _is_garbled(content)
+                # What sends text without frames is no board of this bench, so it is not even asked.
+                stranger = listen_s and len(content) >= _ENOUGH and b"$" not in content
+                if stranger or now_s - asked_s > (GARBLED_S if hopeless else ANSWER_S):
+                    raise _silence_of(line, heard)
+                if now_s - line.sent_s >= ASK_EVERY_S:
+                    line.send("identify")
+            _check(line.port, self.identity, told[-1])
+        except BaseException as fault:
+            line.close()
+            if isinstance(fault, LineLostError):
+                told_by = f"the board at {line.port} was disconnected before it identified itself"
+                raise NoAnswerError(f"{told_by}: {fault}") from fault
+            raise
+        if self.identity.entries:
+            self._tell(f"the {self.identity.device} board is back")
+            self._rest.append(Arrival(Back(told[-1]), elapsed_s()))
+        # A running board sends samples meanwhile.
+        self._rest += [each for each in heard if each.event != told[-1]]
+        self.line, self.port, self.identity = line, line.port, told[-1]
         self._heard_s = AWAKE.now_s()
-        self.port = line.port
-        self.identity = identity
 
     @property
     def connected(self) -> bool:
         """Return whether the board is connected and identified."""
-        return self._line is not None
+        return self.line is not None
 
     @property
     def name(self) -> str:
@@ -123,13 +183,6 @@ class Board:
             "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
             "series_ohm": entries["series_ohm"],
         }
-
-    @property
-    def line(self) -> Line:
-        """The open line; raises `LineLostError` if the board is not connected."""
-        if self._line is None:
-            raise LineLostError(f"{self.port} is not connected")
-        return self._line
 
     @property
     def silent_s(self) -> float:
@@ -151,68 +204,56 @@ class Board:
         Answers to commands are noted, and what is due then is sent. If the board is not connected,
         try to connect it; `Back` says that it is. Another board is not accepted.
         """
-        for arrival in self._receive(timeout_s):
+        try:
+            if self.line:
+                self._rest += self.line.receive(timeout_s)
+            else:
+                self._come_back(timeout_s)
+        except LineLostError:
+            self._lose()
+        except AcquisitionError as reason:
+            if not isinstance(reason, BoardNotFoundError) and str(reason) != self._told:
+                self._told = str(reason)
+                self._tell(f"still waiting: {reason}")
+        arrivals, self._rest = self._rest, []
+        for arrival in arrivals:
             if not isinstance(arrival.event, Damaged):
                 self._heard_s = AWAKE.now_s()
             self._note_answer(arrival.event)
             yield arrival
         self._send_pending()
 
-    def _receive(self, timeout_s: float) -> list[Arrival]:
-        arrivals: list[Arrival] = []
-        try:
-            if self._line is not None:
-                arrivals = self._line.receive(timeout_s)
-            elif found := self.come_back(timeout_s):
-                arrivals = self._welcome(*found)
-        except LineLostError:
-            self._lose()
-        except AcquisitionError as reason:
-            if not isinstance(reason, BoardNotFoundError):
-                self._tell_once(f"still waiting: {reason}")
-        rest, self._rest = self._rest, []
-        return rest + arrivals
+    def _come_back(self, timeout_s: float) -> None:
+        """Open the port again when its time has come, or look at it; errors as at first."""
+        now_s = time.monotonic()
+        if now_s >= self._open_s:
+            self._opening.close()
+            self._open_s = now_s + KNOCK_EVERY_S
+            self._opening = self._open()
+        next(self._opening, None)
+        if not self.line:
+            time.sleep(timeout_s)
 
     def send(self, payload: str) -> None:
         """Send a command, if the board is connected."""
-        if self._line is not None:
+        if self.line:
             try:
-                self._line.send(payload)
+                self.line.send(payload)
             except LineLostError:
                 self._lose()
 
     def close(self) -> list[Damaged]:
         """Close the port; return the rest of an unfinished frame."""
-        rest = [] if self._line is None else self._line.close()
-        self._line = None
-        self._end_opening()
-        return rest
+        self._opening.close()
+        line, self.line = self.line, None
+        return line.close() if line else []
 
-    def come_back(self, timeout_s: float) -> tuple[Line, Identity] | None:
-        """Try to open the port again, or listen to it; return the line once its board is known.
-
-        Raises
-        ------
-        AcquisitionError
-            The port cannot be opened, or the wrong board or none answers. It is opened again when
-            its time has come.
-        """
-        now_s = time.monotonic()
-        if now_s >= self._open_s:
-            self._end_opening()
-            self._open_s = now_s + KNOCK_EVERY_S
-            port = self._usb_port.current_name()
-            self._opening = opened(port, self._baud, self.identity.device)
-            next(self._opening)
-            self._open_s = now_s + REOPEN_AFTER_S
-        found = next(self._opening, None) if self._opening else None
-        if not found:
-            time.sleep(timeout_s)
-        return found
-
-    def _end_opening(self) -> None:
-        if self._opening:
-            self._opening.close()
+    def _lose(self) -> None:
+        self._tell(
+            f"{self.name} was unplugged; plug it back in before --patience ends, or end with Ctrl-C"
+        )
+        self._told = ""
+        self._rest += [Arrival(piece, elapsed_s()) for piece in self.close()]
 
     def want(self, *commands: str) -> None:
         """Send these commands instead of all unconfirmed ones; each until the board confirms it."""
@@ -258,7 +299,7 @@ class Board:
         """Go on with the next command if this event answers the present one."""
         name = self.pending[0].partition(",")[0] if self.pending else None
         match event:
-            case Refusal(command=answered) if answered == name and self._insists:
+            case Refusal(command=answered) if answered == name and self.insists:
                 self._due_s = time.monotonic() + AGAIN_S
             case Acknowledgement(command=answered) | Refusal(command=answered) if answered == name:
                 self._refused = event.reason if isinstance(event, Refusal) else ""
@@ -266,52 +307,16 @@ class Board:
                 self._due_s = 0.0
                 self._send_pending()
 
-    def _lose(self) -> None:
-        self._tell(
-            f"{self.name} was unplugged; plug it back in before --patience ends, or end with Ctrl-C"
-        )
-        self._told = ""
-        self._rest = [Arrival(piece, elapsed_s()) for piece in self.close()]
-
-    def _welcome(self, line: Line, identity: Identity) -> list[Arrival]:
-        if another := another_board(line.port, self._first, identity):
-            line.close()
-            self._tell_once(another)
-            return []
-        self._line = line
-        self.identity, self.port = identity, line.port
-        self._tell(f"the {identity.device} board is back")
-        return [Arrival(Back(identity), elapsed_s())]
-
-    def _tell_once(self, text: str) -> None:
-        if text != self._told:
-            self._told = text
-            self._tell(text)
-
-
-def another_board(port: str, first: Identity, identity: Identity) -> str:
-    """Return the message that a board differs in kind or electronics from the first one there."""
-    differing = ", ".join(
-        f"{key}={identity.entries.get(key)} instead of {first.entries.get(key)}"
-        for key in ("protocol", *_NUMBERS.get(first.device, ()))
-        if identity.entries.get(key) != first.entries.get(key)
-    )
-    if identity.device != first.device:
-        differing = f"it is the {identity.device} board"
-    return differing and (
-        f"the board at {port} is another one ({differing}), so its samples are ignored; plug the "
-        "first board back in, or end with Ctrl-C"
-    )
-
 
 def connect(
     port: str | None,
     baud: int,
     wanted: str,
+    tell: Callable[[str], None],
     skip: Iterable[str] = (),
     stop: StopRequest | None = None,
-) -> tuple[Line, Identity]:
-    """Open a port, or find one, and check which board is behind it.
+) -> Board:
+    """Return the board at a port, or find it at any port but those to `skip`.
 
     Opening a port restarts many devices, and a command can do anything to a device that is no board
     of this bench. So a search opens only ports with the USB numbers of the boards. For three
@@ -320,14 +325,14 @@ def connect(
     Raises
     ------
     AcquisitionError
-        The port cannot be opened, another board or none answers, or the baud rate is wrong. A
-        search finds no board, or more than one: the text says what each port answered, and which
-        ports were left alone.
+        As of `Board`. A search finds no board, or more than one: the text says what each port
+        answered, and which ports were left alone.
     KeyboardInterrupt
         The user has ended the program.
     """
+    open_board = partial(Board, baud=baud, wanted=wanted, tell=tell, stop=stop)
     if port is not None:
-        return _introduced(port, baud, wanted, 0.0, stop)
+        return open_board(port)
     left = {os.path.realpath(port) for port in skip}
     found = sorted(list_ports.comports(), key=lambda port: str(port.device))
     ports = [port for port in found if os.path.realpath(port.device) not in left]
@@ -340,20 +345,20 @@ def connect(
     ]
     if len(candidates) > 1:
         print(f"looking for the {wanted} at {', '.join(candidates)}")
-    boards: list[tuple[Line, Identity]] = []
+    boards: list[Board] = []
     answers: list[AcquisitionError] = []
-    with contextlib.ExitStack() as opened_ports:
+    with contextlib.ExitStack() as opened:
         for candidate in candidates:
             try:
-                boards.append(_introduced(candidate, baud, wanted, LISTEN_S, stop))
-                opened_ports.callback(boards[-1][0].close)
+                boards.append(open_board(candidate, listen_s=LISTEN_S))
+                opened.callback(boards[-1].close)
             except AcquisitionError as answer:
                 answers.append(answer)
         if len(boards) == 1:
-            opened_ports.pop_all()
+            opened.pop_all()
             return boards[0]
     if boards:
-        names = ", ".join(line.port for line, _ in boards)
+        names = ", ".join(board.port for board in boards)
         raise BoardNotFoundError(
             f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
         )
@@ -369,78 +374,13 @@ def connect(
     raise BoardNotFoundError("\n".join(told))
 
 
-def _introduced(
-    port: str, baud: int, wanted: str, listen_s: float, stop: StopRequest | None
-) -> tuple[Line, Identity]:
-    """Open a port, and wait until its board has said what it is; errors as in `connect`."""
-    with contextlib.closing(opened(port, baud, wanted, listen_s)) as steps:
-        while not (found := next(steps)):
-            if stop and stop.reason:
-                raise KeyboardInterrupt
-            time.sleep(LOOK_EVERY_S)
-        return found
+def _is_garbled(content: bytes) -> bool:
+    """Return whether bytes come at a wrong baud rate: mere noise leaves most bytes printable."""
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    return len(content) >= _ENOUGH and printable < 0.8 * len(content)
 
 
-def opened(
-    port: str, baud: int, wanted: str, listen_s: float = 0.0
-) -> Generator[tuple[Line, Identity] | None]:
-    """Open a port and identify its board in short steps, so that others are served meanwhile.
-
-    The port is closed if this fails, or is given up before the board has answered.
-
-    Yields
-    ------
-    (Line, Identity) or None
-        None once the port is open, and after each look at it, until the board has answered.
-
-    Raises
-    ------
-    AcquisitionError
-        The port cannot be opened, or has disappeared; another board answers, or none, or the baud
-        rate is wrong.
-    """
-    line = Line(port, baud)
-    identity: Identity | None = None
-    others: list[Arrival] = []
-    asked_s, questions = 0.0, 0
-    try:
-        yield None
-        opened_s = time.monotonic()
-        while True:
-            for arrival in line.receive(0):
-                if isinstance(arrival.event, Identity):
-                    identity = arrival.event
-                else:
-                    others.append(arrival)
-            if identity:
-                break
-            yield None
-            now_s, content = time.monotonic(), line.first_bytes
-            if now_s - opened_s < (listen_s if content else max(QUIET_S, listen_s)):
-                continue
-            asked_s = asked_s or now_s
-            reason = _silence_of(line, others)
-            hopeless = not content or isinstance(reason, WrongBaudError)
-            # What sends text without frames is no board of this bench, so it is not even asked.
-            stranger = listen_s and len(content) >= _ENOUGH and b"$" not in content
-            if stranger or now_s - asked_s > (GARBLED_S if hopeless else ANSWER_S):
-                raise reason
-            if now_s - asked_s >= questions * ASK_EVERY_S:
-                line.send("identify")
-                questions += 1
-        _check(identity, wanted, port)
-    except BaseException as fault:
-        line.close()
-        if isinstance(fault, LineLostError):
-            raise NoAnswerError(
-                f"the board at {port} was disconnected before it identified itself: {fault}"
-            ) from fault
-        raise
-    line.put_back(others)  # a running board sends samples meanwhile
-    yield line, identity
-
-
-def _silence_of(line: Line, others: Iterable[Arrival]) -> AcquisitionError:
+def _silence_of(line: Line, heard: Iterable[Arrival]) -> AcquisitionError:
     """Return why a board has not said what it is, by what else it has sent."""
     content, port = line.first_bytes, line.port
     if not content:
@@ -448,14 +388,12 @@ def _silence_of(line: Line, others: Iterable[Arrival]) -> AcquisitionError:
             f"nothing answers at {port}; check that this is the right port, and that the firmware "
             "is on the board (workflow/firmware)"
         )
-    if not all(isinstance(arrival.event, Damaged) for arrival in others):
+    if not all(isinstance(arrival.event, Damaged) for arrival in heard):
         return NoAnswerError(
             f"the board at {port} sends frames but does not answer 'identify'; try another cable, "
             "or press the reset button of the board"
         )
-    # Mere noise leaves most bytes printable.
-    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
-    if len(content) >= _ENOUGH and printable < 0.8 * len(content):
+    if _is_garbled(content):
         return WrongBaudError(
             f"{port} sent bytes but no frame; this is probably the wrong baud rate (--baud is "
             f"{line.baud}, the firmware uses {BAUD})"
@@ -466,18 +404,34 @@ def _silence_of(line: Line, others: Iterable[Arrival]) -> AcquisitionError:
     )
 
 
-def _check(identity: Identity, wanted: str, port: str) -> None:
-    """Raise an error if another board answers, or does not say all that it must."""
-    if identity.device != wanted:
+def _check(port: str, first: Identity, identity: Identity) -> None:
+    """Raise an error if another board answers than the first, or does not say all that it must."""
+    if identity.device != first.device:
         purpose = PURPOSES.get(identity.device, "it does not belong to this bench")
         raise WrongBoardError(
-            f"the board at {port} is the {identity.device} board, not the {wanted}: {purpose}"
+            f"the board at {port} is the {identity.device} board, not the {first.device}: {purpose}"
         )
     if fault := _fault_of(identity):
         raise WrongBoardError(
-            f"the {wanted} at {port} reports {fault}; upload the firmware of this version "
+            f"the {first.device} at {port} reports {fault}; upload the firmware of this version "
             "(workflow/firmware)"
         )
+    if first.entries and (another := another_board(port, first, identity)):
+        raise WrongBoardError(another)
+
+
+def another_board(port: str, first: Identity, identity: Identity) -> str:
+    """Return the message that a board differs in kind or electronics from the first one there."""
+    before, now = ({"board": each.device, **each.entries} for each in (first, identity))
+    differing = ", ".join(
+        f"{key}={now.get(key)} instead of {before.get(key)}"
+        for key in ("board", "protocol", *_NUMBERS.get(first.device, ()))
+        if now.get(key) != before.get(key)
+    )
+    return differing and (
+        f"the board at {port} is another one ({differing}), so its samples are ignored; plug the "
+        "first board back in, or end with Ctrl-C"
+    )
 
 
 def _fault_of(identity: Identity) -> str:

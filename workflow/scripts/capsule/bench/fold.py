@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
-from capsule.bench.board import Board, connect
+from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S
@@ -35,6 +35,7 @@ class FoldBoard:
 
     def __init__(self, board: Board, log: FrameLog) -> None:
         self._board, self._log = board, log
+        board.insists = True
         self._told, self._rests, self._resets = "", False, 0
         self._heard_s = self._sound_s = self._asked_s = AWAKE.now_s()
         self.last: FoldState | None = None
@@ -169,7 +170,7 @@ def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None
         raise AcquisitionError(
             "--fold-set-up asks a person who looks at the origami; run it on a terminal"
         )
-    board = Board(*connect(port, baud, "fold"), lambda text: None)
+    board = Board(port, baud, "fold", lambda text: None)
     try:
         if board.identity.entries.get("setup") == "yes":
             print(f"the fold board at {port} is set up; nothing is to be done", flush=True)

@@ -55,7 +55,6 @@ class Line:
         self.baud = baud
         self.first_bytes = b""
         self._parser = FrameParser()
-        self._put_back: list[Arrival] = []
         # A lease is renewed by a thread of its own, so two threads can send.
         self._sending = threading.Lock()
         self.sent_s = time.monotonic()
@@ -77,9 +76,6 @@ class Line:
         LineLostError
             The port disappeared.
         """
-        if self._put_back:
-            before, self._put_back = self._put_back, []
-            return before
         try:
             if self._serial.timeout != timeout_s:
                 self._serial.timeout = timeout_s
@@ -90,10 +86,6 @@ class Line:
         moment_s = elapsed_s()
         self.first_bytes += received[: 200 - len(self.first_bytes)]
         return [Arrival(event, moment_s) for event in self._parser.feed(received)]
-
-    def put_back(self, arrivals: list[Arrival]) -> None:
-        """Put events back, so that the next `receive` returns them first."""
-        self._put_back = arrivals
 
     def send(self, payload: str) -> None:
         """Send a command.

@@ -281,12 +281,12 @@ def _source(options: argparse.Namespace, settings: Settings, log: FrameLog) -> B
         rules, named = settings["recording"], options.stream_channels
         return StreamLine(options.stream_in, named, rules, log.tell)
     skip = [options.drive] if options.drive else []
-    return Board(*connect(options.port, options.baud, "logger", skip), log.tell)
+    return connect(options.port, options.baud, "logger", log.tell, skip)
 
 
 def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
     """Return the wave at a port, set up; its board is silent, since the drive itself warns."""
-    board = Board(*connect(port, BAUD, "peristalsis"), lambda text: None)
+    board = Board(port, BAUD, "peristalsis", lambda text: None)
     drive = Drive(board, wave, log)
     try:
         drive.set_up()

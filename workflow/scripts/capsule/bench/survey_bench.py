@@ -190,8 +190,7 @@ def open_boards(
     named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
     taken = [name for name in named.values() if name is not None]
     for wanted, port in named.items():
-        found = connect(port, baud, wanted, taken, stop)
-        boards[wanted] = Board(*found, print, insists=wanted == "fold")
+        boards[wanted] = connect(port, baud, wanted, print, taken, stop)
         at_end.callback(boards[wanted].close)
     if stop.reason:
         raise KeyboardInterrupt

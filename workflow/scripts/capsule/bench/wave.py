@@ -140,13 +140,13 @@ class Drive:
     def look(self) -> None:
         """Renew the lease if nothing else did; stop the wave if the main thread hangs."""
         self._looks += 1
-        # The main thread notices a lost line, and says so.
-        with contextlib.suppress(LineLostError):
-            line = self._board.line
-            if self._looks * LOOK_EVERY_S > HANGS_AFTER_S:
-                line.send("stop")
-            elif time.monotonic() - line.sent_s > RENEW_AFTER_S:
-                line.send("position")
+        if line := self._board.line:
+            # The main thread notices a lost line, and says so.
+            with contextlib.suppress(LineLostError):
+                if self._looks * LOOK_EVERY_S > HANGS_AFTER_S:
+                    line.send("stop")
+                elif time.monotonic() - line.sent_s > RENEW_AFTER_S:
+                    line.send("position")
 
     def serve(self, recorded_s: float = 0.0) -> None:
         """Ask for the position of the wave, which renews the lease, and read the board's frames.
