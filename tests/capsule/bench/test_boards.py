@@ -53,7 +53,7 @@ def test_why_a_port_cannot_be_opened(fault, kind, word, monkeypatch):
 @pytest.mark.parametrize(
     ("device", "key", "value", "complaint"),
     [
-        ("fold", "protocol", "2", "protocol=2, but this program needs 1"),
+        ("fold", "protocol", "2", "protocol=2"),
         ("logger", "firmware", None, "no firmware"),
         ("logger", "adc_bits", None, "no adc_bits"),
         ("logger", "adc_bits", "9999", "adc_bits=9999"),

@@ -43,15 +43,18 @@ USB_IDS = {
 }
 # Numbers that a board must report, by its kind, with their smallest and largest values; those with
 # whole limits are whole.
+_PROTOCOL = int(VERSION), int(VERSION)
 _NUMBERS: dict[str, dict[str, tuple[float, float]]] = {
     "logger": {
+        "protocol": _PROTOCOL,
         "rate_hz": (1, 10_000),
         "channels": (1, 64),
         "adc_bits": (1, 32),
         "vref_mv": (1, 100_000),
         "series_ohm": (1, 1_000_000_000),
     },
-    "peristalsis": {"wavelength_mm": (1.0, 10_000.0)},
+    "peristalsis": {"protocol": _PROTOCOL, "wavelength_mm": (1.0, 10_000.0)},
+    "fold": {"protocol": _PROTOCOL},
 }
 PURPOSES = {
     "logger": "record with it (--port)",
@@ -425,7 +428,7 @@ def another_board(port: str, first: Identity, identity: Identity) -> str:
     before, now = ({"board": each.device, **each.entries} for each in (first, identity))
     differing = ", ".join(
         f"{key}={now.get(key)} instead of {before.get(key)}"
-        for key in ("board", "protocol", *_NUMBERS.get(first.device, ()))
+        for key in ("board", *_NUMBERS[first.device])
         if now.get(key) != before.get(key)
     )
     return differing and (
@@ -436,13 +439,10 @@ def another_board(port: str, first: Identity, identity: Identity) -> str:
 
 def _fault_of(identity: Identity) -> str:
     """Return the first fault in a board's description of itself; empty if there is none."""
-    entries = identity.entries
-    if entries.get("protocol") != VERSION:
-        return f"protocol={entries.get('protocol')}, but this program needs {VERSION}"
-    if "firmware" not in entries:
+    if "firmware" not in identity.entries:
         return "no firmware"
-    for key, (least, most) in _NUMBERS.get(identity.device, {}).items():
-        value = entries.get(key, "")
+    for key, (least, most) in _NUMBERS[identity.device].items():
+        value = identity.entries.get(key, "")
         form = r"[0-9]{1,10}" if isinstance(least, int) else r"[0-9]{1,10}(\.[0-9]{1,6})?"
         if not re.fullmatch(form, value) or not least <= float(value) <= most:
             return f"{key}={value}" if value else f"no {key}"

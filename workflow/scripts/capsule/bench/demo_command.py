@@ -18,7 +18,7 @@ from capsule.bench.clock import elapsed_s
 from capsule.bench.line import Arrival
 from capsule.bench.live import opened_page
 from capsule.bench.logger import Source
-from capsule.bench.protocol import Identity, Sample
+from capsule.bench.protocol import Sample
 from capsule.commands.new import is_taken, own_configuration
 from capsule.commands.report import INTERRUPTED, call_workflow, check_workflow, snakemake_command
 from capsule.engine.configuration import read_settings
@@ -179,8 +179,7 @@ class PlayedRun(Source):
 
     def __init__(self, counts: IntArray, phantom: Phantom, seed: int, speed: float) -> None:
         header = simulated_header(SOURCE, phantom, seed)
-        identity = Identity("logger", header | {"channels": str(len(counts))})
-        super().__init__("a simulated board", identity, header)
+        super().__init__("a simulated board", header, channels=str(len(counts)))
         self._readings, self._rate_hz = counts.T.tolist(), phantom.electronics.rate_hz
         self._speed, self._begun_s, self._sent = speed, elapsed_s(), 0
 

@@ -24,14 +24,16 @@ LAST_FRAMES_S = 0.5
 class Source:
     """A source of samples that is always there, in place of a logger board.
 
-    A subclass reads the samples; `header` has the first entries of a recording's header.
+    A subclass reads the samples. `header` has the first entries of a recording's header; with the
+    further ones, they describe it as a logger's do.
     """
 
     connected, silent_s = True, 0.0
     pending: tuple[str, ...] = ()
 
-    def __init__(self, port: str, identity: Identity, header: Mapping[str, str]) -> None:
-        self.port, self.identity, self.header = port, identity, header
+    def __init__(self, port: str, header: Mapping[str, str], **further: str) -> None:
+        self.port, self.header = port, header
+        self.identity = Identity("logger", {**header, **further})
 
     def read(self, timeout_s: float) -> Iterable[Arrival]:
         """Return the samples that have come; wait up to the timeout for the first."""
@@ -67,8 +69,7 @@ class Logger:
 
     def __init__(self, board: Board | Source, log: FrameLog, *, to_end_stop: bool = True) -> None:
         self._board, self._log, self._to_end_stop = board, log, to_end_stop
-        self._identity = board.identity
-        entries = self._identity.entries
+        entries = board.identity.entries
         rate_hz, self._largest = float(entries["rate_hz"]), 2 ** int(entries["adc_bits"]) - 1
         self.rate_hz, self.sensors = rate_hz, int(entries["channels"])
         full_scale = float(entries.get("full_scale", self._largest))
@@ -83,11 +84,6 @@ class Logger:
         self._asked_s = 0.0
         self._started_s = -START_AGAIN_S
         self._sampled_s = AWAKE.now_s()
-
-    @property
-    def port(self) -> str:
-        """Present name of the port."""
-        return self._board.port
 
     @property
     def received(self) -> int:
@@ -110,7 +106,9 @@ class Logger:
         if silent_s <= patience_s:
             return None
         what = "sent no sample for" if self._board.connected else "did not come back within"
-        return BoardLostError(f"the logger at {self.port} {what} {silent_s:.0f} s ({option})")
+        return BoardLostError(
+            f"the logger at {self._board.port} {what} {silent_s:.0f} s ({option})"
+        )
 
     def serve(self, timeout_s: float) -> None:
         """Send what the board needs, and receive its frames; wait for them up to the timeout."""
@@ -126,7 +124,7 @@ class Logger:
                 case Back(identity):
                     self._take_identity(identity, arrival.moment_s, fresh=True)
                 case Damaged() as piece:
-                    self.note_damaged(piece)
+                    self._note_damaged(piece)
                 case Sample() as sample:
                     self._sift(sample, arrival.moment_s)
                 case Identity() as identity:
@@ -153,10 +151,10 @@ class Logger:
             if not self._board.pending or AWAKE.now_s() > deadline_s:
                 break
         for piece in self._board.close():
-            self.note_damaged(piece)
+            self._note_damaged(piece)
         self._timeline.settle()
 
-    def note_damaged(self, piece: Damaged) -> None:
+    def _note_damaged(self, piece: Damaged) -> None:
         """Count bytes that are not a whole frame, and write them to the log."""
         self.state.damaged += 1
         self._log.damaged(piece)
@@ -179,7 +177,7 @@ class Logger:
             self._sampled_s = AWAKE.now_s()
             self._granted = True
         before = self._foreign
-        self._foreign = another_board(self._board.port, self._identity, identity)
+        self._foreign = another_board(self._board.port, self._board.identity, identity)
         if self._foreign:
             if self._foreign != before:
                 self._log.tell(self._foreign)
@@ -215,7 +213,7 @@ class Logger:
 
     def _refuse(self, sample: Sample, reason: str) -> None:
         """Count a sample that cannot be used, and write it to the log."""
-        self.note_damaged(Damaged(repr(sample).encode(), reason))
+        self._note_damaged(Damaged(repr(sample).encode(), reason))
 
     def _accept(self, sample: Sample, missing: int, by_computer_clock: bool) -> None:
         """Keep a sample and the missing ones before it, if the recording is not yet complete."""

@@ -10,7 +10,7 @@ from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError, Wro
 from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.line import Arrival
 from capsule.bench.logger import Source
-from capsule.bench.protocol import Damaged, Event, Identity, Sample
+from capsule.bench.protocol import Damaged, Event, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install, not_installed
@@ -100,37 +100,32 @@ class ChosenStream:
     channels: tuple[int, ...]
     unit: str
 
-    def board(self) -> dict[str, str]:
-        """Return the entries of the stream's board; empty if it describes none."""
-        node = self.info.desc().child(BOARD)
-        entries = {key: plain(node.child_value(key)) for key in (*BOARD_ENTRIES, "source")}
+    def header(self) -> dict[str, str]:
+        """Return the entries of a header that describe the stream, and its board if known."""
+        info, node = self.info, self.info.desc().child(BOARD)
+        of = f"type {info.type()}, host {info.hostname()}, source id {info.source_id()}"
+        told = [plain(node.child_value("source")), f"recorded from {title_of(info)} ({plain(of)})"]
+        labels = labels_of(info)
+        entries = {
+            "source": "; ".join(filter(None, told)),
+            "rate_hz": f"{info.nominal_srate():g}",
+            **{key: plain(node.child_value(key)) for key in BOARD_ENTRIES},
+            "stream_channels": plain(", ".join(labels[index] for index in self.channels)),
+            "stream_time": "time stamps of the stream, corrected to this computer's clock",
+            "unit": self.unit,
+        }
         return {key: text for key, text in entries.items() if text}
 
-    def identity(self) -> Identity:
-        """Return a description of the stream in the form of a logger board's."""
-        told = self.board().get("adc_bits", "")
+    def ranges(self) -> dict[str, str]:
+        """Return the number of channels and the range of their readings, as a logger's entries."""
+        told = self.header().get("adc_bits", "")
         known = self.unit == "counts" and told.isdecimal() and 1 <= int(told) <= _ALL_BITS
-        bits = int(told) if known else None
-        entries = {
-            "rate_hz": f"{self.info.nominal_srate():g}",
+        full_scale = 2.0 ** (int(told) if known else _USUAL_BITS) - 1
+        return {
             "channels": str(len(self.channels)),
-            "adc_bits": str(bits or _ALL_BITS),
-            "full_scale": str(_FULL_SCALES.get(self.unit, 2.0 ** (bits or _USUAL_BITS) - 1)),
+            "adc_bits": told if known else str(_ALL_BITS),
+            "full_scale": str(_FULL_SCALES.get(self.unit, full_scale)),
         }
-        return Identity("logger", entries)
-
-    def header(self) -> dict[str, str]:
-        """Return the entries of a header that describe the stream."""
-        info, board = self.info, self.board()
-        of = [f"type {info.type()}", f"host {info.hostname()}", f"source id {info.source_id()}"]
-        source = f"recorded from {title_of(info)} ({plain(', '.join(of))})"
-        if board.get("source"):
-            source = f"{board.pop('source')}; {source}"
-        header = {"source": source, "rate_hz": f"{info.nominal_srate():g}", **board}
-        labels = labels_of(info)
-        header["stream_channels"] = plain(", ".join(labels[index] for index in self.channels))
-        header["stream_time"] = "time stamps of the stream, corrected to this computer's clock"
-        return header | ({"unit": self.unit} if self.unit else {})
 
 
 def title_of(info: "pylsl.StreamInfo") -> str:
@@ -267,7 +262,7 @@ class StreamLine(Source):
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
         chosen = self.chosen
-        super().__init__(title_of(chosen.info), chosen.identity(), chosen.header())
+        super().__init__(title_of(chosen.info), chosen.header(), **chosen.ranges())
         self._tell = tell
         self._period_s = 1.0 / rules["rate_hz"]
         self._grid = StampGrid(self._period_s)

@@ -230,8 +230,8 @@ def record(
         loop.show_on(terminal, page)
         stop = at_end.enter_context(contextlib.closing(StopRequest()))
         part = GrowingFile(final, head_of(header, source.sensors), tell=terminal.note)
-        log.note(f"logger at {source.port}: {json.dumps(header)}")
-        terminal.note(f"recording {final} from {source.port}; Ctrl-C ends it")
+        log.note(f"logger at {board.port}: {json.dumps(header)}")
+        terminal.note(f"recording {final} from {board.port}; Ctrl-C ends it")
         state.title = f"{name}{', simulated' if played else ''}"
         state.longest = settings["preprocessing"]["length"]
         if options.duration:
