@@ -15,7 +15,7 @@ import pytest
 
 from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
-from capsule.bench.lsl import ChosenStream, StampGrid, StreamLine, choose, find_stream
+from capsule.bench.lsl import StampGrid, StreamLine, choose, find_stream, ranges_of
 from capsule.bench.protocol import Damaged
 from capsule.errors import CapsuleError
 from support.bench import emulated
@@ -181,7 +181,7 @@ def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
     assert (info.nominal_srate(), info.type()) == (10.0, "Tactile")
     assert info.get_channel_labels() == [f"sensor_{n}" for n in range(1, 5)]
     assert info.get_channel_units() == ["counts"] * 4
-    told, header = ChosenStream(info, (0, 1, 2, 3), "counts").header(), recorder.recording().header
+    told, header = choose(info, None, RULES)[1], recorder.recording().header
     assert told["source"].startswith(header["source"])
     board = ("adc_bits", "vref_v", "series_ohm")
     assert [told[key] for key in board] == [header[key] for key in board]
@@ -194,9 +194,8 @@ def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
 
 def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
     board = {"adc_bits": "12", "vref_v": "3.3", "source": "recorded by the logger board"}
-    chosen = choose(describe(name, board=board), None, RULES)
-    assert chosen.ranges() == {"channels": "4", "adc_bits": "12", "full_scale": "4095.0"}
-    header = chosen.header()
+    _, header = choose(describe(name, board=board), None, RULES)
+    assert ranges_of(header) == {"adc_bits": "12", "full_scale": "4095.0"}
     assert (header["adc_bits"], header["vref_v"]) == ("12", "3.3")
     assert header["source"].startswith("recorded by the logger board; recorded from the LSL")
 
@@ -207,7 +206,7 @@ def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
 )
 def test_channels_are_chosen_by_label_or_number(wanted, channels):
     info = describe("x", 6, labels=list("abcdef"))
-    assert choose(info, wanted, RULES).channels == channels
+    assert choose(info, wanted, RULES)[0] == channels
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
 
 # The board sends its state once a second while nothing moves.
 SILENT_AFTER_S = 1.5
-ASK_EVERY_S = 1.0
+ASK_EVERY_S = 1.2
 # After so long, a fault ends the survey: the board has tried again and again to unfold.
 FAULT_LASTS_S = 30.0
 _FAULT = "fault"
@@ -26,6 +26,17 @@ MOST_RESETS = 3
 NOT_SET_UP = "not set up"
 # The refusal of a board that cannot keep how far its thread is wound.
 MEMORY_FAILS = "the memory cannot be written"
+# Refusals that end a survey, since only a person can help.
+_FINAL = {
+    NOT_SET_UP: (
+        "is not set up: its memory is new, emptied or damaged, so it does not move; see that the "
+        "origami is unfolded and its thread slack, then set it up with capsule survey --fold-set-up"
+    ),
+    MEMORY_FAILS: (
+        "cannot write its memory, so it folds no more and does not move after a restart; replace "
+        "the board, and set the new one up with capsule survey --fold-set-up"
+    ),
+}
 # At the end of a survey, the origami should be unfolded within this time.
 UNFOLDS_WITHIN_S = 12.0
 
@@ -82,10 +93,10 @@ class FoldBoard:
                     self._log.damaged(piece)
                 case Refusal(command=command, reason=reason):
                     self._log.note(f"the fold board at {command!r}: {reason}")
-                    if command == cycles.FOLD or reason in (NOT_SET_UP, MEMORY_FAILS):
+                    if command == cycles.FOLD or reason in _FINAL:
                         self._note_reason(reason)
         now_s = AWAKE.now_s()
-        if now_s - max(self._heard_s, self._asked_s) > ASK_EVERY_S + 0.2:
+        if now_s - max(self._heard_s, self._asked_s) > ASK_EVERY_S:
             self._asked_s = now_s
             self._board.send("state")
 
@@ -93,22 +104,10 @@ class FoldBoard:
         """Return the error that ends the survey; None if it can continue."""
         if lost := self._board.loss(patience_s):
             return lost
-        faulty = self.last is not None and self.last.state == _FAULT
-        what = ""
-        if faulty and self._told == NOT_SET_UP:
-            what = (
-                "is not set up: its memory is new, emptied or damaged, so it does not move; see "
-                "that the origami is unfolded and its thread slack, then set it up with capsule "
-                "survey --fold-set-up"
-            )
-        elif self._resets > MOST_RESETS:
+        what = _FINAL.get(self._told, "")
+        if self._resets > MOST_RESETS:
             what = f"was reset {self._resets} times; check its supply and its cable"
-        elif self._told == MEMORY_FAILS:
-            what = (
-                "cannot write its memory, so it folds no more and does not move after a restart; "
-                "replace the board, and set the new one up with capsule survey --fold-set-up"
-            )
-        elif faulty and AWAKE.now_s() - self._sound_s > FAULT_LASTS_S:
+        elif not what and self._heard_s - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
             lasts = f"has reported a fault for {FAULT_LASTS_S:.0f} s{reason}"
             what = f"{lasts}; check its thread, motor and end switches"

@@ -59,12 +59,8 @@ class Line:
         self._sending = threading.Lock()
         self.sent_s = time.monotonic()
         try:
-            self._serial = serial.serial_for_url(port, do_not_open=True)
-            self._serial.baudrate = baud
-            self._serial.timeout = READ_TIMEOUT_S
             # Two programs on one port would each get half of the bytes.
-            self._serial.exclusive = True
-            self._serial.open()
+            self._serial = serial.serial_for_url(port, baud, timeout=0, exclusive=True)
         except _OPENING_FAULTS as fault:
             raise explain_open_fault(port, fault) from fault
 

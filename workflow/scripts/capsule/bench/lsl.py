@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -82,52 +81,6 @@ class StampGrid:
         return self._number
 
 
-@dataclass(frozen=True)
-class ChosenStream:
-    """A stream, and the channels to record.
-
-    Attributes
-    ----------
-    info : pylsl.StreamInfo
-        The stream's full description.
-    channels : tuple of S int
-        Indices of the channels, from 0, in the order of the sensors.
-    unit : str
-        Unit of the readings, as in a recording's header; empty if the stream names none.
-    """
-
-    info: "pylsl.StreamInfo"
-    channels: tuple[int, ...]
-    unit: str
-
-    def header(self) -> dict[str, str]:
-        """Return the entries of a header that describe the stream, and its board if known."""
-        info, node = self.info, self.info.desc().child(BOARD)
-        of = f"type {info.type()}, host {info.hostname()}, source id {info.source_id()}"
-        told = [plain(node.child_value("source")), f"recorded from {title_of(info)} ({plain(of)})"]
-        labels = labels_of(info)
-        entries = {
-            "source": "; ".join(filter(None, told)),
-            "rate_hz": f"{info.nominal_srate():g}",
-            **{key: plain(node.child_value(key)) for key in BOARD_ENTRIES},
-            "stream_channels": plain(", ".join(labels[index] for index in self.channels)),
-            "stream_time": "time stamps of the stream, corrected to this computer's clock",
-            "unit": self.unit,
-        }
-        return {key: text for key, text in entries.items() if text}
-
-    def ranges(self) -> dict[str, str]:
-        """Return the number of channels and the range of their readings, as a logger's entries."""
-        told = self.header().get("adc_bits", "")
-        known = self.unit == "counts" and told.isdecimal() and 1 <= int(told) <= _ALL_BITS
-        full_scale = 2.0 ** (int(told) if known else _USUAL_BITS) - 1
-        return {
-            "channels": str(len(self.channels)),
-            "adc_bits": told if known else str(_ALL_BITS),
-            "full_scale": str(_FULL_SCALES.get(self.unit, full_scale)),
-        }
-
-
 def title_of(info: "pylsl.StreamInfo") -> str:
     """Return the name of a stream for messages."""
     return f"the LSL stream {plain(info.name())!r}"
@@ -168,8 +121,17 @@ def find_stream(
     )
 
 
-def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> ChosenStream:
+def choose(
+    info: "pylsl.StreamInfo", wanted: str | None, rules: Settings
+) -> tuple[tuple[int, ...], dict[str, str]]:
     """Choose channels by labels or numbers from 1, separated by commas; None: one per sensor.
+
+    Returns
+    -------
+    channels : tuple of S int
+        Indices of the channels, from 0, in the order of the sensors.
+    header : dict
+        Entries of a recording's header, with what the stream tells of its board.
 
     Raises
     ------
@@ -194,7 +156,33 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> Cho
             "channels of a recording must have the same unit, counts, V, ohm or kohm: let its "
             "source send one of these"
         )
-    return ChosenStream(info, channels, units.pop() or "")
+    return channels, _header_of(info, channels, units.pop() or "")
+
+
+def _header_of(info: "pylsl.StreamInfo", channels: Sequence[int], unit: str) -> dict[str, str]:
+    labels, board = labels_of(info), info.desc().child(BOARD)
+    of = f"type {info.type()}, host {info.hostname()}, source id {info.source_id()}"
+    told = plain(board.child_value("source")), f"recorded from {title_of(info)} ({plain(of)})"
+    entries = {
+        "source": "; ".join(filter(None, told)),
+        "rate_hz": f"{info.nominal_srate():g}",
+        **{key: plain(board.child_value(key)) for key in BOARD_ENTRIES},
+        "stream_channels": plain(", ".join(labels[index] for index in channels)),
+        "stream_time": "time stamps of the stream, corrected to this computer's clock",
+        "unit": unit,
+    }
+    return {key: text for key, text in entries.items() if text}
+
+
+def ranges_of(header: Mapping[str, str]) -> dict[str, str]:
+    """Return the range of a stream's readings, as entries of a logger's identity."""
+    unit, told = header.get("unit", ""), header.get("adc_bits", "")
+    known = unit == "counts" and told.isdecimal() and 1 <= int(told) <= _ALL_BITS
+    full_scale = 2.0 ** (int(told) if known else _USUAL_BITS) - 1
+    return {
+        "adc_bits": told if known else str(_ALL_BITS),
+        "full_scale": str(_FULL_SCALES.get(unit, full_scale)),
+    }
 
 
 def labels_of(info: "pylsl.StreamInfo") -> list[str]:
@@ -260,9 +248,11 @@ class StreamLine(Source):
     ) -> None:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
-        self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
-        chosen = self.chosen
-        super().__init__(title_of(chosen.info), chosen.header(), **chosen.ranges())
+        self._inlet, self._channels, header = self._open(FIND_S, ALONE_S)
+        channels = str(len(self._channels))
+        super().__init__(
+            title_of(self._inlet.info()), header, channels=channels, **ranges_of(header)
+        )
         self._tell = tell
         self._period_s = 1.0 / rules["rate_hz"]
         self._grid = StampGrid(self._period_s)
@@ -289,12 +279,14 @@ class StreamLine(Source):
             self._inlet.close_stream()
         return []
 
-    def _open(self, wait_s: float, alone_s: float) -> tuple["pylsl.StreamInlet", ChosenStream]:
+    def _open(
+        self, wait_s: float, alone_s: float
+    ) -> tuple["pylsl.StreamInlet", tuple[int, ...], dict[str, str]]:
         info = find_stream(self._lsl, self._name, wait_s, alone_s)
         # Without the layer's smoothing of stamps, which treats a lost sample as jitter.
         inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
         try:
-            chosen = choose(inlet.info(OPEN_S), self._wanted, self._rules)
+            channels, header = choose(inlet.info(OPEN_S), self._wanted, self._rules)
             inlet.open_stream(OPEN_S)
             # The first correction takes almost a second; later ones run in the background.
             inlet.time_correction(OPEN_S)
@@ -303,13 +295,13 @@ class StreamLine(Source):
                 f"the LSL stream {self._name!r} ended while it was opened ({fault}); start its "
                 "source again"
             ) from None
-        return inlet, chosen
+        return inlet, channels, header
 
     def _pull(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
         try:
             if self._inlet is None:
-                inlet, chosen = self._open(LOOK_S, 0.0)
-                if (chosen.channels, chosen.unit) != (self.chosen.channels, self.chosen.unit):
+                inlet, channels, header = self._open(LOOK_S, 0.0)
+                if channels != self._channels or header.get("unit") != self.header.get("unit"):
                     raise WrongBoardError("with other channels or units")
                 self._inlet = inlet
             pulled: tuple[list[list[float]], list[float]]
@@ -337,7 +329,7 @@ class StreamLine(Source):
 
     def _event(self, values: list[float], stamp_s: float) -> Event:
         number = self._grid.number(stamp_s)
-        chosen = tuple(values[index] for index in self.chosen.channels)
+        chosen = tuple(values[index] for index in self._channels)
         if not all(map(math.isfinite, chosen)):
             return Damaged(repr((stamp_s, chosen)).encode(), "a reading is not a number")
         device_ms = round(1000.0 * number * self._period_s) % CLOCK_ENDS_MS

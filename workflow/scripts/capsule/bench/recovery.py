@@ -112,17 +112,16 @@ def _longest_run(times_s: Sequence[float]) -> list[int]:
     A damaged digit can give one line a much later time. This leaves out that line, not the lines
     after it.
     """
-    ends_s: list[float] = []  # the smallest last time of a run of each length
+    # Of the runs of each length, the one that ends earliest: its last time, index and predecessor.
+    ends_s: list[float] = []
     last: list[int] = []
     before: list[int] = []
     for index, time_s in enumerate(times_s):
         length = bisect.bisect_left(ends_s, time_s)
         before.append(last[length - 1] if length else -1)
-        ends_s[length:] = [time_s, *ends_s[length + 1 :]]
-        last[length:] = [index, *last[length + 1 :]]
-    run: list[int] = []
-    index = last[-1] if last else -1
-    while index >= 0:
-        run.append(index)
-        index = before[index]
+        ends_s[length : length + 1] = [time_s]
+        last[length : length + 1] = [index]
+    run = last[-1:]
+    while run and before[run[-1]] >= 0:
+        run.append(before[run[-1]])
     return run[::-1]
