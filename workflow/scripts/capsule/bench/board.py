@@ -114,7 +114,7 @@ class Board:
         self._rest: list[Arrival] = []
         self.pending: tuple[str, ...] = ()
         self._refused = ""
-        self._due_s = self._open_s = self._heard_s = 0.0
+        self._due_s = self._heard_s = 0.0
         # The steps of a port that is opened, until its board has said what it is.
         self._opening = self._open(listen_s)
         with contextlib.closing(self._opening):
@@ -122,6 +122,7 @@ class Board:
                 if stop and stop.reason:
                     raise KeyboardInterrupt
                 time.sleep(LOOK_EVERY_S)
+        self._open_s = 0.0  # a board that is lost can be back at once
 
     def _open(self, listen_s: float = 0.0) -> Generator[None]:
         """Open the port and identify its board in short steps, so that others are served meanwhile.
