@@ -2,14 +2,18 @@
 
 import contextlib
 import io
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from capsule.commands.cli import build_parser
 from capsule.importing.command import Importer
 from capsule.recordings.recording import Recording, read_recording
+from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
 # Sections of the configuration that the import uses.
@@ -77,3 +81,55 @@ def assert_readings(recording: Recording, time_s: np.ndarray, values: np.ndarray
     """Check that a recording has the given times and readings."""
     np.testing.assert_allclose(recording.time_s, time_s, atol=1e-6)
     np.testing.assert_allclose(recording.values, values, rtol=1e-9)
+
+
+class Case(NamedTuple):
+    """A file of one kind, and what the import makes of it.
+
+    Attributes
+    ----------
+    file : str, Path or callable
+        A text, a file, or what writes a file into a folder and returns its path.
+    words : str
+        Words of a note that is shown; of a file that is asked about, of the refusal.
+    remedy : str
+        The options that read what was refused; empty if none can.
+    options : str
+        The options before.
+    values : (4, K) array, or None
+        The readings that are imported; None for two runs of 300 and 225 of `COUNTS`.
+    time_s : (K,) array
+        The times.
+    header : mapping
+        Lines of the header.
+    """
+
+    file: str | Path | Callable[[Path], Path]
+    words: str = ""
+    remedy: str = ""
+    options: str = ""
+    values: np.ndarray | None = COUNTS
+    time_s: np.ndarray = TIME_S
+    header: Mapping[str, str] = MappingProxyType({})
+
+    def written(self, folder: Path) -> Path:
+        """Return the file; a text and what is written are made in a folder."""
+        if isinstance(self.file, str):
+            (folder / "a.txt").write_text(self.file, encoding="utf-8")
+            return folder / "a.txt"
+        return self.file if isinstance(self.file, Path) else self.file(folder)
+
+    def check(self, imported: Imported, atol: float = 1e-6) -> None:
+        """Check the samples that were imported."""
+        if self.values is None:
+            runs = list(imported.recordings().values())
+            assert [run.values.shape[1] for run in runs] == [300, 225], imported.refused
+            joined = np.hstack([run.values for run in runs])
+            ratio = joined[0, 0] / COUNTS[0, 0]
+            np.testing.assert_allclose(joined, ratio * COUNTS, rtol=1e-5)
+            return
+        recording = imported.the_recording()
+        samples = recording.time_s.size
+        np.testing.assert_allclose(recording.time_s, self.time_s[:samples], atol=atol)
+        np.testing.assert_allclose(recording.values, self.values, rtol=1e-9, atol=1e-6)
+        assert self.header.items() <= recording.header.items()

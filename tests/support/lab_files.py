@@ -12,13 +12,14 @@ from rosbags.rosbag1 import Writer as Bag1
 from rosbags.rosbag2 import Writer as Bag2
 from rosbags.typesys import Stores, get_typestore
 
+from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
 
-# As long as a recording: a limit may meet it that shorter ones do not reach.
-TIME_S = np.arange(525) / 10
+# A recording of the shipped archive: a limit may meet it that shorter ones do not reach.
+TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
+COUNTS = np.array(COUNTS)
 # Resistances that fit no other unit. A float of MATLAB is restored exactly.
 KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
-COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
 
 

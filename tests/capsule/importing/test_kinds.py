@@ -1,4 +1,4 @@
-"""Each kind of file gives the right numbers, or a line with a remedy that works.
+"""Each kind of text gives the right numbers, or a line with a remedy that works.
 
 The kinds are those of public reports of faults of other programs. They are made from one recording
 of the shipped archive, with a function a kind; those in tests/data/odd hold a run of eight samples.
@@ -6,10 +6,8 @@ of the shipped archive, with a function a kind; those in tests/data/odd hold a r
 
 import json
 import re
-from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pandas
@@ -17,11 +15,10 @@ import pytest
 
 from capsule.importing.table import is_far, lone_runs
 from capsule.recordings.recording import read_recording
-from support.importing import ODD, import_files
+from support.importing import ODD, Case, import_files
+from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
-TIME_S, *COUNTS = np.loadtxt(ROOT / "raw/3mm/r07.csv", delimiter=",", comments=["#", "t"]).T
-COUNTS = np.array(COUNTS)
 VOLTS = np.round(COUNTS * 5 / 1024, 5)
 # The last reading lacks digits.
 SHORTER = VOLTS.copy()
@@ -42,13 +39,47 @@ def lines(*columns, head="time_s,S1,S2,S3,S4", sign=",", end="\n"):
     return end.join([*([head] if head else []), *rows, ""])
 
 
-def with_unit(unit, scale=1.0):
-    names = ",".join(f"P{n} ({unit})" for n in range(1, 5))
-    return lines(TIME_S, *COUNTS * scale, head=f"time (s),{names}")
+PLAIN = lines(TIME_S, *COUNTS)
+NO_TIME = lines(*COUNTS, head="")
+BARE = lines(*COUNTS, head="S1,S2,S3,S4")
 
 
-def in_time_unit(name, per_second):
-    return lines(np.rint(TIME_S * per_second), *COUNTS, head=f"{name},S1,S2,S3,S4")
+def entries(text):
+    """Return the entries of a text, several in each row of it."""
+    return [entry.strip() for row in text.strip().splitlines() for entry in row.split(" | ")]
+
+
+def told(text):
+    """Return what stands before the arrow of a row, by each entry behind it."""
+    rows = (row.split(" => ") for row in text.strip().splitlines())
+    return {entry: what.strip() for what, named in rows for entry in entries(named)}
+
+
+def above(line, table=PLAIN):
+    """Return a table with a line above it."""
+    return f"{line}\n{table}"
+
+
+def named(names, values=COUNTS, sign=","):
+    """Return the table with other names; `{}` in one name stands for the number of the sensor."""
+    if "{}" in names:
+        names = sign.join(names.format(number) for number in range(1, 5))
+    return lines(TIME_S, *values, head=f"time_s{sign}{names}", sign=sign)
+
+
+def timed(name, times, values=COUNTS):
+    """Return the table with other times, and the name of their column."""
+    return lines(times, *values, head=f"{name},S1,S2,S3,S4")
+
+
+def ticks(name, per_second):
+    return timed(name, np.rint(TIME_S * per_second))
+
+
+def grouped(scale, form, names="S1;S2;S3;S4", times="ms", per_second=1000):
+    """Return the counts in groups of three digits, which a mark parts."""
+    cells = [[form(value) for value in scale * row] for row in COUNTS]
+    return lines(TIME_S * per_second, *cells, head=f"{times};{names}", sign=";")
 
 
 def wrapped(bits, per_second, *, scale=1, low=0):
@@ -230,263 +261,193 @@ REMEDY = re.compile(
 )
 
 
-@dataclass
-class Read:
-    """A text or a file, its readings, the options that read it, and a note that is shown."""
-
-    text: str | Path
-    values: np.ndarray = field(default_factory=lambda: COUNTS)
-    options: str = ""
-    note: str = ""
-
-
-@dataclass
-class Asked:
-    """A text or a file, words of its refusal, a remedy, and the readings then; None: two runs."""
-
-    text: str | Path
-    words: str
-    remedy: str = ""
-    values: np.ndarray | None = field(default_factory=lambda: COUNTS)
-    options: str = ""
-
-
-PLAIN = lines(TIME_S, *COUNTS)
-NO_TIME = lines(*COUNTS, head="")
+# Lines above a table that change nothing.
+READ_ABOVE = """
+    # time base: 10 us | # dt: 100 | # inflated to 20 kPa | # operator: N
+    # clock: 16 MHz | # step 3 | # calibrated: yes | # calibrated: 2026-03-04 | # baseline: 10 s
+    # resolution: 10 bit
+    # 12 kohm in series | # supply (V): 5 | # gain: 1 | # offset: 0 | # scale_factor: 1.0
+"""
+# Names of sensors that hold no unit, or ohm.
+READ_NAMED = """
+    S{}_\u03a9 | S{} in \u2126 | S (left),S (right),S (up),S (down) | N,E,S,W | S1_L,S2_R,S3_T,S4_B
+    T{} | A,B,C,D | in_{} | gain{} | left index 1,left index 2,S_min 3,S_min 4 | 0,1,2,3
+"""
+RATES = """
+    # fs: 10 | % Sampling rate (kHz) = 0.01 | sample_rate,10 Hz | # fs_khz: 0,01 | # dt_ms: 100
+    # Sample Interval: 100 ms
+"""
+MILLIVOLTS = {
+    "words for millivolts": named("P{} (mVolt)"),
+    "comment in millivolts": above("# Units: mV"),
+    "words in a comment": above("# all readings in millivolts"),
+    "row of units": lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
+}
+# Counters of so many bits in a unit of time, from the lowest value on.
+COUNTERS = [
+    ("us", 32, 1_000_000, 0),
+    ("us", 32, 1_000_000, -(2**31)),
+    ("ms", 31, 1000, 0),
+    ("ms", 16, 1000, 0),
+    ("ms", 16, 1000, -(2**15)),
+    ("ms", 15, 1000, 0),
+]
+# Stamps that a terminal writes before each line, and what it writes between.
+STAMPS = {
+    "CoolTerm": (millis, " "),
+    "CoolTerm, tab": (millis, "\t"),
+    "Tera Term": (lambda moment: f"[{millis(moment)}]", " "),
+    "grabserial": (lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " "),
+    "grabserial, s": (lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " "),
+    "a level": (lambda moment: f"[{(moment - NOON).total_seconds():12.6f}]", " <inf> adc: "),
+    "colon": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], ": "),
+    "arrow": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], " > "),
+    "brackets": (lambda moment: f"({moment:%H:%M:%S.%f}"[:-3], ") "),
+    "a word": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], " INFO "),
+}
+EACH_NAMES = [
+    "time,S1,time,S2,time,S3,time,S4",
+    "time,S1,time.1,S2,time.2,S3,time.3,S4",
+    "t1,S1,t2,S2,t3,S3,t4,S4",
+    "S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4",
+]
+TABBED = lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")
+HOUR = "jumps by an hour, as with summer time"
 READ = {
-    "words for millivolts": Read(with_unit("mVolt"), values=COUNTS / 1000),
-    "comment in millivolts": Read("# Units: mV\n" + PLAIN, values=COUNTS / 1000),
-    "words in a comment": Read("# all readings in millivolts\n" + PLAIN, values=COUNTS / 1000),
+    **{line: Case(above(line)) for line in entries(READ_ABOVE)},
+    **{names: Case(named(names)) for names in entries(READ_NAMED)},
+    **{line: Case(above(line, BARE)) for line in entries(RATES)},
+    **{kind: Case(text, values=COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
     **{
-        f"rate in {line!r}": Read(f"{line}\n" + lines(*COUNTS, head="S1,S2,S3,S4"))
-        for line in (
-            "# fs: 10",
-            "% Sampling rate (kHz) = 0.01",
-            "sample_rate,10 Hz",
-            "# fs_khz: 0,01",
-            "# dt_ms: 100",
+        f"counter of {bits} bits from {low}, {unit}": Case(
+            timed(f"t ({unit})", wrapped(bits, per_second, low=low)), "the clock jumps by "
         )
+        for unit, bits, per_second, low in COUNTERS
     },
-    "sample interval": Read("# Sample Interval: 100 ms\n" + lines(*COUNTS, head="S1,S2,S3,S4")),
-    **{
-        f"ohm as {name!r}": Read(
-            lines(TIME_S, *COUNTS, head="t," + ",".join(f"{each}{name}" for each in SENSORS))
-        )
-        for name in ("_\u03a9", " in \u2126")
-    },
-    "row of units": Read(
-        lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"), values=COUNTS / 1000
+    "micros() in seconds": Case(
+        timed("t (s)", wrapped(32, 1e6, scale=1e6)), "the clock jumps by 4294.967296"
     ),
-    "time base beside a unit": Read("# time base: 10 us\n" + PLAIN),
-    "an interval that is hardly in seconds": Read("# dt: 100\n" + PLAIN),
-    "quantities are no units": Read("# 12 kohm in series\n# supply (V): 5\n" + PLAIN),
-    "sides are no units": Read(
-        lines(TIME_S, *COUNTS, head="time_s,S (left),S (right),S (up),S (down)")
-    ),
-    **{
-        f"letters and words are no units, {names}": Read(
-            lines(TIME_S, *COUNTS, head=f"time_s,{names}")
-        )
-        for names in (
-            "N,E,S,W",
-            "S1_L,S2_R,S3_T,S4_B",
-            "T1,T2,T3,T4",
-            "A,B,C,D",
-            "in_1,in_2,in_3,in_4",
-            "gain1,gain2,gain3,gain4",
-        )
-    },
-    **{
-        f"no unit in {line!r}": Read(f"{line}\n{PLAIN}")
-        for line in ("# inflated to 20 kPa", "# operator: N", "# clock: 16 MHz", "# step 3")
-    },
-    "words are no units": Read(
-        lines(TIME_S, *COUNTS, head="time_s,left index 1,left index 2,S_min 3,S_min 4")
-    ),
-    **{
-        f"counter of {bits} bits, {unit}": Read(
-            lines(wrapped(bits, per_second, low=low), *COUNTS, head=f"t ({unit}),S1,S2,S3,S4"),
-            note="the clock jumps by ",
-        )
-        for bits, per_second, unit, low in (
-            (32, 1_000_000, "us", 0),
-            (32, 1_000_000, "us", -(2**31)),
-            (31, 1000, "ms", 0),
-            (16, 1000, "ms", 0),
-            (16, 1000, "ms", -(2**15)),
-        )
-    },
-    "2^15 ms": Read(lines(wrapped(15, 1000), *COUNTS, head="ms,S1,S2,S3,S4"), note="by 32768"),
-    "micros() in seconds": Read(
-        lines(wrapped(32, 1e6, scale=1e6), *COUNTS, head="t (s),S1,S2,S3,S4"),
-        note="the clock jumps by 4294.967296",
-    ),
-    "autumn": Read(autumn(), note="jumps by an hour, as with summer time"),
-    "spring": Read(autumn(-3600), note="jumps by an hour, as with summer time"),
-    "no hours": Read(lines(clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False), *COUNTS)),
-    "past 24 h": Read(lines(elapsed(), *COUNTS)),
-    "CoolTerm": Read(stamped(millis, " ")),
-    "CoolTerm, tab": Read(stamped(millis, "\t")),
-    "Tera Term": Read(stamped(lambda moment: f"[{millis(moment)}]", " ")),
-    "grabserial": Read(stamped(lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " ")),
-    "grabserial, seconds": Read(
-        stamped(lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " ")
-    ),
-    **{
-        f"terminal, {between!r}": Read(
-            stamped(lambda moment, mark=mark: f"{mark}{moment:%H:%M:%S.%f}"[:-3], between)
-        )
-        for mark, between in (("", ": "), ("", " > "), ("(", ") "), ("", " INFO "))
-    },
-    "a level behind a stamp": Read(
-        stamped(lambda moment: f"[{(moment - NOON).total_seconds():12.6f}]", " <inf> adc: ")
-    ),
-    "numbers name columns": Read(lines(TIME_S, *COUNTS, head="Time,1,2,3,4")),
-    "numbers from 0": Read(lines(TIME_S, *COUNTS, head="time_s,0,1,2,3")),
-    "ManoView": Read(lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")),
-    "remark on the first sample": Read(
-        lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t").replace(
-            "\n0.1\t", "\tswallow 1\n0.1\t"
-        )
-    ),
-    "numbers of pandas": Read(
+    "autumn": Case(autumn(), HOUR),
+    "spring": Case(autumn(-3600), HOUR),
+    "no hours": Case(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
+    "past 24 h": Case(timed("t", elapsed())),
+    **{f"stamps, {kind}": Case(stamped(*how)) for kind, how in STAMPS.items()},
+    "numbers name columns": Case(timed("Time", TIME_S).replace("S", "")),
+    "ManoView": Case(TABBED),
+    "remark on the first sample": Case(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),
+    "numbers of pandas": Case(
         pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(),
+        "line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
         options="--time 1 --sensors 2 3 4 5",
-        note="line 1, with 0, 1, 2, 3, is passed over: it counts the columns",
     ),
     **{
-        f"a remark behind the first samples, {head!r}": Read(
+        f"a remark behind the first samples, {head!r}": Case(
             lines(TIME_S, *COUNTS, ["start", *[""] * 524], head=head)
         )
         for head in ("", "time_s,S1,S2,S3,S4,note")
     },
     **{
-        f"thousands behind {mark!r}": Read(
-            lines(
-                TIME_S,
-                *([f"{24 * value:,.0f}".replace(",", mark) for value in row] for row in COUNTS),
-                sign=";",
-                head="time_s;S1;S2;S3;S4",
+        f"thousands behind {mark!r}": Case(
+            grouped(
+                24,
+                lambda value, mark=mark: f"{value:,.0f}".replace(",", mark),
+                times="time_s",
+                per_second=1,
             ),
             values=24 * COUNTS,
             options="--unit counts",
         )
         for mark in (" ", "\u00a0", "\u2009", "'")
     },
-    "first line without its time": Read(
+    "first line without its time": Case(
         lines(TIME_S, *COUNTS, head="")[2:],
+        "note: line 1, '469,497,532,540', is passed over: it is no whole sample",
         values=COUNTS[:, 1:],
-        note="note: line 1, '469,497,532,540', is passed over: it is no whole sample",
     ),
-    "a mark of missing samples in a comment": Read(
-        f"# fill value: {COUNTS[0, 0]:g}\n" + PLAIN,
+    "a mark of missing samples in a comment": Case(
+        above(f"# fill value: {COUNTS[0, 0]:g}"),
+        "lack a sensor and count as missing",
         values=np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS),
-        note="lack a sensor and count as missing",
     ),
-    "a scaling in a comment": Read(
-        "# scale factor: 0.1\n" + PLAIN,
+    "a scaling in a comment": Case(
+        above("# scale factor: 0.1"),
+        "the file says scale factor: 0.1; that is not applied to the readings",
         options="--unit counts",
-        note="the file says scale factor: 0.1; that is not applied to the readings",
     ),
-    **{
-        f"no scaling in {line!r}": Read(f"{line}\n{PLAIN}")
-        for line in (
-            "# calibrated: yes",
-            "# calibrated: 2026-03-04",
-            "# baseline: 10 s",
-            "# resolution: 10 bit",
-        )
-    },
-    "a scaling that changes nothing": Read("# gain: 1\n# offset: 0\n# scale_factor: 1.0\n" + PLAIN),
-    "all in quotes": Read(
+    "all in quotes": Case(
         lines(
             *([f'"{cell:.3f}"' for cell in row] for row in (TIME_S, *COUNTS)),
             head='"t","a","b","c","d"',
         )
     ),
-    "an empty cell in quotes": Read(
+    "an empty cell in quotes": Case(
         lines(TIME_S, *COUNTS, head="t a b c d", sign=" ")
         .replace("\n4 ", '\n4 "" ')
         .replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 "),
+        "1 samples lack a sensor and count as missing",
         values=np.where(TIME_S == 4, np.nan, COUNTS),
-        note="1 samples lack a sensor and count as missing",
     ),
-    "a rising sensor": Read(
+    "a rising sensor": Case(
         lines(TIME_S, *COUNTS, head=""),
+        "note: sensor_1 rises from each sample to the next, as a time does",
         options="--sensors 1 2 3 4 --rate 10 --unit counts",
         values=np.vstack([TIME_S, COUNTS[:3]]),
-        note="note: sensor_1 rises from each sample to the next, as a time does",
     ),
-    "LabVIEW": Read(lvm(), options="--unit V", values=VOLTS),
-    "LabVIEW, unit": Read(lvm(unit=True), values=VOLTS),
-    "LabVIEW, no times": Read(lvm("No"), options="--unit V", values=VOLTS),
-    "LabVIEW, a time for each": Read(lvm("Multi", unit=True), values=VOLTS),
-    "LabVIEW, the second channel later": Read(lvm("Multi", unit=True, later_s=2.0), values=LATER),
-    "LabVIEW, no times, later": Read(lvm("No", unit=True, later_s=2.0), values=LATER),
+    "LabVIEW": Case(lvm(), options="--unit V", values=VOLTS),
+    "LabVIEW, unit": Case(lvm(unit=True), values=VOLTS),
+    "LabVIEW, no times": Case(lvm("No"), options="--unit V", values=VOLTS),
+    "LabVIEW, a time for each": Case(lvm("Multi", unit=True), values=VOLTS),
+    "LabVIEW, the second channel later": Case(lvm("Multi", unit=True, later_s=2.0), values=LATER),
+    "LabVIEW, no times, later": Case(lvm("No", unit=True, later_s=2.0), values=LATER),
     **{
-        f"times named {names}": Read(lines(*EACH_TIMED, head=names), LATER, options="--unit V")
-        for names in (
-            "time,S1,time,S2,time,S3,time,S4",
-            "time,S1,time.1,S2,time.2,S3,time.3,S4",
-            "t1,S1,t2,S2,t3,S3,t4,S4",
-            "S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4",
+        f"times named {names}": Case(
+            lines(*EACH_TIMED, head=names), options="--unit V", values=LATER
         )
+        for names in EACH_NAMES
     },
-    "LabChart": Read(labchart(), values=VOLTS),
-    "LabChart, comment": Read(labchart(comment=True), values=VOLTS),
-    "decimals without a last line end": Read(
+    "LabChart": Case(labchart(), values=VOLTS),
+    "LabChart, comment": Case(labchart(comment=True), values=VOLTS),
+    "whole last number without a line end": Case(PLAIN.rstrip("\n")),
+    "decimals without a last line end": Case(
         lines(TIME_S, *VOLTS).rstrip("\n"), options="--unit V", values=VOLTS
     ),
-    "whole last number without a line end": Read(PLAIN.rstrip("\n")),
-    "first and last line that lack digits": Read(
+    "first and last line that lack digits": Case(
         lines(*VOLTS, head="")[1:-3],
+        "note: line 1, with 0.29004, ",
         options="--rate 10 --unit V",
         values=SHORTER[:, 1:],
-        note="note: line 1, with 0.29004, ",
     ),
-    "last number that may lack digits": Read(
+    "last number that may lack digits": Case(
         lines(TIME_S, *VOLTS)[:-3],
+        "note: the last line has no end, so '2.421' may lack digits",
         options="--unit V",
         values=SHORTER,
-        note="note: the last line has no end, so '2.421' may lack digits",
     ),
     **{
-        f"first line that lacks {lost} digits": Read(
+        f"first line that lacks {lost} digits": Case(
             NO_TIME[lost:],
+            f"{NO_TIME[lost:3]}, 497, 532, 540, is passed over: {NO_TIME[lost:3]} is far from",
             options="--rate 10",
             values=COUNTS[:, 1:],
-            note=f"note: line 1, with {NO_TIME[lost:3]}, 497, 532, 540, is passed over: "
-            f"{NO_TIME[lost:3]} is far from all others",
         )
         for lost in (1, 2)
     },
     **{
-        name: Read(ODD / f"{name}.txt", values, given) for name, (given, values) in ODD_READ.items()
+        name: Case(ODD / f"{name}.txt", options=given, values=values)
+        for name, (given, values) in ODD_READ.items()
     },
 }
-
-
-def check(imported, values):
-    recording = imported.the_recording()
-    np.testing.assert_allclose(recording.time_s, TIME_S[: values.shape[1]], atol=1e-6)
-    np.testing.assert_allclose(recording.values, values, rtol=1e-9, atol=1e-9)
-
-
-def written(folder, text):
-    if isinstance(text, str):
-        (folder / "a.txt").write_text(text, encoding="utf-8")
-    return folder / "a.txt" if isinstance(text, str) else text
 
 
 @pytest.mark.parametrize("kind", READ)
 def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, kind):
     row = READ[kind]
-    path = written(tmp_path, row.text)
+    path = row.written(tmp_path)
     imported = import_files(tmp_path, path, *row.options.split())
-    check(imported, row.values)
-    assert row.note in imported.shown
+    row.check(imported)
+    assert row.words in imported.shown
     again = import_files(tmp_path / "again", path, "--map", tmp_path / "lab.yaml")
-    check(again, row.values)
+    row.check(again)
     assert again.the_recording().header["unit"] == imported.the_recording().header["unit"]
 
 
@@ -500,412 +461,300 @@ def repeated(*columns, head):
 
 
 RESTARTED = np.concatenate([TIME_S[:300], TIME_S[:225]])
+COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
+# Lines above a table, by the unit that the refusal names.
+UNITS_ABOVE = """
+    kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
+    kPa => Vertical Units,kPa
+    mmHg => % unit mmHg | Pressure in mmHg
+    N => # Force [N] | # N | # s;N;N;N;N
+    nT => # signals in nT
+    grams-force => # values in grams-force
+"""
+# Those that the refusal quotes: units in words, scales, and scales in words.
+QUOTED = """
+    # column 2: pressure [kPa] | # S1: kPa, S2: kPa, S3: kPa, S4: kPa | # {"unit": "kPa", "fs": 10}
+    # fs=10 Hz, unit=kPa | # values are mV | # field in microtesla | # readings in grams force
+    # normal stress / kPa | REM all in mmHg
+    # scale_factor: 0.001 | Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88 | # gain: 10
+    # calib_slope: 2.2 | # counts_per_V: 204.8 | # YScale: 0.5
+    # values x 10 | # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts
+    # true = raw * 0.5 + 3 | # 1 LSB = 4.88 mV | All values multiplied by 100
+    # supplied by 5 V, with a gain of 2
+"""
+# Names of sensors, by what the refusal names of the first and all others.
+UNITS_IN_NAMES = """
+    uV => P{} (uV)
+    mmHg => P{} (mmHg)
+    gf => P{} (gf)
+    cmH2O => P{} (cmH2O)
+    N/mm2 => P{} (N/mm2)
+    % => S{} %
+    percent => S{}_percent
+    N => S{}_N | S{} in N
+    cN => S{}, cN
+    g => S{}/g
+    uS => S{}_uS
+    T => S{}_T
+    G => S{} G
+    *10 => S{} *10
+    mV_x10 => S{}_mV_x10
+    microstrain => S{}_microstrain
+    l/min => S{} / l/min
+    kPa => pressure kPa {}
+    in 0.1 mV => S{} in 0.1 mV
+    a scaling => S{}_V_gain10 | S{} x10 (V) | 10*S{}
+"""
+QUOTED_NAMES = "P{}kPa | S{} (kPa) filtered | S{} kPa (raw) | kg_{} | force_N_{}"
+# Names of a time in a unit that is none of the list, and lines above a table, by the unit and the
+# ticks per second.
+TIME_UNITS = """
+    1/100 s, 100 => Time (1/100 s)
+    cs, 100 => time_cs
+    ticks, 1e7 => t [ticks] | ticks
+    0.1 ms, 1e4 => time (0.1 ms)
+    hundredths, 100 => time_hundredths
+    10 us, 1e5 => time_10 us | time in 10 us | t (10 us)
+    us_x10, 1e5 => time_us_x10
+    us)/10, 1e5 => time (us)/10
+    filetime, 1e7 => filetime
+    pts, 90000 => pts
+"""
+TIME_UNITS_ABOVE = """
+    cs, 100 => # x-axis unit: cs | # column 1: time [cs] | # {"time_unit": "cs"}
+    cs, 100 => # first column in cs
+    1/256 s, 256 => # time is in 1/256 s
+    10 us, 1e5 => # Time base: 10 us | # time in units of 10 us | # 1 tick = 10 us
+    ticks, 100 => # t: ticks, S1-S4: counts
+    centiseconds, 100 => # times are centiseconds
+    100 ns, 1e7 => # timestamps in units of 100 ns
+    0.1 ms, 1e4 => # time resolution 0.1 ms
+    time_scale: 0.01, 100 => # time_scale: 0.01
+    250 kHz, 250e3 => # timer: 250 kHz
+    clock_hz: 32768, 32768 => # clock_hz: 32768
+    timer: 4 us, 250e3 => # timer: 4 us
+    250,000, 250e3 => # ticks_per_s: 250,000
+    2 MHz, 2e6 => # counted by a clock of 2 MHz
+    hundredths, 100 => # time in hundredths of a second
+    a second, 100 => # counted in hundredths of a second
+"""
+# Lines above a table with rates that contradict its times.
+OTHER_RATES = """
+    sampling rate = 20 => # sampling rate = 20 Hz
+    1 / Sampling interval = 5 => # Sampling interval (ms): 200
+    1 / Sample Interval = 5 => Sample Interval,0.2,s
+    1 / dt = 5 => # dt_ms: 200
+    fs = 5 => # fs: 5 samples per second
+    Acquisition rate = 5 => # Acquisition rate = 5.0e0 Hz
+    rate = 5 and another rate = 10 => # rate: 10, 10, 10, 5
+"""
+# Times without a unit, by what their step is in s.
+BARE_TIMES = {
+    "0.01 s": (1e2, BY_RATE),
+    "0.1 ms": (1e4, BY_RATE),
+    "10 us": (1e5, BY_RATE),
+    "100 ns": (1e7, BY_RATE),
+    "min": (1 / 60, "--time-unit min"),
+}
+SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
+POINTS = "--unit counts --thousands point"
 ASKED = {
     **{
-        f"unit {unit}": Asked(
-            with_unit(unit),
-            f"the file names {unit} of 'P1 ({unit})' and all others; allowed are counts, V, mV",
-            "--unit counts",
-        )
-        for unit in ("uV", "mmHg", "gf", "cmH2O", "N/mm2")
+        line: Case(above(line), f"the file names {unit} of ", COUNTED)
+        for line, unit in told(UNITS_ABOVE).items()
     },
     **{
-        f"unit in {line!r}": Asked(line + "\n" + PLAIN, f"names {unit} of ", "--unit counts")
-        for line, unit in (
-            ("# unit: kPa", "kPa"),
-            ("Units: kPa", "kPa"),
-            ("% unit mmHg", "mmHg"),
-            ("# pressure (kPa)", "kPa"),
-            ("# Force [N]", "N"),
-            ("# readings: kPa", "kPa"),
-            ("# values in grams-force", "grams-force"),
-            ("Pressure in mmHg", "mmHg"),
-            ("Vertical Units,kPa", "kPa"),
-            ("# signals in nT", "nT"),
-            ("# force in N", "N"),
-            ("# N", "N"),
-            ("// kPa", "kPa"),
-            ("kPa", "kPa"),
-            ("# s;N;N;N;N", "N"),
-            ("# unit: counts\n# pressure in kPa", "counts and kPa"),
-            ("# unit: counts\n# mV", "counts and mV"),
-        )
+        line: Case(above(line), re.sub(",(?=[-0-9])", ": ", line.strip("# ")), COUNTED)
+        for line in entries(QUOTED)
     },
-    **{
-        f"unit behind a number, {behind}": Asked(
-            lines(
-                TIME_S,
-                *COUNTS,
-                head=";".join(["time_s", *(f"{name}{behind}" for name in SENSORS)]),
-                sign=";",
-            ),
-            f"the file names {unit} of 'S1{behind}' and all others",
-            "--unit counts",
-        )
-        for behind, unit in (
-            (" %", "%"),
-            ("_percent", "percent"),
-            ("_N", "N"),
-            (", cN", "cN"),
-            ("/g", "g"),
-            ("_uS", "uS"),
-            (" *10", "*10"),
-            ("_mV_x10", "mV_x10"),
-            (" in N", "N"),
-            ("_microstrain", "microstrain"),
-            (" / l/min", "l/min"),
-        )
-    },
-    "rate beside other times": Asked(
-        "# sampling rate = 20 Hz\n" + PLAIN,
-        "step of 0.1 s is 10 Hz, but the file states sampling rate = 20; give --time-unit s if the",
-        "--time-unit s",
+    "two units above": Case(
+        above("# unit: counts\n# pressure in kPa"), "the file names counts and kPa of ", COUNTED
     ),
     **{
-        f"{line!r} beside other times": Asked(
-            f"{line}\n{PLAIN}", f"but the file states {told} = 5; give", "--time-unit s"
+        names: Case(
+            named(names, sign=";"),
+            f"the file names {what} of {names.format(1)!r} and all others",
+            COUNTED,
         )
-        for line, told in (
-            ("# Sampling interval (ms): 200", "1 / Sampling interval"),
-            ("Sample Interval,0.2,s", "1 / Sample Interval"),
-            ("# dt_ms: 200", "1 / dt"),
-            ("# fs: 5 samples per second", "fs"),
-            ("# Acquisition rate = 5.0e0 Hz", "Acquisition rate"),
-        )
+        for names, what in told(UNITS_IN_NAMES).items()
     },
-    "a rate for each column": Asked(
-        f"# rate: 10, 10, 10, 5\n{PLAIN}",
-        "the file states rate = 5 and another rate = 10; give --time-unit s if the times are right",
-        "--time-unit s",
+    **{
+        names: Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED)
+        for names in entries(QUOTED_NAMES)
+    },
+    "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
+    "unit of some": Case(
+        named("S1 (V),S2,S3 (V),S4"),
+        "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed",
+        COUNTED,
     ),
-    "rate beside dates": Asked(
-        "# rate: 20 Hz\n" + lines(clocks(NOON), *COUNTS),
+    **{
+        f"times, {name}": Case(
+            ticks(name, float(per_second)),
+            f"column '{name}': the file names the unit {unit!r}, which is none of s, ms, us",
+            BY_RATE,
+        )
+        for name, what in told(TIME_UNITS).items()
+        for unit, _, per_second in [what.rpartition(", ")]
+    },
+    **{
+        line: Case(
+            above(line, ticks("time", float(per_second))), f"{unit}', which is none of", BY_RATE
+        )
+        for line, what in told(TIME_UNITS_ABOVE).items()
+        for unit, _, per_second in [what.rpartition(", ")]
+    },
+    **{
+        f"times without a unit, {unit}": Case(
+            timed("time", TIME_S * per_second), f"or {unit}, 10 Hz ({remedy}); choose one", remedy
+        )
+        for unit, (per_second, remedy) in BARE_TIMES.items()
+    },
+    "two units of time": Case(
+        above("# time unit: ms", ticks("time_us", 1e5)),
+        "the file names the unit 'us and ms'",
+        BY_RATE,
+    ),
+    **{
+        line: Case(above(line), f"10 Hz, but the file states {rates}; give", "--time-unit s")
+        for line, rates in told(OTHER_RATES).items()
+    },
+    "rate beside dates": Case(
+        above("# rate: 20 Hz", timed("t", clocks(NOON))),
         "is 10 Hz, but the file states rate = 20; give --time-unit clock if the times are right",
         "--time-unit clock",
     ),
-    **{
-        f"scale in {line!r}": Asked(
-            f"{line}\n{PLAIN}", f"the file says '{told}', and", "--unit counts"
-        )
-        for line, told in (
-            ("# scale_factor: 0.001", "scale_factor: 0.001"),
-            ("Offset,-2", "Offset: -2"),
-            ("# mV_per_lsb: 4.88", "mV_per_lsb: 4.88"),
-            ("mV/count,4.88", "mV/count: 4.88"),
-            ("# gain: 10", "gain: 10"),
-            ("# calib_slope: 2.2", "calib_slope: 2.2"),
-            ("# counts_per_V: 204.8", "counts_per_V: 204.8"),
-            ("# YScale: 0.5", "YScale: 0.5"),
-        )
-    },
-    **{
-        f"scale in words, {line!r}": Asked(
-            f"{line}\n{PLAIN}", f"says {line.strip('# ')!r}, and not whether", "--unit counts"
-        )
-        for line in (
-            "# values x 10",
-            "# 0.1 mV per count",
-            "# scaled by 0.001",
-            "# readings are 10 * counts",
-            "# true = raw * 0.5 + 3",
-            "# 1 LSB = 4.88 mV",
-            "All values multiplied by 100",
-            "# supplied by 5 V, with a gain of 2",
-        )
-    },
-    "scale in a column": Asked(
+    "scale in a column": Case(
         lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain"),
         "the file says 'gain: 10', and not whether it is applied already",
-        "--unit counts",
+        COUNTED,
     ),
-    "unit between name and number": Asked(
-        lines(TIME_S, *COUNTS, head="time_s," + ",".join(f"pressure kPa {n}" for n in range(4))),
-        "names kPa of 'pressure kPa 0' and all others",
-        "--unit counts",
-    ),
-    "unit of some": Asked(
-        lines(TIME_S, *COUNTS, head="time,S1 (V),S2,S3 (V),S4"),
-        "the file names V of 'S1 (V)', no unit of 'S2', V of 'S3 (V)', no unit of 'S4'; allowed",
-        "--unit counts",
-    ),
-    "unit for a name": Asked(
-        lines(TIME_S, *COUNTS, head="time_s,kPa,kPa,kPa,kPa"), "names kPa of ", "--unit counts"
-    ),
-    "unit over several columns": Asked(
-        lines(TIME_S, *COUNTS, head="time,Pressure (kPa),,,\ns,S1,S2,S3,S4"),
+    "unit over several columns": Case(
+        timed("time,Pressure (kPa),,,\ns", TIME_S),
         "the file says 'Pressure (kPa)', and of no column",
-        "--unit counts",
+        COUNTED,
     ),
-    "a description in words beside a unit": Asked(
-        "# converted to kPa\n" + with_unit("counts"),
+    "a description in words beside a unit": Case(
+        above("# converted to kPa", named("P{} (counts)")),
         "the file names counts and says 'converted to kPa', and of no",
-        "--unit counts",
+        COUNTED,
+    ),
+    "two units": Case(
+        above("# unit: kPa", named("S{}_raw")),
+        "the file names raw and says 'unit: kPa', and of no column",
+        COUNTED,
     ),
     **{
-        f"unit {unit} in a column": Asked(
+        f"unit {unit} in a column": Case(
             lines(TIME_S, *COUNTS, [unit] * 525, head="time,S1,S2,S3,S4,units"),
             f"the file names {unit} of 'S1' and all others",
-            "--unit counts",
+            COUNTED,
         )
         for unit in ("kPa", "N")
     },
-    **{
-        f"unit in words, {line!r}": Asked(
-            f"{line}\n{PLAIN}", f"the file says {line.strip('# ')!r}, and of no", "--unit counts"
-        )
-        for line in (
-            "# column 2: pressure [kPa]",
-            "# S1: kPa, S2: kPa, S3: kPa, S4: kPa",
-            '# {"unit": "kPa", "fs": 10}',
-            "# fs=10 Hz, unit=kPa",
-            "# values are mV",
-            "# field in microtesla",
-            "# readings in grams force",
-            "# normal stress / kPa",
-            "REM all in mmHg",
-        )
-    },
-    **{
-        f"unit in the name {name!r}": Asked(
-            lines(TIME_S, *COUNTS, head="time_s," + ",".join(name.format(n) for n in range(4))),
-            words.format(0),
-            "--unit counts",
-        )
-        for name, words in {
-            "P{}kPa": "the file says 'P{}kPa', and of no",
-            "S{} (kPa) filtered": "the file says 'S{} (kPa) filtered', and of no",
-            "S{} kPa (raw)": "the file names raw and says 'S{} kPa (raw)', and of no",
-            "kg_{}": "the file says 'kg_{}', and of no",
-            "force_N_{}": "the file says 'force_N_{}', and of no",
-            "S{}_V_gain10": "the file names a scaling of 'S{}_V_gain10' and all",
-            "S{} x10 (V)": "the file names a scaling of 'S{} x10 (V)' and all",
-            "S{}_T": "the file names T of 'S{}_T' and all others",
-            "S{} G": "the file names G of 'S{} G' and all others",
-            "10*S{}": "the file names a scaling of '10*S{}' and all",
-            "S{} in 0.1 mV": "the file names in 0.1 mV of",
-        }.items()
-    },
-    "unit in a row": Asked(
-        lines(TIME_S, *COUNTS, head="time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"),
+    "unit in a row": Case(
+        timed("time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg", TIME_S).replace(",S1,S2,S3,S4", ""),
         "the file names mmHg of 'P1' and all others",
-        "--unit counts",
+        COUNTED,
     ),
     **{
-        name: Asked(
-            in_time_unit(name, per_second),
-            f"column '{name}': the file names the unit {unit!r}, which is none of s, ms, us",
-            "--time none --rate 10",
-        )
-        for name, unit, per_second in (
-            ("Time (1/100 s)", "1/100 s", 100),
-            ("time_cs", "cs", 100),
-            ("t [ticks]", "ticks", 1e7),
-            ("ticks", "ticks", 1e7),
-            ("time (0.1 ms)", "0.1 ms", 1e4),
-            ("time_hundredths", "hundredths", 100),
-            ("time_10 us", "10 us", 1e5),
-            ("time in 10 us", "10 us", 1e5),
-            ("t (10 us)", "10 us", 1e5),
-            ("time_us_x10", "us_x10", 1e5),
-            ("time (us)/10", "us)/10", 1e5),
-            ("filetime", "filetime", 1e7),
-            ("pts", "pts", 90_000),
-        )
-    },
-    **{
-        f"unit of time in {line!r}": Asked(
-            f"{line}\n{in_time_unit('time', per_second)}",
-            f"the file names the unit {unit!r}, which is none of s, ms, us",
-            "--time none --rate 10",
-        )
-        for line, unit, per_second in (
-            ("# x-axis unit: cs", "cs", 100),
-            ("# time is in 1/256 s", "1/256 s", 256),
-            ("# Time base: 10 us", "10 us", 1e5),
-            ("# time in units of 10 us", "10 us", 1e5),
-            ("# column 1: time [cs]", "cs", 100),
-            ("# t: ticks, S1-S4: counts", "ticks", 100),
-            ('# {"time_unit": "cs"}', "cs", 100),
-            ("# times are centiseconds", "centiseconds", 100),
-            ("# first column in cs", "cs", 100),
-            ("# timestamps in units of 100 ns", "100 ns", 1e7),
-            ("# 1 tick = 10 us", "1 tick = 10 us", 1e5),
-            ("# time resolution 0.1 ms", "time resolution 0.1 ms", 1e4),
-            ("# time_scale: 0.01", "time_scale: 0.01", 100),
-            ("# timer: 250 kHz", "timer: 250 kHz", 250_000),
-            ("# clock_hz: 32768", "clock_hz: 32768", 32_768),
-            ("# timer: 4 us", "timer: 4 us", 250_000),
-            ("# ticks_per_s: 250,000", "ticks_per_s: 250,000", 250_000),
-            ("# counted by a clock of 2 MHz", "counted by a clock of 2 MHz", 2_000_000),
-            ("# time in hundredths of a second", "hundredths", 100),
-            ("# counted in hundredths of a second", "counted in hundredths of a second", 100),
-        )
-    },
-    **{
-        f"a time without a unit in {unit}": Asked(
-            lines(TIME_S * per_second, *COUNTS, head="time,S1,S2,S3,S4"),
-            f"or {unit}, 10 Hz ({remedy}); choose one",
-            remedy,
-        )
-        for unit, per_second, remedy in (
-            ("0.01 s", 1e2, "--time none --rate 10"),
-            ("0.1 ms", 1e4, "--time none --rate 10"),
-            ("10 us", 1e5, "--time none --rate 10"),
-            ("100 ns", 1e7, "--time none --rate 10"),
-            ("min", 1 / 60, "--time-unit min"),
-        )
-    },
-    "two units of time": Asked(
-        "# time unit: ms\n" + in_time_unit("time_us", 1e5),
-        "the file names the unit 'us and ms'",
-        "--time none --rate 10",
-    ),
-    **{
-        f"a clock without colons, {form}": Asked(
-            lines(
-                [f"{NOON + timedelta(seconds=s - 20):{form}}"[:-5] for s in TIME_S],
-                *COUNTS,
-                head="time,S1,S2,S3,S4",
-            ),
+        f"a clock without colons, {form}": Case(
+            timed("time", [f"{NOON + timedelta(seconds=s - 20):{form}}"[:-5] for s in TIME_S]),
             "seems to be a clock without colons",
-            "--time none --rate 10",
+            BY_RATE,
         )
         for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")
     },
-    "ticks of 100 ns since 1601": Asked(
-        lines(
-            [f"{133 * 10**15 + round(s * 1e7)}" for s in TIME_S],
-            *COUNTS,
-            head="timestamp,S1,S2,S3,S4",
-        ),
+    "ticks of 100 ns since 1601": Case(
+        timed("timestamp", SINCE_1601),
         "its usual step of 1e+06 is a rate between 2 and 4000 Hz in no unit; use --time-unit",
         "--rate 10 --time none",
     ),
-    "all counts with points": Asked(
+    "all counts with points": Case(
         lines(
             *([german(v) for v in 4 * row] for row in (250 * TIME_S, *COUNTS)),
             head="ms;S1;S2;S3;S4",
             sign=";",
         ),
         "can be 1.876 (--decimal point) or 1876 (--thousands point); choose one",
-        "--unit counts --thousands point",
-        options="--unit counts",
-        values=4 * COUNTS,
+        POINTS,
+        COUNTED,
+        4 * COUNTS,
     ),
-    "named counts with points": Asked(
-        lines(
-            TIME_S * 1000,
-            *([german(v) for v in 4 * row] for row in COUNTS),
-            head="ms;" + ";".join(f"{name} (counts)" for name in SENSORS),
-            sign=";",
-        ),
+    "named counts with points": Case(
+        grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)"),
         "the file names counts, but readings from 1.692 to 2.164 are none; give --thousands point",
-        "--unit counts --thousands point",
+        POINTS,
         values=4 * COUNTS,
-    ),
-    "two units": Asked(
-        "# unit: kPa\n" + lines(TIME_S, *COUNTS, head="t,S1_raw,S2_raw,S3_raw,S4_raw"),
-        "the file names raw and says 'unit: kPa', and of no column",
-        "--unit counts",
     ),
     **{
-        f"all numbers with points, {names}": Asked(
-            lines(
-                TIME_S * 1000,
-                *([german(v) for v in 20 * row] for row in COUNTS),
-                head=names.replace(",", ";"),
-                sign=";",
-            ),
+        f"all numbers with points, {names}": Case(
+            grouped(20, german, names),
             "can be 9.38 (--decimal point) or 9380 (--thousands point); choose one",
-            "--unit counts --thousands point",
+            POINTS,
             values=20 * COUNTS,
         )
-        for names in ("ms,S1,S2,S3,S4", "ms,S1 (ohm),S2 (ohm),S3 (ohm),S4 (ohm)")
+        for names in ("S1;S2;S3;S4", "S1 (ohm);S2 (ohm);S3 (ohm);S4 (ohm)")
     },
-    "counts with points": Asked(
-        lines(
-            TIME_S * 1000,
-            *([german(v) for v in 2 * row] for row in COUNTS),
-            head="ms;S1;S2;S3;S4",
-            sign=";",
-        ),
-        "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
-        "--unit counts --thousands point",
-        options="--unit counts",
-        values=2 * COUNTS,
-    ),
     **{
-        f"decimals that jump a thousandfold, {options}": Asked(
-            lines(
-                TIME_S * 1000,
-                *([german(v) for v in 2 * row] for row in COUNTS),
-                head="ms;S1;S2;S3;S4",
-                sign=";",
-            ),
-            words,
-            "--unit counts --thousands point",
-            options=options,
-            values=2 * COUNTS,
+        f"decimals that jump a thousandfold, {options}": Case(
+            grouped(2, german), words, POINTS, options, 2 * COUNTS
         )
-        for options, words in (
-            ("--decimal point", "from 1 to 998 can be mV (--unit mV) or kohm (--unit kohm)"),
-            ("--decimal point --unit counts", "'1.002' beside 938 is no count; use --thousands"),
-        )
+        for options, words in {
+            COUNTED: "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
+            "--decimal point": "from 1 to 998 can be mV (--unit mV) or kohm (--unit kohm)",
+            "--decimal point --unit counts": "'1.002' beside 938 is no count; use --thousands",
+        }.items()
     },
-    "commas and the unit at once": Asked(
-        lines(
-            TIME_S * 1000,
-            *([f"{value:,.0f}" for value in 4 * row] for row in COUNTS),
-            head="ms;S1;S2;S3;S4",
-            sign=";",
-        ),
+    "commas and the unit at once": Case(
+        grouped(4, "{:,.0f}".format),
         "choose one; with --decimal comma, column 'S1': readings from 1.",
         "--thousands comma --unit counts",
         values=4 * COUNTS,
     ),
-    "time in whole seconds": Asked(
-        lines(np.floor(TIME_S), *COUNTS),
+    "time in whole seconds": Case(
+        timed("time_s", np.floor(TIME_S)),
         "does not run forward: if its clock is too coarse, use --time none and give",
-        "--time none --rate 10",
+        BY_RATE,
     ),
-    "a time that jumps": Asked(
-        lines(TIME_S + 200_000 * (TIME_S == 30), *COUNTS),
+    "a time that jumps": Case(
+        timed("time_s", TIME_S + 200_000 * (TIME_S == 30)),
         "sample 302: time runs backwards, 30.1 s follows 200030 s; if one time is wrong, correct",
-        "--time none --rate 10",
+        BY_RATE,
     ),
-    "names repeated by a reset": Asked(
+    "names repeated by a reset": Case(
         repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
         "time runs backwards, 0 s follows 29.9 s; if another run begins there, give --run-gap-s 5",
         "--run-gap-s 5",
         values=None,
     ),
-    "names repeated, no time": Asked(
+    "names repeated, no time": Case(
         repeated(*COUNTS, head="S1,S2,S3,S4"),
         "above line 303 the names of the columns are repeated, as by a board that starts again",
         "--rate 10 --run-gap-s 5",
-        options="--rate 10",
-        values=None,
+        "--rate 10",
+        None,
     ),
-    "blocks of LabChart": Asked(
+    "blocks of LabChart": Case(
         labchart((slice(300), slice(300, None))), "give --run-gap-s 5", "--run-gap-s 5", values=None
     ),
     **{
-        f"last line of {names} that lacks {lost}": Asked(
-            lines(TIME_S, *COUNTS, head=names)[: -lost - 1],
+        f"last line of {names} that lacks {lost}": Case(
+            named(names)[: -lost - 1],
             "line 526 is cut off: the file ends in mid-line; copy it again",
         )
-        for names in ("time_s,sensor_1,sensor_2,sensor_3,sensor_4", "time_s,S1,S2,S3,S4")
+        for names in ("sensor_{}", "S{}")
         for lost in (1, 2)
     },
-    "last reading lost behind its delimiter": Asked(
+    "last reading lost behind its delimiter": Case(
         PLAIN.rstrip("\n").rpartition(",")[0] + ",",
         "line 526 is cut off: the file ends in mid-line",
     ),
     **{
-        call: Asked(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
+        call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
         for call, words in ODD_REFUSED.items()
     },
-    "all that is missing at once": Asked(
+    "all that is missing at once": Case(
         lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
         "can all be the time; name one with --time; and column 'a': readings from 2.065",
         "--time time --unit V",
@@ -917,24 +766,14 @@ ASKED = {
 @pytest.mark.parametrize("kind", ASKED)
 def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
     row = ASKED[kind]
-    remedy, values = row.remedy, row.values
-    path = written(tmp_path, row.text)
+    path = row.written(tmp_path)
     imported = import_files(tmp_path, path, *row.options.split())
     assert row.words in imported.refused and f"{path.name}: " in imported.refused
     assert (imported.refused.count("\n"), imported.recordings(), imported.status) == (1, {}, 1)
     assert REMEDY.search(imported.refused)
-    if not remedy:
-        return
-    assert remedy.split()[-2] in imported.refused, "the refusal names the option"
-    again = import_files(tmp_path, path, *remedy.split())
-    if values is not None:
-        check(again, values)
-        return
-    runs = list(again.recordings().values())
-    assert [run.values.shape[1] for run in runs] == [300, 225], again.refused
-    ratio = runs[0].values[0, 0] / COUNTS[0, 0]
-    joined = np.hstack([run.values for run in runs])
-    np.testing.assert_allclose(joined, ratio * COUNTS, rtol=1e-5)
+    if row.remedy:
+        assert row.remedy.split()[-2] in imported.refused, "the refusal names the option"
+        row.check(import_files(tmp_path, path, *row.remedy.split()))
 
 
 def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
@@ -988,7 +827,7 @@ def test_json_is_named_and_the_remedy_works(tmp_path, monkeypatch):
         command = f"pandas.read_json('{name}.json').to_csv('{name}.csv')"
         assert f"it is JSON; save it as text: {command}, with lines=True if each" in refused
         pandas.read_json(f"{name}.json", **options).to_csv(f"{name}.csv")
-        check(import_files(tmp_path / name, tmp_path / f"{name}.csv"), COUNTS)
+        Case("").check(import_files(tmp_path / name, tmp_path / f"{name}.csv"))
 
 
 def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
