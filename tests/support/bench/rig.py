@@ -1,19 +1,29 @@
-"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, a survey."""
+"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, a survey.
+
+The survey runs in the process of the test, by the bench's clock: instead of waiting for the boards,
+it lets them run, so that a minute of the bench takes a second.
+"""
 
 import json
 from collections import deque
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import serial
 
+from capsule.bench import board, clock, fold, line, loop, survey_bench, survey_command, survey_run
+from capsule.bench import wave as wave_board
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Journey
 from support.bench import emulated
+from support.bench.cable import TerminalCable
 from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
-from support.bench.surveyor import SteppedCable, Surveyor
 from support.bench.workbench import Workbench
+from support.command import parsers
 
 WAVELENGTH_MM = 80.0
 GUT_MM = 80.0  # where the end stop is
@@ -120,28 +130,138 @@ class Gut:
         return self._ahead.popleft()
 
 
+class Killed(BaseException):
+    """The end of a survey that is killed: it sends and writes nothing any more."""
+
+
+class Port:
+    """A serial port in memory: who waits for its bytes lets the bench run."""
+
+    timeout = 0.0
+
+    def __init__(self, cable: "MemoryCable", rig: "Rig") -> None:
+        self._cable, self._rig = cable, rig
+        self.content = b""
+
+    def open(self) -> None:
+        """Open it, which resets the board."""
+        if not self._cable.plugged:
+            raise FileNotFoundError(self._cable.port)
+        self._cable.end = self
+
+    def close(self) -> None:
+        """Close it."""
+        if self._cable.end is self:
+            self._cable.end = None
+
+    @property
+    def in_waiting(self) -> int:
+        """Number of bytes that have arrived."""
+        if self._rig.killed:
+            raise Killed
+        if self._cable.end is not self:
+            raise serial.SerialException("the port has disappeared")
+        return len(self.content)
+
+    def read(self, size: int) -> bytes:
+        """Return bytes that have arrived, and let the bench run if there are none."""
+        if not self.content and self.timeout:
+            self._rig.rest(self.timeout)
+        content, self.content = self.content[:size], self.content[size:]
+        return content
+
+    def write(self, content: bytes) -> None:
+        """Send bytes."""
+        if not self._rig.killed and self.in_waiting >= 0:
+            self._cable.sent += content
+
+
+class MemoryCable(TerminalCable):
+    """A cable whose other end is a `Port`, if a program has opened it."""
+
+    end: Port | None = None
+    sent = b""
+
+    def _open_port(self) -> None:
+        pass
+
+    def _close_port(self) -> None:
+        self.end = None
+
+    def _is_opened(self) -> bool:
+        return self.end is not None
+
+    def _read(self) -> bytes:
+        sent, self.sent = self.sent, b""
+        return sent
+
+    def _write(self, content: bytes) -> bool:
+        self.end.content += content
+        return True
+
+    def _host_baud(self) -> int:
+        return self.board.baud
+
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
+        """Do nothing: unread bytes are lost."""
+
+
+# What a test does while a survey runs: as soon as the condition holds, the act, and then the next.
+Then = Iterable[tuple[Callable[[], bool], Callable[[], object]]]
+
+
 class Rig:
     """A bench of boards for surveys; their firmware runs in the emulator."""
 
     # Time that the boards run before the world advances: no motor moves through a switch in it.
     stretch_us = 50_000
+    # Interval at which the boards are read; a shorter one only takes longer.
+    look_every_s = 0.2
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, monkeypatch: object) -> None:
+        self.folder, self.killed = folder, False
         self.logger = emulated.EmulatedBoard(emulated.LOGGER)
         self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
         self.fold_board = emulated.EmulatedBoard(emulated.FOLD)
         self.wave, self.fold = Cams(self.wave_board), Thread(self.fold_board)
         boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
-        self.cables = SimpleNamespace(
-            **{
-                name: SteppedCable(board, folder / name, sticks=name == "logger")
-                for name, board in boards.items()
-            }
-        )
+        cables = {
+            name: MemoryCable(board, Path(name), sticks=name == "logger")
+            for name, board in boards.items()
+        }
+        self.cables = SimpleNamespace(**cables)
         self.gut = Gut(self.wave, self.fold, self.logger)
-        self._all = list(vars(self.cables).values())
-        self.bench = Workbench(*self._all, world=self._go_on)
+        self.bench = Workbench(*cables.values(), world=self._go_on)
+        self._then: deque = deque()
+        self._stop = SimpleNamespace(reason="")
+        self._replace(monkeypatch, cables)
+
+    def _replace(self, monkeypatch: object, cables: dict[str, MemoryCable]) -> None:
+        """Give surveys the bench's ports and its clock in place of the computer's."""
+        rig = self
+
+        class BenchDatetime(datetime):
+            """A datetime with the bench's clock."""
+
+            @classmethod
+            def now(cls, tz: object = None) -> datetime:
+                del tz
+                return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=rig.now_s)
+
+        replace = monkeypatch.setattr
+        replace(serial, "serial_for_url", lambda port, **_: Port(cables[port], self))
+        time = SimpleNamespace(monotonic=lambda: self.now_s, sleep=self.rest)
+        for module in (board, clock, line, loop, wave_board):
+            replace(module, "time", time)
+        for module in (survey_command, survey_run):
+            replace(module, "datetime", BenchDatetime)
+        replace(survey_command, "StopRequest", lambda: self._stop)
+        # The main thread waits for the bench, by the computer's clock.
+        replace(wave_board.Drive, "_renew", lambda drive: None)
+        for module, name in ((survey_bench, "LOOK_EVERY_S"), (fold, "READ_TIMEOUT_S")):
+            replace(module, name, self.look_every_s)
+        monkeypatch.chdir(self.folder)
+        clock.AWAKE.__init__()
 
     def _go_on(self, start_s: float, end_s: float) -> None:
         """Advance thread and gut by the motion of the motors."""
@@ -153,18 +273,39 @@ class Rig:
         """The bench's time in seconds."""
         return self.bench.now_s
 
-    def survey(self, *options: object) -> Surveyor:
-        """Start capsule survey on these boards."""
-        ports = ("--drive", self.cables.wave.port, "--fold", self.cables.fold.port)
-        where = ("--port", self.cables.logger.port, "--out", self.folder / "tuesday")
-        return self._start(*ports, *where, *options)
+    def survey(self, *options: object, then: Then = ()) -> None:
+        """Run capsule survey on these boards to its end."""
+        ports = ("--drive", "wave", "--fold", "fold", "--port", "logger", "--out", "tuesday")
+        self._run(*ports, *options, then=then)
 
-    def resume(self) -> Surveyor:
-        """Start capsule survey to continue the session."""
-        return self._start("--resume", self.folder / "tuesday")
+    def resume(self, then: Then = ()) -> None:
+        """Run capsule survey to continue the session."""
+        self._run("--resume", "tuesday", then=then)
 
-    def _start(self, *options: object) -> Surveyor:
-        return Surveyor(self.folder, self.bench, self._all, self.stretch_us, *options)
+    def _run(self, *words: object, then: Then) -> None:
+        self._then, self._stop.reason, self.killed = deque(then), "", False
+        options = parsers()["survey"].parse_args([str(word) for word in words])
+        survey_command.check(options)
+        try:
+            survey_command.survey(options)
+        finally:
+            assert not self._then, "the survey ended before what the test waits for"
+
+    def rest(self, seconds: float) -> None:
+        """Run the bench for this time, and do what is next if its condition holds."""
+        stretch_us = min(self.stretch_us, round(seconds * 1e6))
+        self.bench.run_for(seconds, stretch_us=stretch_us)
+        if self._then and self._then[0][0]():
+            self._then.popleft()[1]()
+
+    def press_ctrl_c(self) -> None:
+        """Press Ctrl-C."""
+        self._stop.reason = "Ctrl-C"
+
+    def kill(self) -> None:
+        """Kill the survey at once."""
+        self.killed = True
+        raise Killed
 
     def pass_by(self, seconds: float) -> None:
         """Advance the time without any program."""
@@ -174,12 +315,6 @@ class Rig:
         """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
         self.pass_by(2.0)
         return self.fold.folded == 0.0 and self.wave.state == "stopped"
-
-    def end(self) -> None:
-        """Pull all cables."""
-        for cable in self._all:
-            if cable.plugged:
-                cable.unplug()
 
     # Readers of the session's files.
 

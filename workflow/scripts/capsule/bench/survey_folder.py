@@ -26,8 +26,6 @@ RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 JUDGED = {"head_mm": 2, "score": 5, "threshold": 5}
 # Entry of session.json that becomes known later: the phase of the wave at the cam shaft's index.
 INDEX = "index_mm"
-# Events that the pilot gets from outside; no reading shows them.
-_TOLD = {"stopped", "gut_ended", "fault"}
 
 
 class SessionFolder:
@@ -196,7 +194,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 def read_stored(
     folder: Path, recording: Settings, every: int
-) -> tuple[list[tuple[Readings, float]], dict[int, Event]]:
+) -> tuple[list[tuple[Readings, float]], list[Event]]:
     """Read a killed survey up to the last complete judgement that can be read.
 
     There is a judgement after each `every` samples; `recording` is a section of the configuration.
@@ -205,8 +203,8 @@ def read_stored(
     -------
     judged : list of (Readings, float)
         Readings of each judgement, and the total time of interruptions before it, in seconds.
-    told : dict of int to Event
-        Events that may have come from outside, by their numbers in the log.
+    events : list of Event
+        The log of events.
     """
     rate_hz = recording["rate_hz"]
     rows = list(_rows(folder / (STREAM + PART), recording["sensors"]))
@@ -218,13 +216,11 @@ def read_stored(
         # The same order in memory as at first: another order of sums changes the last digits.
         columns = np.array(numbers).T.copy()
         judged.append((Readings(columns[1:-1], columns[-1], folds[0]), away_s))
-    told: dict[int, Event] = {}
+    events: list[Event] = []
     with contextlib.suppress(SessionError):
-        for number, line in enumerate(_whole_lines(folder / (EVENTS + PART))):
-            event = parse_event(number + 1, line)
-            if event.event in _TOLD:
-                told[number] = event
-    return judged, told
+        for number, line in enumerate(_whole_lines(folder / (EVENTS + PART)), start=1):
+            events.append(parse_event(number, line))
+    return judged, events
 
 
 def _whole_lines(path: Path) -> list[bytes]:

@@ -113,11 +113,13 @@ class SurveyRun:
             The pilot's decisions differ from the stored ones.
         """
         pilot, self._repeating = self.pilot, True
-        judged, told = read_stored(self.disk.folder, self._recording, pilot.every)
+        judged, events = read_stored(self.disk.folder, self._recording, pilot.every)
         for readings, away_s in judged:
-            # A later event was the pilot's own; the readings cause it again.
+            # No reading shows these events. A later one was the pilot's own: it comes again.
             until_s = pilot.sensing.now_s + away_s + _CLOCK_STEP_S
-            while (event := told.get(len(pilot.log))) and event.time_s <= until_s:
+            for event in events[len(pilot.log) :]:
+                if event.time_s > until_s:
+                    break
                 pilot.tell(event.event, event.reason)
             self.state.away_s = away_s
             self._take(readings)
@@ -128,7 +130,7 @@ class SurveyRun:
         """Return an event that no reading shows, with its reason; None if there is none."""
         if self.pilot.cycle.state == "closing":
             return None
-        if self.trouble is None and (trouble := bench.trouble):
+        if trouble := bench.trouble:
             self.trouble = trouble
             return "fault", str(trouble)
         if stop.reason:
