@@ -1,9 +1,8 @@
 """Held-out sessions judge only; recordings of one site and near copies are one place."""
 
-import itertools
-
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
 from capsule.errors import CapsuleError
 from capsule.recordings.held_out import (
@@ -96,24 +95,6 @@ def test_of_a_batch_only_the_recordings_that_teach_are_fitted(tmp_path):
     assert fitted({"3mm/batch": names[:1]}, tmp_path, HELD_OUT) == {}
 
 
-def test_no_more_of_a_file_is_read_than_its_header_takes(tmp_path, monkeypatch):
-    read = []
-    beginning = files.read_beginning
-
-    def counted(path, most):
-        read.append(most)
-        return beginning(path, most)
-
-    monkeypatch.setattr(files, "read_beginning", counted)
-    rows = "0.1,1\n" * 50_000
-    made = archive(tmp_path, {f"3mm/{name}": text + rows for name, text in OF_SPRING.items()})
-    fitted(made, tmp_path, HELD_OUT)
-    assert max(read) < 20_000
-    read.clear()
-    fitted(made, tmp_path, [])
-    assert read == []
-
-
 def listed(folder, *rows):
     """Write the list of the recordings."""
     columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
@@ -172,25 +153,15 @@ def test_passes_over_a_site_and_near_copies_are_one_place():
 
 
 def test_places_are_the_connected_components_for_any_rows():
-    """Compare with the components found slowly: join whatever is linked until nothing changes."""
-    numbers = np.random.default_rng(3)
+    numbers, names = np.random.default_rng(3), [f"3mm/r{number}" for number in range(8)]
     for _ in range(200):
-        names = [f"3mm/r{number}" for number in range(8)]
-        rows = {
-            name: passage(
-                numbers.choice(["", "a", "b", "c", "d"]),
-                " ".join(numbers.choice(names, numbers.integers(0, 2))),
-            )
-            for name in names
-        }
-        slowly = {name: {name} for name in names}
-        for _ in names:
-            for one, other in itertools.permutations(names, 2):
-                linked = rows[one]["site"] and rows[one]["site"] == rows[other]["site"]
-                if linked or other in rows[one]["near_copies"].split():
-                    both = slowly[one] | slowly[other]
-                    for name in both:
-                        slowly[name] = both
-        found = places_of(rows)
-        for one, other in itertools.combinations(names, 2):
-            assert (found[one] == found[other]) == (other in slowly[one])
+        sites = numbers.choice(["", "a", "b", "c", "d"], 8)
+        copies = numbers.random((8, 8)) < 0.06
+        near = [" ".join(np.array(names)[some]) for some in copies]
+        made = zip(names, map(passage, sites, near), strict=True)
+        linked = copies | (sites[:, np.newaxis] == sites) & (sites != "")
+        _, expected = connected_components(linked, directed=False)
+        place = places_of(dict(made))
+        pairs = {(place[name], of) for name, of in zip(names, expected, strict=True)}
+        # Each place is one component, and each component one place.
+        assert len(pairs) == len(set(place.values())) == len(set(expected))

@@ -41,27 +41,18 @@ def test_header_lines_are_read_and_volts_too():
     assert recording.values[0, 0] == 2.503
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"\xef\xbb\xbf" + BARE,
-        BARE.replace(b"\n", b"\r\n"),
-        BARE.replace(b"\n", b"\r"),
-        "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
-        BARE.rstrip(b"\n"),
-        BARE.replace(b",", b" , "),
-        b"sensor_2,note,time_s,sensor_1\n500,x,0,512\n501,,0.1,513\n",
-    ],
-    ids=[
-        "byte order mark",
-        "CRLF",
-        "CR",
-        "odd line ends in a header",
-        "no last line feed",
-        "spaces",
-        "other order and columns",
-    ],
-)
+HARMLESS = {
+    "byte order mark": b"\xef\xbb\xbf" + BARE,
+    "CRLF": BARE.replace(b"\n", b"\r\n"),
+    "CR": BARE.replace(b"\n", b"\r"),
+    "odd line ends in a header": "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
+    "no last line feed": BARE.rstrip(b"\n"),
+    "spaces": BARE.replace(b",", b" , "),
+    "other order and columns": b"sensor_2,note,time_s,sensor_1\n500,x,0,512\n501,,0.1,513\n",
+}
+
+
+@pytest.mark.parametrize("content", HARMLESS.values(), ids=HARMLESS)
 def test_harmless_variants_read_the_same(content):
     np.testing.assert_array_equal(read(content).values, read(BARE).values)
 
@@ -182,15 +173,9 @@ def test_a_simulated_recording_says_which_version_and_seed_made_it():
         ({}, ""),
         ({"rate_hz": "10.0"}, "10"),
         ({"rate_hz": "ten"}, "ten"),
-        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline of degree 3"}, "100"),
+        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline"}, "100"),
         ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "36"),
-        (
-            {
-                "rate_hz": "10",
-                "import_resampled": "from 100, 50 Hz to 10 Hz and to the same instants",
-            },
-            "10",
-        ),
+        ({"rate_hz": "10", "import_resampled": "from 100, 50 Hz to 10 Hz"}, "10"),
     ],
 )
 def test_the_sampling_rate_is_that_of_the_header_before_an_import_changed_it(header, rate):

@@ -6,6 +6,7 @@ rate: readings of a clock that runs at another rate, within the tolerance, are i
 """
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import RecordingError
@@ -147,8 +148,7 @@ def _on_own_clock(elapsed_s: FloatArray, interval_s: float, error: float) -> Flo
     for _ in range(_LINES):
         phase = np.angle(np.exp(2j * np.pi * elapsed).sum()) / (2.0 * np.pi)
         remainders = (elapsed - phase + 0.5) % 1.0 - 0.5
-        slope, offset = np.polyfit(elapsed / elapsed[-1], remainders, 1)
-        elapsed = elapsed - phase - offset - slope * elapsed / elapsed[-1]
+        elapsed = elapsed - phase - Polynomial.fit(elapsed, remainders, 1)(elapsed)
     return elapsed
 
 
