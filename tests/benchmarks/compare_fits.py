@@ -11,7 +11,6 @@ import functools
 import os
 import platform
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,13 +18,10 @@ from pathlib import Path
 # One thread, as in the workflow's jobs; must be set before numpy is loaded.
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
-
 import numpy as np
 import scipy.signal
 import yaml
-from tables import table
+from tables import ROOT, table
 
 from capsule.method.particle import (
     CANDIDATES_AT_ONCE,

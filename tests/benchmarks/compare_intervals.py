@@ -10,16 +10,11 @@ at a rank of healthy scores. The worst case stands first.
 
 import argparse
 import itertools
-import sys
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy.special import ndtr, ndtri
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
-
 from tables import table
 
 from capsule.arguments import natural
@@ -150,20 +145,17 @@ def specificities(archives: int) -> list[dict]:
     whom each has as many places; then a new patient has a part of its own.
     """
     rows = []
-    for healthy in (10, 20, 40, 100):
-        drawn = (
-            generator(each, "new", "normal scores", str(healthy)) for each in range(10 * archives)
-        )
-        reached = [float(ndtr(_threshold(each.normal(size=healthy)))) for each in drawn]
-        rows.append(_range_row(healthy, "of the same mix", reached))
-    for healthy, patients in ((20, 1), (20, 4), (40, 4), (100, 10)):
+    same_mix = [(healthy, healthy, 0.0) for healthy in (10, 20, 40, 100)]
+    between = [(20, 1, 0.3), (20, 4, 0.3), (40, 4, 0.3), (100, 10, 0.3)]
+    for healthy, patients, share in same_mix + between:
         reached = []
         for each in range(10 * archives):
-            numbers = generator(each, "patients", str(healthy), str(patients))
-            threshold = _threshold(_scores(numbers, patients, healthy // patients, 0.3))
-            own = np.sqrt(0.3) * numbers.normal()
-            reached.append(float(ndtr((threshold - own) / np.sqrt(0.7))))
-        rows.append(_range_row(healthy, f"of one more patient than {patients}", reached))
+            numbers = generator(each, "new", str(healthy), str(patients), str(share))
+            scores = _scores(numbers, patients, healthy // patients, share)
+            own = np.sqrt(share) * numbers.normal()
+            reached.append(float(ndtr((_threshold(scores) - own) / np.sqrt(1 - share))))
+        places = f"of one more patient than {patients}" if share else "of the same mix"
+        rows.append(_range_row(healthy, places, reached))
     return sorted(rows, key=lambda row: row["held"])
 
 

@@ -13,9 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
-
 from tables import table
 
 from capsule.arguments import natural

@@ -20,12 +20,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from tables import ROOT, filled_page, table
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
-
+# isort: split
 import judged_only
-from tables import filled_page, table
 
 from capsule.arguments import natural
 from capsule.detectors.base import NO_VERDICT, TrainingArchive

@@ -1,27 +1,25 @@
 """Measure the cost of a run as the archive grows: cold run, one recording more, nothing to do.
 
-    python tests/benchmarks/measure_growth.py --recordings 120 1200 --before v0.1.0
+    python tests/benchmarks/measure_growth.py --recordings 120 1200
     python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
     python tests/benchmarks/measure_growth.py --recordings 120 1200 12000 --opened 5
 
-Each archive is simulated in a temporary copy of the project. With --before, a copy of an earlier
-commit does the same, call by call in turn. A workflow of one rule is called in turn, too: what a
-call with nothing to do takes for Snakemake alone. With --opened, the report is measured instead: a
-run that makes it, its size, and how long a browser takes to open it; with short fits.
+Each archive is simulated in a temporary copy of the project. A workflow of one rule is called in
+turn, too: what a call with nothing to do takes for Snakemake alone. With --opened, the report is
+measured instead: a run that makes it, its size, and how long a browser takes to open it; with short
+fits. To compare with an earlier commit, measure in a checkout of it as well.
 
 The environment counts: Snakemake imports every plug-in that it finds at each start. Measure in one
 that `make report` has made.
 """
 
 import argparse
-import io
 import os
 import platform
 import shutil
 import statistics
 import subprocess
 import sys
-import tarfile
 import tempfile
 import time
 from collections import defaultdict
@@ -29,14 +27,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
-
 from tables import table
 
 from support.browser import MISSING, Browser
 from support.command import CAPSULE
-from support.project import PARTS, Project
+from support.project import Project
 
 SIZES = ["0", "1", "2", "3", "4", "5"]
 ONE_RULE = 'rule all:\n    output:\n        "made",\n    shell:\n        "touch {output}"\n'
@@ -94,21 +89,9 @@ def row_of(calls: Mapping[str, list[Cost]]) -> dict[str, str]:
     return cells | {"largest process": f"{most:.0f} MB"}
 
 
-def unpack(commit: str, folder: Path) -> Path:
-    """Unpack the workflow of an earlier commit."""
-    packed = subprocess.run(
-        ["git", "archive", commit, *PARTS], cwd=ROOT, capture_output=True, check=True
-    ).stdout
-    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
-        archive.extractall(folder, filter="data")
-    return folder
-
-
-def make_project(
-    folder: Path, recordings: int, fit: Mapping[str, int], root: Path = ROOT
-) -> Project:
-    """Copy the project at `root`, and simulate an archive of six sizes."""
-    project = Project.create(folder, root=root, **fit)
+def make_project(folder: Path, recordings: int, fit: Mapping[str, int]) -> Project:
+    """Copy the project, and simulate an archive of six sizes."""
+    project = Project.create(folder, **fit)
     simulate(project, recordings // len(SIZES))
     return project
 
@@ -128,11 +111,9 @@ def add_recording(folder: Path, number: int) -> None:
     shutil.rmtree(other.folder)
 
 
-def measure(
-    projects: Mapping[str, Project], one_rule: Path, rounds: int, cores: int
-) -> dict[str, dict[str, str]]:
-    """Measure the calls of each project, in turn, so that a busy moment meets all of them."""
-    folders = {"one rule": one_rule} | {name: each.folder for name, each in projects.items()}
+def measure(project: Project, one_rule: Path, rounds: int, cores: int) -> dict[str, dict[str, str]]:
+    """Measure the calls of both workflows, in turn, so that a busy moment meets both."""
+    folders = {"one rule": one_rule, "ours": project.folder}
     costs: dict[str, dict[str, list[Cost]]] = {name: defaultdict(list) for name in folders}
     for number in range(rounds + 1):
         for name, folder in folders.items():
@@ -195,7 +176,6 @@ def main() -> None:
     parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
     parser.add_argument("--rounds", type=int, default=3, help="of the calls after the cold run")
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--before", metavar="COMMIT", help="an earlier commit to compare with")
     parser.add_argument("--opened", type=int, default=0, metavar="N", help="times of the report")
     arguments = parser.parse_args()
     fit = {"particles": arguments.particles, "iterations": arguments.iterations}
@@ -208,16 +188,13 @@ def main() -> None:
             if arguments.opened:
                 rows.append(measure_page(folder, recordings, arguments.opened))
                 continue
-            projects = {"now": make_project(folder / "now", recordings, fit)}
-            if arguments.before:
-                earlier = unpack(arguments.before, folder / "unpacked")
-                projects["before"] = make_project(folder / "before", recordings, fit, earlier)
+            project = make_project(folder / "ours", recordings, fit)
             one_rule = folder / "one-rule"
             one_rule.mkdir()
             (one_rule / "Snakefile").write_text(ONE_RULE, encoding="utf-8")
-            measured = measure(projects, one_rule, arguments.rounds, arguments.cores)
+            measured = measure(project, one_rule, arguments.rounds, arguments.cores)
         label = {"recordings": f"{recordings:,}"}
-        rows += [label | {"code": code} | row for code, row in measured.items()]
+        rows += [label | {"workflow": name} | row for name, row in measured.items()]
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     if not arguments.opened:
         print(f"-c{arguments.cores}, N = {arguments.particles}, M = {arguments.iterations}\n")

@@ -8,7 +8,6 @@ opened.
 """
 
 import argparse
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,10 +15,6 @@ from itertools import repeat
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
-
 from tables import table
 
 from capsule.bench.bench_errors import LineLostError

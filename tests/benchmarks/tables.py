@@ -1,8 +1,16 @@
-"""Tables of the benchmarks, and the passages of documents that show them."""
+"""What benchmarks share: the library and the tests' helpers, tables, and documents that show them.
+
+A benchmark imports this module first, so that it finds the library.
+"""
 
 import math
 import re
+import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(ROOT / "tests")]
 
 
 def table(rows: Sequence[Mapping]) -> str:

@@ -30,17 +30,13 @@ def checkout(tmp_path):
     return folder
 
 
-def make(folder, home):
-    environment = {key: value for key, value in os.environ.items() if key != "XDG_CACHE_HOME"}
-    return output_of("make", "report", cwd=folder, env=environment | {"HOME": str(home)})
-
-
 @pytest.mark.parametrize("writable", [True, False])
 def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout, writable):
     # A file in its place keeps even the administrator from writing there.
     home = checkout.parent / "home"
     home.mkdir() if writable else home.touch()
-    output = make(checkout, home)
+    environment = {key: value for key, value in os.environ.items() if key != "XDG_CACHE_HOME"}
+    output = output_of("make", "report", cwd=checkout, env=environment | {"HOME": str(home)})
     assert f"cache: {'' if writable else f'{checkout}/.snakemake/cache'}\n" in output
     assert output.count("the home folder cannot be written") == (not writable)
     # The project is installed so that its own folder is used.
@@ -59,13 +55,8 @@ def test_a_python_that_the_lock_lacks_is_refused_in_one_line(checkout, version, 
         'exec(sys.argv[1])" "$2";; esac\n'
     )
     python.chmod(0o755)
-    done = subprocess.run(
-        ["make", "report", f"PYTHON={python}"],
-        cwd=checkout,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = ["make", "report", f"PYTHON={python}"]
+    done = subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     refusal = f"error: this is Python {version}.0, Python 3.11, 3.12 or 3.13 is needed"
     assert (refusal in done.stderr) is not allowed

@@ -6,20 +6,15 @@ import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
-import pytest
 
-from capsule.parts import files
 from support.command import run_command
 
 _MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
 
-def make_into(folder, *options, drawings=True):
-    """Make all parts in this process, and return the folder; without drawings in half the time."""
-    with pytest.MonkeyPatch.context() as patch:
-        if not drawings:
-            patch.setattr(files, "sheets", lambda _: [])
-        run_command("parts", "--out", folder, *options)
+def make_into(folder, *options):
+    """Make all parts in this process, and return the folder."""
+    run_command("parts", "--out", folder, *options)
     return folder
 
 

@@ -62,8 +62,6 @@ class Project:
         folder: Path,
         recordings: Sequence[str] = (),
         samples: int = 700,
-        *,
-        root: Path = ROOT,
         **fit: int,
     ) -> "Project":
         """Return a copy of the project's code and configuration, with other recordings and fits.
@@ -76,18 +74,13 @@ class Project:
             Names such as ``3mm/r01``; a formula makes these recordings.
         samples : int
             Number of samples K of these recordings.
-        root : Path
-            Folder with the project's code and configuration.
         **fit : int
             Changed keys of section ``fit`` of the configuration.
         """
         folder.mkdir(parents=True)
         for part in PARTS:
-            source = root / part
-            if source.is_dir():
-                shutil.copytree(source, folder / part)
-            else:
-                shutil.copy2(source, folder / part)
+            copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy2
+            copy(ROOT / part, folder / part)
         project = cls(folder)
         project.raw.mkdir()
         write_archive(project.raw, recordings, samples=samples)

@@ -1,7 +1,18 @@
-"""Leave out tests of the parts that cannot run here."""
+"""All parts, made once; leave out tests of them that cannot run here."""
 
 import importlib.util
+
+import pytest
+
+from support.measured import make_into
+from support.project import built_once
 
 # Without the extra `cad` (380 MB), these tests are left out, not skipped: CI does not install it,
 # and counts a skipped test as failed.
 collect_ignore = [] if importlib.util.find_spec("OCP") else ["test_step_files.py"]
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
+    """Return the folder of all parts, which all processes of a test run share."""
+    return built_once(tmp_path_factory, "parts", make_into)

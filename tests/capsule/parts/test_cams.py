@@ -10,7 +10,7 @@ from capsule.parts import bench_parts
 from capsule.parts.cam import follower_displacement
 from capsule.parts.files import read_design
 from capsule.parts.solids import one
-from support.measured import make_into, read_stl, section
+from support.measured import read_stl, section
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)
@@ -19,11 +19,6 @@ DESIGN = read_design()
 CAM = DESIGN.cam
 FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)
 TURNS = np.radians(np.arange(0, 360, 15))
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    return make_into(tmp_path_factory.mktemp("parts"), drawings=False)
 
 
 def slices(path):

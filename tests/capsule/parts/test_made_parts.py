@@ -17,7 +17,6 @@ from scipy.sparse.csgraph import connected_components
 from support.command import CAPSULE
 from support.measured import (
     edges_of,
-    make_into,
     measured_substructure,
     read_3mf,
     read_stl,
@@ -40,11 +39,6 @@ PRISMS = {
     "slide": 4.0,
     "end-plate": 6.0,
 }
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    return make_into(tmp_path_factory.mktemp("made") / "parts")
 
 
 @pytest.fixture(scope="module")

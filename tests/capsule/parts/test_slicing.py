@@ -8,7 +8,6 @@ import pytest
 
 from capsule.parts.files import read_design
 from support.marks import needs_programs
-from support.measured import make_into
 
 pytestmark = [
     pytest.mark.slicer,
@@ -18,11 +17,6 @@ CENTRE = np.array([125.0, 105.0])
 LAYERS = 25
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    return make_into(tmp_path_factory.mktemp("parts"), drawings=False)
-
-
 def slicer(*arguments):
     command = ["prusa-slicer", *map(str, arguments)]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -30,7 +24,7 @@ def slicer(*arguments):
 
 def sliced(made, name, *options):
     """Slice a part with the profile in its folder, and return the G-code."""
-    output = made / f"{name}.gcode"
+    output = made.parent / f"{name}.gcode"
     profile = ["--load", made / "print-profile.ini", "--center", "125,105"]
     slicer(*profile, *options, "--export-gcode", "--output", output, made / f"{name}.stl")
     return output.read_text(encoding="utf-8")

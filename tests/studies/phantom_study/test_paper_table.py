@@ -78,23 +78,6 @@ def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
     assert distance(rates | PAPER.motion, PAPER) > 10
 
 
-def test_cells_are_the_rates_counted_in_the_table():
-    confusion = np.random.default_rng(1).multinomial(20, np.full(6, 1 / 6), size=6)
-    rates = cells(confusion, PAPER)
-    detected = confusion[:, 1:].sum(axis=1)
-    for size in range(1, 6):
-        taken_for = detected[size] + confusion[0, size]
-        assert rates[f"precision {size} mm"] == pytest.approx(100 * detected[size] / taken_for)
-        assert rates[f"recall {size} mm"] == pytest.approx(5 * detected[size])
-    for size in range(2, 6):
-        near = confusion[size, size - 1 : size + 2].sum()
-        assert rates[f"exact {size} mm"] == pytest.approx(5 * confusion[size, size])
-        assert rates[f"within 1 mm of {size} mm"] == pytest.approx(5 * near)
-    assert rates["specificity"] == rates["no nodule as none"] == pytest.approx(5 * confusion[0, 0])
-    for size in (1, 2):
-        assert rates[f"no nodule as {size} mm"] == pytest.approx(5 * confusion[0, size])
-
-
 def test_summary_says_whether_the_paper_lies_in_the_central_range():
     like_the_paper = cells(LIKE_THE_PAPER, PAPER)
     archives = [like_the_paper | {"exact 5 mm": value} for value in np.arange(20.0, 60.0)]

@@ -8,6 +8,7 @@ from phantom_study import calibrate, simulated_archive
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import quick, read_detector
 
+from capsule.errors import CapsuleError
 from capsule.method.particle import Particle
 from capsule.method.templates import by_size
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -27,6 +28,12 @@ def trial_of(confusion):
 def averaged(particles):
     """Return the particle of the mean parameters, sigma among them."""
     return Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))
+
+
+def test_a_value_that_the_table_has_no_line_for_is_not_written():
+    """`tests/capsule/phantom/test_bench_calibrations.py` follows seven whole searches."""
+    with pytest.raises(CapsuleError, match=r"no line 'advance\.sped"):
+        calibrate.rewritten(DEFAULT_TABLE.read_text(encoding="utf-8"), {"advance.sped": 1.0})
 
 
 @pytest.mark.slow
