@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,11 @@ SETTINGS = {
     "diagonal": {"full_scale": 1024.0},
 }
 ODD = ROOT / "tests" / "data" / "odd"
+# What a refusal tells to do.
+REMEDY = re.compile(
+    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|save|leave|name (each|the|\d)|"
+    r"is not a column"
+)
 
 
 @dataclass
@@ -118,6 +124,24 @@ class Case(NamedTuple):
             (folder / "a.txt").write_text(self.file, encoding="utf-8")
             return folder / "a.txt"
         return self.file if isinstance(self.file, Path) else self.file(folder)
+
+    def check_read(self, folder: Path, atol: float = 1e-6) -> Imported:
+        """Import the file with its options, check the samples and the note, and return the rest."""
+        imported = import_files(folder, self.written(folder), *self.options.split())
+        self.check(imported, atol)
+        assert self.words in imported.shown
+        return imported
+
+    def check_asked(self, folder: Path) -> None:
+        """Check that one line refuses the file, and that its remedy works."""
+        path = self.written(folder)
+        imported = import_files(folder, path, *self.options.split())
+        assert self.words in imported.refused and f"{path.name}: " in imported.refused
+        assert (imported.refused.count("\n"), imported.recordings(), imported.status) == (1, {}, 1)
+        assert REMEDY.search(imported.refused)
+        if self.remedy:
+            assert self.remedy.split()[-2] in imported.refused, "the refusal names the option"
+            self.check(import_files(folder, path, *self.remedy.split()))
 
     def check(self, imported: Imported, atol: float = 1e-6) -> None:
         """Check the samples that were imported."""

@@ -255,12 +255,6 @@ ODD_REFUSED = {
     "latin1 --encoding utf-8": "the file is not readable text: byte 7 is not utf-8",
     "epoch --encoding utf-16": "line 1: there is no table with 4 columns of numbers",
 }
-REMEDY = re.compile(
-    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|the|\d)|"
-    r"is not a column"
-)
-
-
 # Lines above a table that change nothing.
 READ_ABOVE = """
     # time base: 10 us | # dt: 100 | # inflated to 20 kPa | # operator: N
@@ -442,11 +436,9 @@ READ = {
 @pytest.mark.parametrize("kind", READ)
 def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, kind):
     row = READ[kind]
-    path = row.written(tmp_path)
-    imported = import_files(tmp_path, path, *row.options.split())
-    row.check(imported)
-    assert row.words in imported.shown
-    again = import_files(tmp_path / "again", path, "--map", tmp_path / "lab.yaml")
+    imported = row.check_read(tmp_path)
+    options = "--map", tmp_path / "lab.yaml"
+    again = import_files(tmp_path / "again", row.written(tmp_path), *options)
     row.check(again)
     assert again.the_recording().header["unit"] == imported.the_recording().header["unit"]
 
@@ -765,15 +757,7 @@ ASKED = {
 
 @pytest.mark.parametrize("kind", ASKED)
 def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
-    row = ASKED[kind]
-    path = row.written(tmp_path)
-    imported = import_files(tmp_path, path, *row.options.split())
-    assert row.words in imported.refused and f"{path.name}: " in imported.refused
-    assert (imported.refused.count("\n"), imported.recordings(), imported.status) == (1, {}, 1)
-    assert REMEDY.search(imported.refused)
-    if row.remedy:
-        assert row.remedy.split()[-2] in imported.refused, "the refusal names the option"
-        row.check(import_files(tmp_path, path, *row.remedy.split()))
+    ASKED[kind].check_asked(tmp_path)
 
 
 def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
