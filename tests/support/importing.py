@@ -3,7 +3,7 @@
 import contextlib
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -25,8 +25,8 @@ SETTINGS = {
 ODD = ROOT / "tests" / "data" / "odd"
 # What a refusal tells to do.
 REMEDY = re.compile(
-    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|save|leave|name (each|the|\d)|"
-    r"is not a column"
+    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|save|leave|"
+    r"name (each|the|\d)|is not a column"
 )
 
 
@@ -89,6 +89,23 @@ def assert_readings(recording: Recording, time_s: np.ndarray, values: np.ndarray
     np.testing.assert_allclose(recording.values, values, rtol=1e-9)
 
 
+def lines(
+    *columns: Iterable[float | str], head: str = "time_s,S1,S2,S3,S4", sign: str = ","
+) -> str:
+    """Return a table of columns of numbers or texts as text."""
+    rows = [
+        sign.join(cell if isinstance(cell, str) else f"{cell:.12g}" for cell in row)
+        for row in zip(*columns, strict=True)
+    ]
+    return "\n".join([*([head] if head else []), *rows, ""])
+
+
+def write_table(path: Path, *columns: Iterable[float], head: str = "time,S1,S2,S3,S4") -> Path:
+    """Write a table as text, and return its path."""
+    path.write_text(lines(*columns, head=head), encoding="utf-8")
+    return path
+
+
 class Case(NamedTuple):
     """A file of one kind, and what the import makes of it.
 
@@ -107,7 +124,7 @@ class Case(NamedTuple):
     time_s : (K,) array
         The times.
     header : mapping
-        Lines of the header.
+        Lines of the header; None for a key that must not be there.
     """
 
     file: str | Path | Callable[[Path], Path]
@@ -116,7 +133,7 @@ class Case(NamedTuple):
     options: str = ""
     values: np.ndarray | None = COUNTS
     time_s: np.ndarray = TIME_S
-    header: Mapping[str, str] = MappingProxyType({})
+    header: Mapping[str, str | None] = MappingProxyType({})
 
     def written(self, folder: Path) -> Path:
         """Return the file; a text and what is written are made in a folder."""
@@ -156,4 +173,4 @@ class Case(NamedTuple):
         samples = recording.time_s.size
         np.testing.assert_allclose(recording.time_s, self.time_s[:samples], atol=atol)
         np.testing.assert_allclose(recording.values, self.values, rtol=1e-9, atol=1e-6)
-        assert self.header.items() <= recording.header.items()
+        assert dict(self.header) == {key: recording.header.get(key) for key in self.header}

@@ -140,7 +140,7 @@ def tdms(rows, *, group="g", about=None, **properties):
     return write
 
 
-def xdf(*streams, unit="counts"):
+def xdf(*streams, unit="counts", **said):
     """Return what writes streams, each with its time stamps and the names of its sensors."""
 
     def write(folder):
@@ -148,7 +148,7 @@ def xdf(*streams, unit="counts"):
             xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
             for at, (stamps, names) in enumerate(streams, start=1)
         ]
-        (folder / "run.xdf").write_bytes(xdf_file(*content))
+        (folder / "run.xdf").write_bytes(xdf_file(*content, **said))
         return folder / "run.xdf"
 
     return write
@@ -348,6 +348,25 @@ SAID = {
         hdf(LATER, RATES_OF_ALL | {(n, "start_ms"): 2000 * at for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
+    **{
+        f"a start that is no date, {began}": read(
+            hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "started"): began}),
+            words=f"the file says that it began {began!r}, which is no date",
+            header={"started": None},
+        )
+        for began in ("March 4, 2026", "9999-12-31T23:59:59-23:00", "soon")
+    },
+    **{
+        f"a start in {name}, {began}": read(write, header={"started": started})
+        for began, started in (
+            ("2026-03-04T12:00:00+0100", "2026-03-04T11:00:00Z"),
+            ("2026-03-04 12:00:00", "2026-03-04T12:00:00"),
+        )
+        for name, write in (
+            ("HDF5", hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "started"): began})),
+            ("XDF", xdf((TIME_S, [*SENSORS]), started=began)),
+        )
+    },
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
     "a unit over several columns": read(
         named_over_all(["time", *SENSORS], ["s", "mV"]), (TIME_S, COUNTS / 1000)

@@ -17,7 +17,7 @@ from capsule.page.files import RULE_SCRIPTS
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.command import run_command
-from support.importing import ODD, assert_readings, import_files
+from support.importing import ODD, assert_readings, import_files, write_table
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)
@@ -27,19 +27,13 @@ TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 
 
-def write(path, columns, names=("time", "S1", "S2", "S3", "S4")):
-    rows = [",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True)]
-    path.write_text("\n".join([",".join(names), *rows, ""]), encoding="utf-8")
-    return path
-
-
 @pytest.fixture
 def good(tmp_path):
-    return write(tmp_path / "monday 1.csv", [TIME_S, *COUNTS])
+    return write_table(tmp_path / "monday 1.csv", TIME_S, *COUNTS)
 
 
 def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
-    other = write(tmp_path / "tuesday.csv", [TIME_S, *COUNTS + 1])
+    other = write_table(tmp_path / "tuesday.csv", TIME_S, *COUNTS + 1)
     bad, none = ODD / "prose.txt", tmp_path / "none.csv"
     imported = import_files(tmp_path, good, bad, none, other)
     assert list(imported.recordings()) == ["3mm/monday-1", "3mm/tuesday"]
@@ -94,7 +88,7 @@ def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):
 def test_another_rate_is_resampled_and_the_header_says_so(tmp_path):
     time_s = np.arange(800) / 40
     values = np.rint(500 + 40 * np.sin(2 * np.pi * time_s / 3.2 + np.arange(4)[:, None]))
-    path = write(tmp_path / "fast.csv", [time_s, *values])
+    path = write_table(tmp_path / "fast.csv", time_s, *values)
     recording = import_files(tmp_path, path).the_recording()
     assert recording.header["import_resampled"] == (
         "from 40 Hz to 10 Hz, finite impulse response low-pass, -60 dB from 5 Hz on"
@@ -127,7 +121,7 @@ def test_the_same_samples_under_another_size_are_refused(tmp_path, good):
 def test_nothing_is_overwritten(tmp_path, good):
     first = import_files(tmp_path, good)
     written = (first.raw / "3mm/monday-1.csv").read_bytes()
-    write(good, [TIME_S, *COUNTS + 5])
+    write_table(good, TIME_S, *COUNTS + 5)
     imported = import_files(tmp_path, good)
     assert "monday-1.csv exists and holds other samples, so it is not overwritten; give" in (
         imported.refused
@@ -146,7 +140,7 @@ def test_a_dry_run_of_an_unlabelled_run_writes_nothing_and_shows_all(tmp_path, g
 
 
 def test_an_option_outweighs_the_map_and_a_number_marks_a_missing_sample_in_any_spelling(tmp_path):
-    path = write(tmp_path / "a.csv", [TIME_S, *COUNTS])
+    path = write_table(tmp_path / "a.csv", TIME_S, *COUNTS)
     rows = path.read_text().splitlines()
     rows[40] = "3.9,-999,-999.0,-9.99e2,-999"
     path.write_text("\n".join(rows) + "\n")
@@ -174,7 +168,7 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     assert f"wrote {path}: correct it if it is wrong" in shown
     written = path.read_bytes()
     assert yaml.safe_load(written)["sensors"] == ["S1", "S2", "S3", "S4"]
-    other = write(tmp_path / "other.csv", [TIME_S * 1000, *COUNTS + 9], ("t", "a", "b", "c", "d"))
+    other = write_table(tmp_path / "other.csv", TIME_S * 1000, *COUNTS + 9, head="t,a,b,c,d")
     shown = import_files(tmp_path, other).shown
     assert f"{path} exists and differs (time, time_unit, sensors), so it was not changed" in shown
     assert path.read_bytes() == written
@@ -216,7 +210,7 @@ def test_runs_are_split_where_a_column_changes_and_written_whole_or_not_at_all(t
     values = COUNTS.copy()
     values[1, 150] = np.nan
     run = np.repeat([1, 2, 1], [70, 60, 70])
-    path = write(tmp_path / "day.csv", [TIME_S, run, *values], ("t", "trial", *"abcd"))
+    path = write_table(tmp_path / "day.csv", TIME_S, run, *values, head="t,trial,a,b,c,d")
     imported = import_files(tmp_path, path, "--run-column", "trial")
     runs = imported.recordings()
     assert list(runs) == ["3mm/day-1-1", "3mm/day-1-2", "3mm/day-2"]
@@ -234,7 +228,7 @@ def test_runs_are_split_where_a_column_changes_and_written_whole_or_not_at_all(t
 
 def test_runs_are_split_at_gaps_and_where_the_clock_starts_again(tmp_path):
     time_s = np.concatenate([TIME_S[:80], TIME_S[80:140] + 30, TIME_S[:60]])
-    path = write(tmp_path / "day.csv", [time_s, *COUNTS])
+    path = write_table(tmp_path / "day.csv", time_s, *COUNTS)
     refused = import_files(tmp_path, path).refused
     assert "time runs backwards, 0 s follows 43.9 s; if another run begins there, give" in refused
     runs = import_files(tmp_path, path, "--time", "time", "--run-gap-s", "5").recordings()
@@ -245,7 +239,7 @@ def test_runs_are_split_at_gaps_and_where_the_clock_starts_again(tmp_path):
 
 def sensor_files(folder, times):
     return [
-        write(folder / f"{name}.csv", [time_s, row], ("t", "reading"))
+        write_table(folder / f"{name}.csv", time_s, row, head="t,reading")
         for name, time_s, row in zip(("left", "right", "up", "down"), times, COUNTS, strict=True)
     ]
 
@@ -275,12 +269,12 @@ def test_files_of_sensors_that_do_not_fit_together_are_refused(tmp_path):
 def test_a_recording_that_the_report_would_reject_is_told(tmp_path):
     stuck = COUNTS.copy()
     stuck[2] = 7
-    shown = import_files(tmp_path, write(tmp_path / "a.csv", [TIME_S, *stuck])).shown
+    shown = import_files(tmp_path, write_table(tmp_path / "a.csv", TIME_S, *stuck)).shown
     assert "note: the report will reject it: sensor_3 reads 7 in all" in shown
 
 
 def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_path):
-    path = write(tmp_path / "....csv", [TIME_S, *COUNTS])
+    path = write_table(tmp_path / "....csv", TIME_S, *COUNTS)
     refused = import_files(tmp_path, path).refused
     assert "gives no valid name; give one with --name" in refused
 
@@ -317,25 +311,6 @@ def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
         np.testing.assert_array_equal(recording.values[:, 0], first)
 
 
-def test_a_log_of_time_stamps_alone_is_refused_in_a_line(tmp_path):
-    log = tmp_path / "log.txt"
-    log.write_text("".join(f"12:34:{second} -> \n" for second in range(10, 60)))
-    told = "log.txt: line 1: there is no table with 4 columns of"
-    assert told in import_files(tmp_path, log).refused
-
-
-def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
-    lines = [f"S1:{a:g} S2:{b:g} S3:{c:g} S4:{d:g}\n" for a, b, c, d in COUNTS.T]
-    log = tmp_path / "log.txt"
-    log.write_text("ready\n" + "".join([*lines[:90], "S1:5\n", *lines[90:]]))
-    refused = import_files(tmp_path, log, "--rate", "10").refused
-    assert "log.txt: line 92 does not hold a whole sample, and no column gives the time" in refused
-    log.write_text("ready\n" + "".join(lines) + "S1:5\n")
-    recording = import_files(tmp_path, log, "--rate", "10").the_recording()
-    assert_readings(recording, TIME_S, COUNTS)
-    assert recording.header["import_passed_over"] == "2 lines without a whole sample"
-
-
 @pytest.mark.parametrize(
     ("scale", "options", "words", "remedy"),
     [
@@ -344,7 +319,7 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     ],
 )
 def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, words, remedy):
-    path = write(tmp_path / "a.csv", [TIME_S, *COUNTS * scale])
+    path = write_table(tmp_path / "a.csv", TIME_S, *COUNTS * scale)
     assert words in import_files(tmp_path, path, *options.split()).shown
     again = import_files(tmp_path / "again", path, *options.split(), *remedy.split())
     assert words not in again.shown
@@ -352,14 +327,14 @@ def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, word
 
 def test_a_run_that_stands_twice_in_a_file_is_written_once(tmp_path):
     time_s = np.concatenate([TIME_S, TIME_S])
-    path = write(tmp_path / "day.csv", [time_s, *np.tile(COUNTS, 2)])
+    path = write_table(tmp_path / "day.csv", time_s, *np.tile(COUNTS, 2))
     imported = import_files(tmp_path, path, "--run-gap-s", "5", "--time", "time")
     assert list(imported.recordings()) == ["3mm/day-1"]
     assert imported.counted == "1 recording imported, 1 already there, 0 files refused"
 
 
 def test_a_pattern_that_the_shell_has_left_names_its_files(tmp_path, good):
-    write(tmp_path / "monday 2.csv", [TIME_S, *COUNTS + 1])
+    write_table(tmp_path / "monday 2.csv", TIME_S, *COUNTS + 1)
     imported = import_files(tmp_path, tmp_path / "monday*.csv")
     assert list(imported.recordings()) == ["3mm/monday-1", "3mm/monday-2"]
     assert "no*.csv: No such file" in import_files(tmp_path, tmp_path / "no*.csv").refused
@@ -391,7 +366,7 @@ def test_of_two_imports_at_once_the_later_one_is_told_that_the_name_is_taken(tmp
         raise FileExistsError
 
     monkeypatch.setattr(command, "write_new", write_second)
-    path = write(tmp_path / "run.csv", [TIME_S, *COUNTS], ("t", *"abcd"))
+    path = write_table(tmp_path / "run.csv", TIME_S, *COUNTS, head="t,a,b,c,d")
     imported = import_files(tmp_path, path)
     assert "run.csv exists and holds other samples, so it is not overwritten" in imported.refused
     assert (imported.raw / "3mm/run.csv").read_bytes() == b"another"

@@ -15,7 +15,7 @@ import pytest
 
 from capsule.importing.table import is_far, lone_runs
 from capsule.recordings.recording import read_recording
-from support.importing import ODD, Case, import_files
+from support.importing import ODD, Case, import_files, lines
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
@@ -28,15 +28,6 @@ LATER = np.array([VOLTS[0, 20:], VOLTS[1, :505], *VOLTS[2:, 20:]])
 EACH_TIMED = [each for n, row in enumerate(VOLTS) for each in (TIME_S + 2.0 * (n == 1), row)]
 SENSORS = ["S1", "S2", "S3", "S4"]
 NOON = datetime(2024, 5, 6, 12)
-
-
-def lines(*columns, head="time_s,S1,S2,S3,S4", sign=",", end="\n"):
-    """Return a table of columns of numbers or texts as text; with an end of the last line."""
-    rows = [
-        sign.join(cell if isinstance(cell, str) else f"{cell:.10g}" for cell in row)
-        for row in zip(*columns, strict=True)
-    ]
-    return end.join([*([head] if head else []), *rows, ""])
 
 
 PLAIN = lines(TIME_S, *COUNTS)
@@ -277,6 +268,12 @@ MILLIVOLTS = {
     "words in a comment": above("# all readings in millivolts"),
     "row of units": lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
 }
+# As a serial plotter shows it.
+LABELLED = lines(
+    *([f"{n}:{x:g}" for x in row] for n, row in zip(SENSORS, COUNTS, strict=True)),
+    head="",
+    sign=" ",
+)
 # Counters of so many bits in a unit of time, from the lowest value on.
 COUNTERS = [
     ("us", 32, 1_000_000, 0),
@@ -386,6 +383,15 @@ READ = {
         "note: sensor_1 rises from each sample to the next, as a time does",
         options="--sensors 1 2 3 4 --rate 10 --unit counts",
         values=np.vstack([TIME_S, COUNTS[:3]]),
+    ),
+    **{
+        f"sensors {given}": Case(PLAIN, options=f"--sensors {given}", values=COUNTS[::-1])
+        for given in ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
+    },
+    "a broken line at the end of a log": Case(
+        f"ready\n{LABELLED}S1:5\n",
+        options="--rate 10",
+        header={"import_passed_over": "2 lines without a whole sample"},
     ),
     "LabVIEW": Case(lvm(), options="--unit V", values=VOLTS),
     "LabVIEW, unit": Case(lvm(unit=True), values=VOLTS),
@@ -746,6 +752,15 @@ ASKED = {
         call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
         for call, words in ODD_REFUSED.items()
     },
+    "a log of stamps alone": Case(
+        "".join(f"12:34:{second} -> \n" for second in range(10, 60)),
+        "line 1: there is no table with 4 columns of",
+    ),
+    "a broken line without a time": Case(
+        f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}",
+        "line 528 does not hold a whole sample, and no column gives the time",
+        options="--rate 10",
+    ),
     "all that is missing at once": Case(
         lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
         "can all be the time; name one with --time; and column 'a': readings from 2.065",

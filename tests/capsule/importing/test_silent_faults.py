@@ -21,7 +21,7 @@ from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.recording import DECISIVE
-from support.importing import SETTINGS, assert_readings, import_files
+from support.importing import SETTINGS, assert_readings, import_files, write_table
 from support.lab_files import (
     COUNTS,
     KILO_OHMS,
@@ -33,24 +33,11 @@ from support.lab_files import (
     write_workbook,
 )
 from support.project import ROOT
-from support.xdf_writer import xdf_file, xdf_stream
-
-
-def write(path, columns, head="time,S1,S2,S3,S4"):
-    rows = [",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True)]
-    path.write_text("\n".join([head, *rows] if head else rows) + "\n", encoding="utf-8")
-    return path
 
 
 @pytest.fixture
 def good(tmp_path):
-    return write(tmp_path / "monday.csv", [TIME_S, *COUNTS])
-
-
-@pytest.mark.parametrize("given", ["S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2"])
-def test_sensors_may_be_separated_by_commas(tmp_path, good, given):
-    imported = import_files(tmp_path, good, "--sensors", *given.split())
-    assert_readings(imported.the_recording(), TIME_S, COUNTS[::-1])
+    return write_table(tmp_path / "monday.csv", TIME_S, *COUNTS)
 
 
 def hdf_file(path, **attributes):
@@ -59,31 +46,6 @@ def hdf_file(path, **attributes):
         file["V"] = COUNTS.T
         file.attrs.update(attributes)
     return path
-
-
-@pytest.mark.parametrize("began", ["March 4, 2026", "9999-12-31T23:59:59-23:00", "soon"])
-def test_a_start_that_is_no_date_is_named_and_the_next_file_comes_in(tmp_path, good, began):
-    path = hdf_file(tmp_path / "run.h5", started=began)
-    imported = import_files(tmp_path, path, good)
-    assert imported.refused == ""
-    assert f"run.h5: the file says that it began {began!r}, which is no date" in imported.shown
-    assert "started" not in imported.recordings()["3mm/run"].header
-
-
-@pytest.mark.parametrize(
-    ("stated", "written"),
-    [
-        ("2026-03-04T12:00:00+0100", "2026-03-04T11:00:00Z"),
-        ("2026-03-04 12:00:00", "2026-03-04T12:00:00"),
-    ],
-)
-def test_the_zone_of_a_start_is_kept(tmp_path, stated, written):
-    path = hdf_file(tmp_path / "run.h5", started=stated)
-    assert import_files(tmp_path, path).the_recording().header["started"] == written
-    stream = xdf_stream(1, "capsule", TIME_S, COUNTS + 1, list("abcd"), "counts")
-    (tmp_path / "x.xdf").write_bytes(xdf_file(stream, started=stated))
-    imported = import_files(tmp_path / "x", tmp_path / "x.xdf")
-    assert imported.the_recording().header["started"] == written
 
 
 def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
@@ -118,10 +80,10 @@ def test_two_header_lines_that_differ_are_refused(tmp_path, good):
 
 def test_a_question_common_to_many_files_is_asked_once_and_another_one_beside_it(tmp_path):
     files = [
-        write(tmp_path / f"{n}.csv", [TIME_S, *COUNTS / 1024 * 5 + n / 100], "t,a,b,c,d")
+        write_table(tmp_path / f"{n}.csv", TIME_S, *COUNTS / 1024 * 5 + n / 100, head="t,a,b,c,d")
         for n in range(4)
     ]
-    clocks = write(tmp_path / "c.csv", [TIME_S, TIME_S, *COUNTS], "time,clock,S1,S2,S3,S4")
+    clocks = write_table(tmp_path / "c.csv", TIME_S, TIME_S, *COUNTS, head="time,clock,S1,S2,S3,S4")
     imported = import_files(tmp_path, *files[:2], clocks, *files[2:])
     first, other, alike = imported.refused.splitlines()
     assert first.startswith(f"refused: {files[0]}: column 'a': readings from ")
@@ -224,7 +186,7 @@ def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
     monkeypatch.chdir(tmp_path)
     file = tmp_path / (path or "raw/2.5mm/r07.csv")
     file.parent.mkdir(parents=True)
-    write(file, [TIME_S, *COUNTS])
+    write_table(file, TIME_S, *COUNTS)
     file.write_text(file.read_text().replace(",", separator))
     settings = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     check, *_ = check_recording(
