@@ -1,25 +1,18 @@
 """capsule record on the real firmware in the emulator, with all faults that a lab fears."""
 
-import json
 import os
-import re
-from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
-from capsule.engine.configuration import read_config_file
-from capsule.engine.project import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples
 from support.bench.workbench import Workbench
 from support.bench.world import Clock
-from support.learned import taught_by, write_learned
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
 
-CONFIGURATION = read_config_file(PROJECT / "config" / "config.yaml")
 # Across a restart of the board the computer's clock counts: exact to a sample, and to another one
 # where this machine is too busy to keep bench and recorder in step.
 GAP_TOLERANCE_S = 0.206
@@ -80,33 +73,6 @@ def driven(tmp_path):
     Recorder.end_all()
 
 
-def test_records_for_a_duration(bench):
-    named = ("--session", "monday", "--site", "A", "--setup", "gut-2")
-    recorder = bench.record("--duration", "30", *named)
-    bench.run_to_end(recorder)
-    printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
-    assert "damaged" not in printed
-    # The bench counts moments, from whatever moment on; there is no wave in it.
-    assert printed.count("warning") == 1
-    assert "warning: no detector will judge this recording: no wave on sensor_" in printed
-    assert "00:30.0 of 00:30.0" in printed
-    recording = recorder.recording()
-    assert recording.time_s.size == 300
-    check_times(recording)
-    check_complete(recording, bench.cable, ended_early=True)
-    header = recording.header
-    expected = {"rate_hz": "10", "adc_bits": "10", "vref_v": "5", "series_ohm": "12000"}
-    expected |= {"session": "monday", "site": "A", "setup": "gut-2"}
-    assert expected.items() <= header.items()
-    assert header["source"].startswith("recorded by the logger board")
-    (path,) = recorder.raw.rglob("*.csv")
-    assert path.parent.name == "3mm"
-    # The name is the time of the command, and the header has that of the first sample.
-    named, started = datetime.fromisoformat(path.stem), datetime.fromisoformat(header["started"])
-    assert abs(started - named) < timedelta(seconds=30)
-    assert recorder.parts() == []
-
-
 def test_unplugged_and_plugged_back_in(bench):
     recorder = bench.record()
     bench.run_until_samples(100)
@@ -127,62 +93,27 @@ def test_unplugged_and_plugged_back_in(bench):
     assert "by this computer's clock" in recorder.log()
 
 
-def test_killed_recorder_is_recovered(bench):
-    recorder = bench.record("--name", "r01")
-    bench.run_until_samples(150)
-    bench.cable.wait_until_read()
+def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(driven):
+    recorder = driven.record("--name", "r01")
+    driven.run_until_samples(150)
     (part,) = recorder.parts()
-    recorder.wait_for_samples(150)  # on disk while it records
-    recover = Recorder(bench.folder, "--recover")
+    recorder.wait_for_samples(100)  # on disk while it records
+    recover = Recorder(driven.folder, "--recover")
     recover.expect(1, "another program is writing", "r01.csv.part")
-    bench.run_until_samples(170)
-    recorder.process.kill()
-    recorder.process.wait()
-    with part.open("ab") as stream:
-        stream.write(b"99.9,1,2")  # as a power cut leaves it
-    bench.record("--name", "r01").expect(10, "capsule record --recover")
-    recover = Recorder(bench.folder, "--recover")
-    recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
-    recording = recorder.recording()
-    assert recording.time_s.size >= 150
-    check_times(recording)
-    check_complete(recording, bench.cable, ended_early=True)
-    assert recorder.parts() == []
-    Recorder(bench.folder, "--recover").expect(0, "nothing to recover")
-
-
-def test_running_verdict(bench):
-    write_learned(bench.folder, CONFIGURATION, taught_by())
-    # The bench counts moments; there is no wave in it, and none is asked for.
-    rules = CONFIGURATION["recording"] | {"wave_false_rate": 1}
-    config = bench.folder / "config.yaml"
-    config.write_text(json.dumps(CONFIGURATION | {"recording": rules}))
-    judging = ("--detect", "--templates", bench.folder / "templates.npz", "--config", config)
-    recorder = bench.record("--duration", "60", *judging)
-    bench.run_to_end(recorder)
-    at_end = recorder.expect(0).partition("archived ")[2]
-    for detector in ("template", "diagonal", "taught"):
-        assert re.search(rf"^{detector} +\w", at_end, re.MULTILINE)
-
-
-def test_a_recorder_that_is_killed_leaves_no_motor_running(driven):
-    recorder = driven.record()
-    driven.run_until_samples(20)
     recorder.process.kill()
     recorder.process.wait()
     assert driven.stands(LEASE_AND_RAMP_S + 0.5)
-
-
-# Kills: a Ctrl-C at the start of the wave that ends the program, and not the wave.
-def test_ctrl_c_as_the_wave_starts_stops_it(driven):
-    recorder = driven.record()
-    driven.bench.run(lambda: driven.motor.coils != 0)
-    recorder.press_ctrl_c()
-    pressed_s = driven.bench.now_s
-    driven.run_to_end(recorder)
-    assert driven.bench.now_s - pressed_s < LEASE_AND_RAMP_S
-    assert driven.stands(1.0)
+    with part.open("ab") as stream:
+        stream.write(b"99.9,1,2")  # as a power cut leaves it
+    driven.record("--name", "r01").expect(10, "capsule record --recover")
+    recover = Recorder(driven.folder, "--recover")
+    recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
+    recording = recorder.recording()
+    assert recording.time_s.size >= 100
+    check_times(recording)
+    check_complete(recording, driven.cable, ended_early=True)
     assert recorder.parts() == []
+    Recorder(driven.folder, "--recover").expect(0, "nothing to recover")
 
 
 def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):

@@ -1,7 +1,6 @@
 """capsule demo: a simulated run without a board, recorded by the recorder of capsule record."""
 
 import argparse
-import contextlib
 import re
 import signal
 import subprocess
@@ -12,14 +11,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import demo_command
-from capsule.commands import report as workflow_call
+from capsule.bench import demo_command, recorder
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.recordings.recording import read_recording
+from support.command import parsers
 from support.learned import taught_by, write_learned, write_templates
 
 ENDING = [sys.executable, "-c", "raise SystemExit({})"]
@@ -91,6 +90,33 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     assert signal.getsignal(signal.SIGINT) is former
 
 
+# Kills: a duration that is not kept; a header without the run's names; a check that is not told.
+@pytest.mark.parametrize(
+    ("counts", "said"),
+    [
+        (simulate_run(PHANTOM, 3.0, 3, "a run").counts, "\ntaught "),
+        (np.random.default_rng(1).integers(300, 700, (4, 700)), "no detector will judge this"),
+    ],
+    ids=["a run", "noise"],
+)
+def test_a_run_is_recorded_for_a_duration_checked_and_judged(tmp_path, capsys, counts, said):
+    write_templates(tmp_path)
+    write_learned(tmp_path, CONFIGURATION, taught_by())
+    where = f"--raw {tmp_path}/raw --logs {tmp_path} --templates {tmp_path}/templates.npz"
+    names = "--size 3 --session monday --site A --setup gut-2"
+    words = f"{names} --detect --duration 53 {where}".split()
+    run = demo_command.PlayedRun(counts, PHANTOM, 2, 100.0)
+    path = recorder.record(parsers()["record"].parse_args(words), run)
+    recording = read(path)
+    np.testing.assert_array_equal(recording.values, counts[:, :530])
+    assert path.parent.name == "3mm"
+    expected = {"session": "monday", "site": "A", "setup": "gut-2", "simulator_seed": "2"}
+    assert expected.items() <= recording.header.items()
+    printed = capsys.readouterr().out
+    assert "ended: --duration is over" in printed and "00:53.0 of 00:53.0" in printed
+    assert said in printed.partition("archived ")[2]
+
+
 def test_each_demo_plays_another_run_beside_those_before(tmp_path):
     folder = tmp_path / "demo"
     demo_command.prepare(folder, PHANTOM, 4)
@@ -123,25 +149,6 @@ def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
         demo_command.demo(chosen(tmp_path / "demo"))
-
-
-def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
-    class Snakemake(contextlib.nullcontext):
-        waited = 0
-
-        def __init__(self, command, cwd):
-            super().__init__(self)
-
-        def wait(self):
-            """End at the third question."""
-            Snakemake.waited += 1
-            if Snakemake.waited < 3:
-                raise KeyboardInterrupt
-            return 1
-
-    monkeypatch.setattr(workflow_call.subprocess, "Popen", Snakemake)
-    assert workflow_call.call_workflow(PROJECT, []) == workflow_call.INTERRUPTED
-    assert Snakemake.waited == 3
 
 
 def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
@@ -183,26 +190,3 @@ sys.path.insert(0, {str(PROJECT / "workflow/scripts")!r})
 from capsule.commands.report import call_workflow
 sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "--dry-run"]))
 """
-
-
-@pytest.mark.parametrize(
-    ("there", "said"),
-    [
-        ([], r"holds no raw; run the command in a folder"),
-        (["raw"], r"holds no config/config.yaml; .*capsule new NAME"),
-    ],
-)
-def test_what_is_missing_is_named_with_its_remedy(tmp_path, there, said):
-    for name in there:
-        (tmp_path / name).mkdir()
-    with pytest.raises(CapsuleError, match=said):
-        workflow_call.check_workflow(tmp_path)
-
-
-def test_a_project_without_snakemake_or_its_snakefile_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setattr(workflow_call, "PROJECT", tmp_path)
-    with pytest.raises(CapsuleError, match=r"holds no Snakefile"):
-        workflow_call.check_workflow(tmp_path)
-    monkeypatch.setattr(workflow_call.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(CapsuleError, match=r'pip install -e "\.\[workflow\]"'):
-        workflow_call.check_workflow(tmp_path)

@@ -16,7 +16,7 @@ from capsule.bench.protocol import Identity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
 from capsule.errors import WrongOptionError
-from capsule.phantom.simulated_bench import SimulatedBench
+from capsule.phantom.simulated_bench import SimulatedBench, nodules_of
 from capsule.recordings.recording import read_recording
 from support.bench.scripted import ENTRIES
 from support.command import parsers
@@ -79,6 +79,8 @@ def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspiciou
 def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
     places = table(whole / "places.csv")
     assert [place["status"] for place in places] == ["dismissed", "confirmed", "confirmed"]
+    nodules_mm = [nodule.at_mm for nodule in nodules_of(7, 350.0, [3.0, 3.0])]
+    assert [float(place["place_mm"]) for place in places[1:]] == pytest.approx(nodules_mm, abs=5)
     seen = set()
     for place, name in [
         (row["place"], name) for row in places for name in row["recordings"].split()

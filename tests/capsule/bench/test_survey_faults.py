@@ -63,16 +63,6 @@ def happened(pilot):
     return [event.event for event in pilot.log]
 
 
-def test_without_a_fault_each_nodule_is_confirmed_where_it_is_and_for_itself():
-    bench = Bench(nodules=(3.0, 3.0))
-    pilot = bench.lead()
-    confirmed = [place for place in pilot.suspects.places if place.status == "confirmed"]
-    assert [place.place_mm for place in confirmed] == pytest.approx([AT_MM, AT_MM + 45], abs=5)
-    assert [place.passes for place in confirmed] == [2, 2]
-    assert bench.folds[-1] == "unfolded"
-    assert pilot.sensing.position_mm == pytest.approx(LENGTH_MM, abs=4)
-
-
 def without(readings, name):
     return replace(readings, **{name: np.full_like(getattr(readings, name), np.nan)})
 
