@@ -430,9 +430,11 @@ def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, 
     assert whole.headers == exported.headers
 
 
-@pytest.fixture
-def project(tmp_path):
-    """Make results that fit to the recordings in raw/, and return the folder of both."""
+def checksum(folder, name):
+    return hashlib.sha256((folder / f"raw/{name}.csv").read_bytes()).hexdigest()
+
+
+def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
     names = ["3mm/r07", "3mm/r08", "0mm/r01"]
     write_archive(tmp_path / "raw", names, samples=50)
     rows = [{"recording": name, "sha256": checksum(tmp_path, name)} for name in names]
@@ -440,58 +442,46 @@ def project(tmp_path):
     (tmp_path / "raw/3mm/folder.csv").mkdir()
     rows.append({"recording": "3mm/folder", "sha256": ""})
     write_csv(tmp_path / "results/recordings.csv", ["recording", "sha256"], rows)
-    return tmp_path
-
-
-def checksum(folder, name):
-    return hashlib.sha256((folder / f"raw/{name}.csv").read_bytes()).hexdigest()
-
-
-def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
     settings = read_config_file(CONFIG)
     # The date of a recording does not count.
-    os.utime(project / "raw/3mm/r07.csv", (1, 1))
-    assert changed_recordings(project / "results", settings) == []
-    with (project / "raw/3mm/r07.csv").open("a") as stream:
+    os.utime(tmp_path / "raw/3mm/r07.csv", (1, 1))
+    assert changed_recordings(tmp_path / "results", settings) == []
+    with (tmp_path / "raw/3mm/r07.csv").open("a") as stream:
         stream.write("# a comment")
-    (project / "raw/3mm/r08.csv").unlink()
-    write_archive(project / "raw", ["2mm/new"], samples=50)
-    (project / "raw/notes.txt").touch()
+    (tmp_path / "raw/3mm/r08.csv").unlink()
+    write_archive(tmp_path / "raw", ["2mm/new"], samples=50)
+    (tmp_path / "raw/notes.txt").touch()
     changed = [f"raw/{name}.csv" for name in ("2mm/new", "3mm/r07", "3mm/r08")]
-    assert changed_recordings(project / "results", settings) == changed
+    assert changed_recordings(tmp_path / "results", settings) == changed
     # Without recordings, nothing is known.
-    shutil.rmtree(project / "raw")
-    assert changed_recordings(project / "results", settings) == []
+    shutil.rmtree(tmp_path / "raw")
+    assert changed_recordings(tmp_path / "results", settings) == []
 
 
-def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
-    results = tmp_path / "results"
+def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_path, capsys):
+    results, settings = tmp_path / "results", read_config_file(CONFIG)
     make_results(results)
     rows = read_csv(results / "recordings.csv")
     write_archive(tmp_path / "raw", [row["recording"] for row in rows], samples=50)
     for row in rows:
         row["sha256"] = checksum(tmp_path, row["recording"])
     write_csv(results / "recordings.csv", list(rows[0]), rows)
-    (tmp_path / "raw/3mm/r07.csv").write_text("another")
     call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
-    run_command(*call, "--out", tmp_path / "out")
-    printed = capsys.readouterr().out
-    assert "was made, these came, went or changed: raw/3mm/r07.csv; make it again" in printed
-    stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
-    assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
+    call += ["--config", str(CONFIG), "--out", tmp_path / "out", "--force"]
 
-
-def test_results_of_another_configuration_are_told(tmp_path, capsys):
-    results = tmp_path / "results"
-    make_results(results)
-    settings = read_config_file(CONFIG)
-    call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
-    for seed, told in ((settings["fit"]["seed"], False), (77, True)):
+    def export(seed):
         made_with = {"recording": settings["recording"], "fit": settings["fit"] | {"seed": seed}}
         write_learned(results / "detectors.json", {}, made_with, results / "templates.npz")
-        run_command(*call, "--config", str(CONFIG), "--out", tmp_path / "out", "--force")
-        changed = f"was made, these came, went or changed: {CONFIG.as_posix()}; make it again"
-        assert (changed in capsys.readouterr().out) is told
+        run_command(*call)
+        stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
+        return capsys.readouterr().out, json.loads(stored)["results_out_of_date"]
+
+    printed, changed = export(settings["fit"]["seed"])
+    assert "warning" not in printed and changed == "no"
+    (tmp_path / "raw/3mm/r07.csv").write_text("another")
+    printed, changed = export(77)
+    assert changed == f"{CONFIG.as_posix()}; raw/3mm/r07.csv"
+    assert f"was made, these came, went or changed: {changed}; make it again" in printed
 
 
 @pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
