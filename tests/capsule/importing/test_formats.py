@@ -547,8 +547,14 @@ UNITS = {
     "a form": (workbook(TIME_S.tolist(), form='0.00" kPa"'), "names kPa of"),
     "a form of few letters": (workbook(TIME_S.tolist(), form='#,##0 "g"'), "names g of"),
     **{
-        f"the cell {place}": (workbook(TIME_S.tolist(), more=[(place, text)]), f"says '{text}'")
-        for place, text in (("C1", "pressure in kPa"), ("G1", "all in kPa"), ("H5", "kPa"))
+        f"the cell {place}, {text}": (workbook(TIME_S.tolist(), more=[(place, text)]), told)
+        for place, text, told in (
+            ("C1", "pressure in kPa", "says 'pressure in kPa'"),
+            ("G1", "all in kPa", "names kPa of"),
+            ("H5", "kPa", "names kPa of"),
+            ("G1", "N", "names N of"),
+            ("H5", "N", "names N of"),
+        )
     },
 }
 SCALES = {
@@ -567,6 +573,8 @@ SCALES = {
     "of a channel": (tdms(SENSORS, wf_increment=0.1, sensitivity=0.5), "'sensitivity: 0.5'"),
     "of a sheet of channels": (beside(["Channel", "Gain"], ["AI0", 10]), "'Gain: 10'"),
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
+    "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
+    "a symbol": (timed(k=0.5), "'k: 0.5'"),
     "of a converter": (attributed("V", "bit_volts", value=0.01), "'bit_volts: 0.01'"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
@@ -617,7 +625,9 @@ ASKED = {
         BY_RATE,
     ),
     "a time without a unit": Case(
-        matlab(t=TIME_S * 100, V=COUNTS.T), f"or 0.01 s, 10 Hz ({BY_RATE}); choose one", BY_RATE
+        matlab(t=TIME_S * 100, V=COUNTS.T),
+        f"or steps of 0.01 s, 10 Hz ({BY_RATE}); choose one",
+        BY_RATE,
     ),
     "a unit of time beside the arrays": Case(
         matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"), "the file names the unit 'cs'", BY_RATE

@@ -463,15 +463,15 @@ COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
 # Lines above a table, by the unit that the refusal names.
 UNITS_ABOVE = """
     kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
-    kPa => Vertical Units,kPa
+    kPa => Vertical Units,kPa | # S1: kPa, S2: kPa, S3: kPa, S4: kPa
     mmHg => % unit mmHg | Pressure in mmHg
-    N => # Force [N] | # N | # s;N;N;N;N
+    N => # Force [N] | # N | # s;N;N;N;N | # all N | # S1..S4 N | # S1-S4: N
     nT => # signals in nT
     grams-force => # values in grams-force
 """
 # Those that the refusal quotes: units in words, scales, and scales in words.
 QUOTED = """
-    # column 2: pressure [kPa] | # S1: kPa, S2: kPa, S3: kPa, S4: kPa | # {"unit": "kPa", "fs": 10}
+    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10}
     # fs=10 Hz, unit=kPa | # values are mV | # field in microtesla | # readings in grams force
     # normal stress / kPa | REM all in mmHg
     # scale_factor: 0.001 | Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88 | # gain: 10
@@ -479,6 +479,7 @@ QUOTED = """
     # values x 10 | # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts
     # true = raw * 0.5 + 3 | # 1 LSB = 4.88 mV | All values multiplied by 100
     # supplied by 5 V, with a gain of 2
+    # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16
 """
 # Names of sensors, by what the refusal names of the first and all others.
 UNITS_IN_NAMES = """
@@ -533,6 +534,7 @@ TIME_UNITS_ABOVE = """
     timer: 4 us, 250e3 => # timer: 4 us
     250,000, 250e3 => # ticks_per_s: 250,000
     2 MHz, 2e6 => # counted by a clock of 2 MHz
+    1024 Hz, 1024 => # clock of 1024 Hz
     hundredths, 100 => # time in hundredths of a second
     a second, 100 => # counted in hundredths of a second
 """
@@ -548,10 +550,13 @@ OTHER_RATES = """
 """
 # Times without a unit, by what their step is in s.
 BARE_TIMES = {
-    "0.01 s": (1e2, BY_RATE),
-    "0.1 ms": (1e4, BY_RATE),
-    "10 us": (1e5, BY_RATE),
-    "100 ns": (1e7, BY_RATE),
+    "steps of 0.01 s": (1e2, BY_RATE),
+    "steps of 0.0001 s": (1e4, BY_RATE),
+    "steps of 1e-05 s": (1e5, BY_RATE),
+    "steps of 1e-07 s": (1e7, BY_RATE),
+    "steps of 0.0009766 s": (1024, BY_RATE),
+    "steps of 3.052e-05 s": (32_768, BY_RATE),
+    "steps of 0.02 s": (50, BY_RATE),
     "min": (1 / 60, "--time-unit min"),
 }
 SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
@@ -604,7 +609,9 @@ ASKED = {
     },
     **{
         f"times without a unit, {unit}": Case(
-            timed("time", TIME_S * per_second), f"or {unit}, 10 Hz ({remedy}); choose one", remedy
+            ticks("time", per_second) if per_second > 1 else timed("time", TIME_S * per_second),
+            f"or {unit}, 10 Hz ({remedy}); choose one",
+            remedy,
         )
         for unit, (per_second, remedy) in BARE_TIMES.items()
     },
@@ -621,6 +628,20 @@ ASKED = {
         above("# rate: 20 Hz", timed("t", clocks(NOON))),
         "is 10 Hz, but the file states rate = 20; give --time-unit clock if the times are right",
         "--time-unit clock",
+    ),
+    "scale in a log with labels": Case(
+        above(
+            "gain: 10",
+            lines(
+                *(
+                    [f"{name}: {v:g}" for v in row]
+                    for name, row in zip(SENSORS, COUNTS, strict=True)
+                ),
+                head="",
+            ),
+        ),
+        "the file says 'gain: 10', and not whether it is applied already",
+        "--rate 10 --unit counts",
     ),
     "scale in a column": Case(
         lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain"),

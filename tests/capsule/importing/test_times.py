@@ -7,7 +7,7 @@ import pytest
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import checked_keys
-from capsule.importing.table import Channel, Table
+from capsule.importing.table import Channel, QuestionError, Table
 from capsule.importing.times import read_time
 from support.importing import SETTINGS
 
@@ -31,9 +31,15 @@ PER_SECOND = {"s": 1, "ms": 1e3, "us": 1e6, "ns": 1e9, "day": 1 / 86_400, "min":
 
 @pytest.mark.parametrize("unit", ["s", "ms", "us", "ns", "day"])
 def test_the_unit_is_the_one_that_gives_a_rate_that_can_be(unit):
-    for hertz in (5, 10, 36, 120, 500):
+    for hertz in (5, 10, 20, 36, 120, 500):
         time_s = np.arange(50) / hertz
-        read = clock((45_000.25 if unit == "day" else 0) + time_s * PER_SECOND[unit])
+        times = (45_000.25 if unit == "day" else 0) + time_s * PER_SECOND[unit]
+        if hertz > 20 and unit in ("ms", "us", "ns"):
+            # Whole numbers at a rate far from the configured one can be ticks of any clock.
+            with pytest.raises(QuestionError, match=rf"--time-unit {unit}\) or steps of"):
+                clock(np.rint(times))
+            continue
+        read = clock(times)
         assert read.unit == unit
         np.testing.assert_allclose(read.time_s, time_s, atol=2e-5)
 

@@ -131,9 +131,20 @@ _PROSE = re.compile(
     r"[0-9.]+ ?[*] ?\w+)([\s)].*)?",
     re.IGNORECASE,
 )
+# A remark that is a name and a number, and a symbol, as of a formula: what else it can mean is not
+# known. Some letters number a run or a version, and others are a time.
+_NAME_AND_NUMBER = re.compile(
+    r"([A-Za-z]\w*)[\s:=,;]+([+-]?[0-9.]+(?:e[+-]?[0-9]+)?(?:\s*[^\s/]+/\S+|[,;].*)?)",
+    re.IGNORECASE,
+)
+_SYMBOL = re.compile(r"(?![nijtv]|x_?0)[a-z]_?[0-9]?", re.IGNORECASE)
 # Names of a mark of missing samples.
 MARK = re.compile(
     r"_?fill.?value|(missing|nan|invalid).?values?|no.?data(.?values?)?", re.IGNORECASE
+)
+# Names of numbered columns, and words for all.
+_OF_COLUMNS = re.compile(
+    r"[A-Za-z]+_?[0-9]+|all|each|every|sensors?|channels?|to|in", re.IGNORECASE
 )
 # A remark of the form ``key: value``.
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
@@ -324,9 +335,12 @@ def bare_unit(text: str) -> str:
     """Return the unit that a text is, with or without brackets; empty if it is none.
 
     If it holds a unit for each column, as ``s, N, N, N, N``, that of the readings is returned.
+    Names of columns and words for all of them may stand before it, as in ``S1..S4 N``.
     """
-    words = [word.strip(".:(){}[]\"'") for word in re.split(r"[\s,;|]+", text[:_LONGEST_REMARK])]
-    words = list(dict.fromkeys(filter(None, words)))
+    parts = re.split(r"[\s,;|]+|\.\.+|(?<=[0-9])[-:]", text[:_LONGEST_REMARK])
+    words = list(filter(None, (word.strip(".:(){}[]-\"'") for word in parts)))
+    before = [word for word in words[:-1] if not _OF_COLUMNS.fullmatch(word)]
+    words = list(dict.fromkeys(before + words[-1:]))
     if len(words) > 1 and is_time_unit(words[0]):
         words = words[1:]
     # A can be the name of a run, but so can R or k, which are no other words for units, too.
@@ -370,14 +384,24 @@ def speaks_of_scaling(text: str) -> bool:
 
 def scaling_remarks(remarks: Iterable[str]) -> list[str]:
     """Return the remarks that tell a scaling of the readings, each once."""
-    told = dict[str, None]()
-    for text in remarks:
-        note = NOTE.fullmatch(text)
-        is_key = note and is_scaling(note[1])
-        is_told = scales(note[1], note[3]) if note and is_key else speaks_of_scaling(text)
-        if is_told and not (mentioned_time_unit(text) or ticks_per_second(text)):
-            told[text[:60]] = None
-    return [*told]
+    return [
+        *dict.fromkeys(
+            text[:60]
+            for text in remarks
+            if _tells_scaling(text) and not (mentioned_time_unit(text) or ticks_per_second(text))
+        )
+    ]
+
+
+def _tells_scaling(text: str) -> bool:
+    note = NOTE.fullmatch(text)
+    if note and is_scaling(note[1]):
+        return scales(note[1], note[3])
+    words = note[3] if note and _DESCRIBES.fullmatch(note[1]) else text
+    if plain := _NAME_AND_NUMBER.fullmatch(words[:_LONGEST_REMARK]):
+        is_symbol = _SYMBOL.fullmatch(plain[1]) and not re.fullmatch("[+]?[01]([.]0*)?", plain[2])
+        return bool(is_symbol) or scales(plain[1], plain[2])
+    return speaks_of_scaling(text)
 
 
 def notes_of(comments: Mapping[int, str]) -> dict[str, str]:

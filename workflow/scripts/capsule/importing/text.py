@@ -113,6 +113,9 @@ def read_text(content: bytes, keys: Keys) -> Table:
     for (number, line), row in zip(known, heads, strict=False):
         if not (number in comments or dialect.names_columns(row)):
             remarks.append(line if dialect.delimiter != "tab" else ": ".join(filter(None, row)))
+    # In a log with labels, so do the lines with none of these.
+    others = [line for _, line in known[:TRIED] if not {*labels_of(line)} & {*labels}]
+    remarks += others if labels else []
     table = _table(
         above,
         rows,
@@ -230,7 +233,9 @@ def _sheet(
     # In a sheet of channels, a value stands below its name.
     below_names = [pairwise(column) for column in zip_longest(*beside, fillvalue="")]
     words += [": ".join(pair) for column in below_names for pair in column if all(pair)]
-    told = [notes_of({0: text}) for text in words[: len(beside)] if states_much(text)]
+    told = [
+        notes_of({0: text}) for text in words[: len(beside)] if states_much(text) or bare_unit(text)
+    ]
     merged: dict[str, str] = {}
     for key, value in (pair for notes in told for pair in notes.items()):
         merged[key] = value if merged.get(key, value) == value else f"{merged[key]}, {value}"
@@ -425,7 +430,8 @@ def _table(
     for each in channels:
         cells = [] if each.holds_numbers else [*dict.fromkeys(filter(None, each.words))]
         remarks += cells[:_MOST_WORDS]
-        if cells and re.search("unit|einheit", each.name, re.IGNORECASE):
+        is_lone = not each.name and len(cells) == 1 and bare_unit(cells[0])
+        if is_lone or (cells and re.search("unit|einheit", each.name, re.IGNORECASE)):
             told["notes"].setdefault("unit", different(cells[:_MOST_WORDS]))
     return Table(
         channels,

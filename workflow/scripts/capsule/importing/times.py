@@ -17,10 +17,10 @@ from capsule.importing.units import SECONDS, is_time_unit, is_unit, split_unit, 
 NO_TIME = "none"
 # Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
-# Other units, in s, which are no key of lab.yaml or hardly ever meant, unless only they give the
-# configured rate.
-_RARE = {"0.1 s": 0.1, "0.01 s": 0.01, "0.1 ms": 1e-4, "10 us": 1e-5, "100 ns": 1e-7, "10 ns": 1e-8}
-_RARE |= {unit: SECONDS[unit] for unit in ("min", "h")}
+# A rate is far from the configured one if it is more than twice as high or low.
+_FAR = np.log(2.1)
+# Of a clock that counts in powers of 2, the units that are nearly these.
+_BINARY = {"ms": 2.0**-10, "us": 2.0**-20}
 # First cells of a column that tell whether it holds dates or times of day.
 _CELLS_TRIED = 50
 # Plausible sampling rates: a wave of 3 s needs the lower one, and no sensor is faster than the
@@ -282,28 +282,27 @@ def _unit(
     fitting = configured if len(configured) == 1 else fitting
     own = {} if stamps.rates_hz == channel.rates_hz else dict(stamps.rates_hz)
     own |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
-    words = [mentioned_time_unit(text) for text in table.remarks]
-    clocks = {
-        word or text.strip()[:60]: ticks_per_second(text)
-        for word, text in zip(words, table.remarks, strict=True)
-    }
-    clocks |= {f"{name} = {hz:g}": hz for name, hz in own.items()}
     is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
-    for text, ticks_hz in clocks.items():
-        by_ticks = ticks_hz / step
-        is_ticks = is_whole and _PLAUSIBLE_HZ[0] <= by_ticks <= _PLAUSIBLE_HZ[1]
-        fitting = [unit for unit in fitting if not is_ticks or _same(rates[unit], by_ticks)]
-        if is_ticks and not fitting:
+    ticks = {text.strip()[:60]: ticks_per_second(text) for text in table.remarks}
+    ticks |= {f"{name} = {hz:g}": hz for name, hz in own.items()}
+    words = filter(None, map(mentioned_time_unit, table.remarks))
+    told_s = {word: SECONDS.get(unit_of(word) or "", np.nan) for word in words}
+    told_s |= {
+        text: 1 / hz
+        for text, hz in ticks.items()
+        if is_whole and _PLAUSIBLE_HZ[0] <= hz / step <= _PLAUSIBLE_HZ[1]
+    }
+    for text, seconds in told_s.items():
+        fitting = [
+            unit for unit in fitting if np.isclose(SECONDS[unit], seconds, rtol=1e-3, atol=0)
+        ]
+        if not fitting:
             raise QuestionError(_OTHER_UNIT.format(text))
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
         options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
-    for unit, seconds in _RARE.items():
-        if fitting and not known and not configured and _same(1 / (step * seconds), keys.rate_hz):
-            how = (
-                f"--time-unit {unit}" if unit in SECONDS else f"--time none --rate {keys.rate_hz:g}"
-            )
-            options[unit] = f"{unit}, {1 / (step * seconds):.4g} Hz ({how})"
+    if fitting and not (known or told_s):
+        options |= _other_clocks(numbers, step, fitting[0], keys.rate_hz)
     if not options and channel.rate_hz and not keys.rate:
         raise QuestionError(
             f"its usual step of {step:.6g} is in no unit the rate that the file states, "
@@ -315,16 +314,38 @@ def _unit(
             f"its usual step of {step:.6g} is a rate between {low:g} and {high:g} Hz in no unit; "
             "use --time-unit, or name another column with --time"
         )
-    if len(options) > 1 and not any(words):
+    if len(options) > 1:
         can_be = " or ".join(options.values())
         raise QuestionError(f"its usual step of {step:.6g} can be {can_be}; choose one")
     unit = next(iter(options))
-    others = [word for word in words if word and (unit_of(word) != unit or len(options) > 1)]
-    if others:
-        raise QuestionError(_OTHER_UNIT.format(others[0]))
     if unit == "sample":
         return unit, "counts"
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
+
+
+def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -> dict[str, str]:
+    """Return other units in which times (K,) may have the configured rate, and the options of each.
+
+    A clock can count whole steps of any length, unless `unit` is near this rate, too, or counts
+    from 1970.
+    """
+    options = {
+        other: f"{other}, {rate_hz:g} Hz (--time-unit {other})"
+        for other in ("min", "h")
+        if _same(1 / (step * SECONDS[other]), rate_hz)
+    }
+    steps = np.diff(numbers)
+    mean = float(np.mean(steps[np.abs(steps - step) <= 0.4 * step]))
+    off, binary_off = (
+        abs(np.log(mean * length * rate_hz))
+        for length in (SECONDS[unit], _BINARY.get(unit, np.inf))
+    )
+    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4) and mean > 1
+    is_epoch = _EPOCH_S[0] < numbers[0] * SECONDS[unit] < _EPOCH_S[1]
+    if is_whole and not is_epoch and (off > _FAR or 10 * binary_off < off):
+        length = f"steps of {1 / (mean * rate_hz):.4g} s"
+        options[length] = f"{length}, {rate_hz:g} Hz (--time none --rate {rate_hz:g})"
+    return options
 
 
 def _same(rate_hz: float, other_hz: float) -> bool:
