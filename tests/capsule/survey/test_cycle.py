@@ -43,6 +43,9 @@ def test_a_place_is_passed_again_twice_at_most_and_the_next_one_as_often():
     cycle, _ = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "again", *THERE_AND_BACK, "again")
     assert cycle == Cycle("exploring", retests=MOST_RETESTS)
     assert after(cycle, "suspected")[0].retests == 0
+    # A board that lets the origami go is told so, too.
+    cycle, commands = lead(*TO_A_SUSPICION, "folded", "let_go")
+    assert (cycle.state, commands[-1]) == ("unfolding", UNFOLD)
 
 
 # Kills: tries of different places that add up to a capsule that cannot go back.

@@ -167,11 +167,10 @@ def _recorder_options(chosen: argparse.Namespace, name: str) -> argparse.Namespa
     """Return the options with which `capsule record` would record this run."""
     parser = argparse.ArgumentParser()
     record_command.add_arguments(parser)
-    about = f"--name {name} --site {name} --session demo --setup {name}"
-    options = parser.parse_args(["--unlabelled", "--detect", *about.split()])
-    options.raw, options.logs = chosen.out / PLAYED, chosen.out / "logs"
-    options.config = chosen.out / OWN_CONFIG
-    return options
+    about = f"--unlabelled --detect --name {name} --site {name} --session demo --setup {name}"
+    places = {"--raw": PLAYED, "--logs": "logs", "--config": OWN_CONFIG}
+    where = [f"{option}={chosen.out / place}" for option, place in places.items()]
+    return parser.parse_args([*about.split(), *where])
 
 
 class PlayedRun(Source):

@@ -18,13 +18,7 @@ from capsule.bench.clock import StopRequest, elapsed_s
 from capsule.bench.growing_file import FrameLog, GrowingFile
 from capsule.bench.line import BAUD, READ_TIMEOUT_S
 from capsule.bench.live import LivePage, opened_page
-from capsule.bench.logger import (
-    SILENT_AFTER_S,
-    Logger,
-    Source,
-    check_fits,
-    moment_text,
-)
+from capsule.bench.logger import SILENT_AFTER_S, Logger, Source, check_fits, moment_text
 from capsule.bench.loop import Loop, kept
 from capsule.bench.lsl import SampleOutlet, StreamLine
 from capsule.bench.terminal import Terminal
@@ -307,10 +301,7 @@ def leave(drive: Drive | None) -> None:
 
 
 def _check(
-    recording: Path,
-    settings: Settings,
-    detectors: FinalVerdict | None,
-    tell: Callable[[str], None],
+    recording: Path, settings: Settings, detectors: FinalVerdict | None, tell: Callable[[str], None]
 ) -> None:
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
