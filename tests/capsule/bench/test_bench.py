@@ -23,19 +23,16 @@ SPEED = 4
 
 
 class Bench:
-    """A logger on its cable, with a peristalsis board if `driven`, and recorders on them."""
+    """A logger and a peristalsis board on their cables, and recorders on them."""
 
-    def __init__(self, folder, *, driven=False):
+    def __init__(self, folder):
         self.folder = folder
         self.logger = emulated.EmulatedBoard(emulated.LOGGER)
+        self.motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
         self.cable = TerminalCable(self.logger, folder / "ttyACM0")
-        self.options, cables = ["--port", self.cable.port, "--size", "3"], [self.cable]
-        if driven:
-            self.motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
-            cables.append(TerminalCable(self.motor, folder / "ttyACM1"))
-            self.options += ["--drive", cables[1].port]
-        speed = SPEED if driven else None
-        self.bench = Workbench(*cables, world=Clock(self.logger), speed=speed)
+        wave_cable = TerminalCable(self.motor, folder / "ttyACM1")
+        self.options = "--port", self.cable.port, "--drive", wave_cable.port, "--size", "3"
+        self.bench = Workbench(wave_cable, self.cable, world=Clock(self.logger), speed=SPEED)
 
     def record(self, *options, **settings):
         """Start capsule record."""
@@ -67,12 +64,6 @@ def bench(tmp_path):
     assert not made.cable.boot_loader_stuck, "the boot loader heard a byte"
 
 
-@pytest.fixture
-def driven(tmp_path):
-    yield Bench(tmp_path, driven=True)
-    Recorder.end_all()
-
-
 def test_unplugged_and_plugged_back_in(bench):
     recorder = bench.record()
     bench.run_until_samples(100)
@@ -93,40 +84,40 @@ def test_unplugged_and_plugged_back_in(bench):
     assert "by this computer's clock" in recorder.log()
 
 
-def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(driven):
-    recorder = driven.record("--name", "r01")
-    driven.run_until_samples(150)
+def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(bench):
+    recorder = bench.record("--name", "r01")
+    bench.run_until_samples(150)
     (part,) = recorder.parts()
     recorder.wait_for_samples(100)  # on disk while it records
-    recover = Recorder(driven.folder, "--recover")
+    recover = Recorder(bench.folder, "--recover")
     recover.expect(1, "another program is writing", "r01.csv.part")
     recorder.process.kill()
     recorder.process.wait()
-    assert driven.stands(LEASE_AND_RAMP_S + 0.5)
+    assert bench.stands(LEASE_AND_RAMP_S + 0.5)
     with part.open("ab") as stream:
         stream.write(b"99.9,1,2")  # as a power cut leaves it
-    driven.record("--name", "r01").expect(10, "capsule record --recover")
-    recover = Recorder(driven.folder, "--recover")
+    bench.record("--name", "r01").expect(10, "capsule record --recover")
+    recover = Recorder(bench.folder, "--recover")
     recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
     recording = recorder.recording()
     assert recording.time_s.size >= 100
     check_times(recording)
-    check_complete(recording, driven.cable, ended_early=True)
+    check_complete(recording, bench.cable, ended_early=True)
     assert recorder.parts() == []
-    Recorder(driven.folder, "--recover").expect(0, "nothing to recover")
+    Recorder(bench.folder, "--recover").expect(0, "nothing to recover")
 
 
-def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(driven):
-    recorder = driven.record()
-    driven.bench.run(lambda: driven.motor.coils != 0)
+def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(bench):
+    recorder = bench.record()
+    bench.bench.run(lambda: bench.motor.coils != 0)
     assert len(recorder.parts()) == 1 and recorder.log()
     # Sensor 1 reads 0 for the clock's first 5 s: of a shorter run, that would be too much.
-    driven.run_until_samples(160)
-    driven.bench.speed = 1
-    driven.motor.reset()
-    driven.bench.run_for(2.5)
+    bench.run_until_samples(160)
+    bench.bench.speed = 1
+    bench.motor.reset()
+    bench.bench.run_for(2.5)
     recorder.press_ctrl_c()
-    driven.run_to_end(recorder)
+    bench.run_to_end(recorder)
     recorder.expect(0, "no wave runs", "so only what came before is evidence")
     until_s = float(recorder.recording().header["wave_until_s"])
     assert 11 < until_s < 17  # a question later or earlier, and this bench is fast
@@ -145,22 +136,22 @@ os.fsync = hang
 """
 
 
-def test_a_disk_that_hangs_lets_no_wave_run_on_and_a_second_ctrl_c_ends_at_once(driven):
-    dead = driven.folder / "dead"
-    (driven.folder / "sitecustomize.py").write_text(DEAD_DISK.format(dead=str(dead)))
-    recorder = driven.record(env=os.environ | {"PYTHONPATH": str(driven.folder)})
-    driven.run_until_samples(20)
-    driven.bench.speed = 1
+def test_a_disk_that_hangs_lets_no_wave_run_on_and_a_second_ctrl_c_ends_at_once(bench):
+    dead = bench.folder / "dead"
+    (bench.folder / "sitecustomize.py").write_text(DEAD_DISK.format(dead=str(dead)))
+    recorder = bench.record(env=os.environ | {"PYTHONPATH": str(bench.folder)})
+    bench.run_until_samples(20)
+    bench.bench.speed = 1
     dead.touch()
-    driven.bench.run_for(0.5)
+    bench.bench.run_for(0.5)
     recorder.press_ctrl_c()
-    hung_s = driven.bench.now_s
-    driven.bench.run(lambda: driven.motor.coils == 0)
-    assert driven.bench.now_s - hung_s < LEASE_AND_RAMP_S
-    assert driven.stands()
+    hung_s = bench.bench.now_s
+    bench.bench.run(lambda: bench.motor.coils == 0)
+    assert bench.bench.now_s - hung_s < LEASE_AND_RAMP_S
+    assert bench.stands()
     assert not recorder.done()
-    driven.bench.speed = 1
+    bench.bench.speed = 1
     recorder.press_ctrl_c()
-    driven.run_to_end(recorder)
+    bench.run_to_end(recorder)
     recorder.expect(130)
     assert len(recorder.parts()) == 1

@@ -3,7 +3,6 @@
 import argparse
 import re
 import signal
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 
 from capsule.bench import demo_command, recorder
+from capsule.commands.report import call_workflow
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
@@ -166,27 +166,16 @@ def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
 
 
 @pytest.mark.boards
-def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
+def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path, monkeypatch, capfd):
     folder = tmp_path / "demo"
     demo_command.prepare(folder, PHANTOM, 4)
     demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
     shipped["evaluation"]["held_out"] = []
     assert demo == shipped, "the demo has none of the shipped recordings"
-    command = [sys.executable, "-c", CALL, str(folder)]
-    done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8"
-    )
-    assert done.returncode == 0, done.stderr
-    jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", done.stdout + done.stderr, re.MULTILINE))
+    monkeypatch.chdir(tmp_path)
+    assert call_workflow(folder, ["--cores=1", "results/report.html", "--dry-run"]) == 0
+    said = "".join(capfd.readouterr())
+    jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", said, re.MULTILINE))
     assert int(jobs["preprocess"]) == sum(demo_command.LABELLED.values())
     assert jobs["report"] == "1"
     assert not (tmp_path / "results").exists()
-
-
-CALL = f"""
-import sys
-from pathlib import Path
-sys.path.insert(0, {str(PROJECT / "workflow/scripts")!r})
-from capsule.commands.report import call_workflow
-sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "--dry-run"]))
-"""
