@@ -14,7 +14,7 @@ import pandas
 import pytest
 
 from capsule.importing.table import is_far, lone_runs
-from capsule.recordings.recording import read_recording
+from capsule.recordings.recording import DECISIVE, read_recording
 from support.importing import ODD, Case, import_files, lines
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
@@ -392,6 +392,9 @@ READ = {
         f"ready\n{LABELLED}S1:5\n",
         options="--rate 10",
         header={"import_passed_over": "2 lines without a whole sample"},
+    ),
+    "a line of the header that stands twice": Case(
+        above("# session: monday\n# session: monday"), header={"session": "monday"}
     ),
     "LabVIEW": Case(lvm(), options="--unit V", values=VOLTS),
     "LabVIEW, unit": Case(lvm(unit=True), values=VOLTS),
@@ -772,6 +775,14 @@ ASKED = {
     **{
         call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
         for call, words in ODD_REFUSED.items()
+    },
+    # Whatever the reader of recordings takes one value of, the import does.
+    **{
+        f"two values of {key}": Case(
+            above(f"# {key}: 1\n# bench: 2\n# bench: 3\n# {key}: 4"),
+            f"lines 1 and 4 name two values of {key}, '1' and '4'; delete",
+        )
+        for key in (*DECISIVE, "session")
     },
     "a log of stamps alone": Case(
         "".join(f"12:34:{second} -> \n" for second in range(10, 60)),

@@ -20,8 +20,7 @@ from capsule.importing.command import _tell
 from capsule.importing.formats import read_source
 from capsule.importing.lab_yaml import checked_keys
 from capsule.recordings.acceptance import check_recording
-from capsule.recordings.recording import DECISIVE
-from support.importing import SETTINGS, assert_readings, import_files, write_table
+from support.importing import SETTINGS, assert_readings, import_files, lines, write_table
 from support.lab_files import (
     COUNTS,
     KILO_OHMS,
@@ -40,42 +39,15 @@ def good(tmp_path):
     return write_table(tmp_path / "monday.csv", TIME_S, *COUNTS)
 
 
-def hdf_file(path, **attributes):
-    with h5py.File(path, "w") as file:
-        file["t"] = TIME_S
-        file["V"] = COUNTS.T
-        file.attrs.update(attributes)
-    return path
-
-
 def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
-    files = []
-    for day in (13, 4):
+    files = [tmp_path / "day13.csv", tmp_path / "day4.csv"]
+    for path, day in zip(files, (13, 4), strict=True):
         stamps = [f"{day:02}/03/2026 12:00:{second:04.1f}" for second in TIME_S]
-        rows = [
-            ",".join([stamp, *map(str, row)])
-            for stamp, row in zip(stamps, COUNTS.T + day, strict=True)
-        ]
-        files.append(tmp_path / f"day{day}.csv")
-        files[-1].write_text("\n".join(["date,S1,S2,S3,S4", *rows]))
+        path.write_text(lines(stamps, *COUNTS + day, head="date,S1,S2,S3,S4"))
     import_files(tmp_path, files[0])
     imported = import_files(tmp_path, files[1], "--map", tmp_path / "lab.yaml")
     assert imported.refused == ""
     assert imported.recordings()["3mm/day4"].header["started"] == "2026-03-04T12:00:00"
-
-
-def test_two_header_lines_that_differ_are_refused(tmp_path, good):
-    text = good.read_text()
-    good.write_text(f"# session: monday\n# bench: 2\n# bench: 3\n# session: tuesday\n{text}")
-    assert "lines 1 and 4 name two values of session, 'monday' and 'tuesday'; delete" in (
-        import_files(tmp_path, good).refused
-    )
-    # Whatever the reader of recordings takes one value of, the import does.
-    for key in DECISIVE:
-        good.write_text(f"# {key}: 1\n# {key}: 2\n{text}")
-        assert f"name two values of {key}, '1' and '2'" in import_files(tmp_path, good).refused
-    good.write_text(f"# session: monday\n# session: monday\n{text}")
-    assert import_files(tmp_path, good).the_recording().header["session"] == "monday"
 
 
 def test_a_question_common_to_many_files_is_asked_once_and_another_one_beside_it(tmp_path):
@@ -129,7 +101,8 @@ def outside_hdf(folder):
     """Write HDF5 files whose samples lie outside of them, and yield their paths."""
     secret = folder / "secret.bin"
     secret.write_bytes(COUNTS.T.tobytes())
-    hdf_file(folder / "other.h5")
+    with h5py.File(folder / "other.h5", "w") as file:
+        file["V"] = COUNTS.T
     with h5py.File(folder / "external.h5", "w") as file:
         external = [(str(secret), 0, h5py.h5f.UNLIMITED)]
         file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
@@ -258,24 +231,19 @@ def test_a_long_text_takes_little_memory(tmp_path):
 def test_no_character_of_a_file_moves_the_cursor(tmp_path):
     clear = "\x1b[2J"
     with h5py.File(tmp_path / "a.h5", "w") as file:
-        file.create_dataset(f"run{clear}/readings", data=KILO_OHMS)
+        file[f"run{clear}/readings"] = KILO_OHMS
         file[f"run{clear}"].attrs["rate"] = 10.0
-    columns = [[f"{time_s:.1f}" for time_s in TIME_S], *COUNTS.astype(int).tolist()]
-    columns[0][9] = columns[0][8]
-    columns.append([f"one{clear}"] * 20 + ["two"] * (len(TIME_S) - 20))
-    rows = "\n".join(",".join(map(str, row)) for row in zip(*columns, strict=True))
-    (tmp_path / "b.csv").write_text(f"time,S1,S2,S3,S4,trial\n{rows}\n")
-    with h5py.File(tmp_path / "c.h5", "w") as file:
-        for name, readings in zip("abcd", KILO_OHMS, strict=True):
-            file[f"run/{name}"] = readings
-        file["run"].attrs["rate"] = 10.0
-        file["run/a"].attrs["unit"] = f"V{clear}"
-    for path, options, shown in (
-        (tmp_path / "a.h5", [], r"variable  run\x1b[2J"),
-        (tmp_path / "b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
-        (tmp_path / "c.h5", [], r"the file names V\x1b[2J of 'a', no unit of 'b', no unit of 'c'"),
+    repeated = np.where(TIME_S == 0.9, 0.8, TIME_S)
+    trials = [f"one{clear}"] * 20 + ["two"] * 505
+    text = lines(repeated, *COUNTS, trials, head="time,S1,S2,S3,S4,trial")
+    (tmp_path / "b.csv").write_text(text)
+    (tmp_path / "c.csv").write_text(lines(TIME_S, *COUNTS, head=f"time,a (V{clear}),b,c,d"))
+    for name, options, shown in (
+        ("a.h5", [], r"variable  run\x1b[2J"),
+        ("b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
+        ("c.csv", [], r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"),
     ):
-        imported = import_files(tmp_path, path, *options)
+        imported = import_files(tmp_path, tmp_path / name, *options)
         assert shown in imported.shown + imported.refused
         assert clear not in imported.shown + imported.refused
 
