@@ -227,6 +227,20 @@ def gzipped(folder):
     return folder / "run.csv.gz"
 
 
+# A time and a matrix.
+BOTH = {"t": TIME_S, "V": COUNTS.T}
+
+
+def timed(**said):
+    """Return what writes a matrix and its time for MATLAB, with what is said beside them."""
+    return matlab(**BOTH, **said)
+
+
+def attributed(*path_and_name, value):
+    """Return what writes a matrix and its time as HDF5, with an attribute."""
+    return hdf(BOTH, {path_and_name: value})
+
+
 FIELDS = np.array(
     list(map(tuple, np.vstack([TIME_S, COUNTS]).T)),
     dtype=[(name, "f8") for name in ("t", *SENSORS)],
@@ -258,19 +272,12 @@ SAID = {
     "fields of numpy": read(saved(np.save, "run.npy", FIELDS)),
     "fields of HDF5": read(hdf({"table": FIELDS})),
     "a unit named after its array, beside another run": read(
-        matlab(
-            a={"t": TIME_S, "V": COUNTS.T, "V_unit": "mV"},
-            b={"t": TIME_S, "V": COUNTS.T, "V_unit": "kPa"},
-        ),
+        matlab(a=BOTH | {"V_unit": "mV"}, b=BOTH | {"V_unit": "kPa"}),
         (TIME_S, COUNTS / 1000),
         options="--variable a",
     ),
     "a remark on another run": read(
-        matlab(
-            a={"t": TIME_S, "V": COUNTS.T},
-            b={"t": TIME_S, "V": COUNTS.T, "note": "in kPa"},
-        ),
-        options="--variable a",
+        matlab(a=BOTH, b=BOTH | {"note": "in kPa"}), options="--variable a"
     ),
     "a structure of MATLAB": read(
         matlab(
@@ -283,9 +290,7 @@ SAID = {
         (TIME_S, KILO_OHMS),
         header={"unit": "kohm", "import_variable": "lab.run"},
     ),
-    "the columns of one matrix": read(
-        matlab(t=TIME_S, V=COUNTS.T, room=20 + TIME_S % 1, pump=COUNTS[0] + 3)
-    ),
+    "the columns of one matrix": read(timed(room=20 + TIME_S % 1, pump=COUNTS[0] + 3)),
     "attributes of groups": read(
         hdf(
             {"run/capsule/readings": KILO_OHMS},
@@ -314,9 +319,7 @@ SAID = {
         header={"unit": "kohm", "started": "2026-03-04T12:01:40Z"},
     ),
     "NWB with a rate": read(
-        saved(nwb_file, "run.nwb", unit="kohm", rate=10.0),
-        (TIME_S, KILO_OHMS),
-        header=AT_NOON,
+        saved(nwb_file, "run.nwb", unit="kohm", rate=10.0), (TIME_S, KILO_OHMS), header=AT_NOON
     ),
     "channels of TDMS beside another group": read(
         tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART), header=AT_NOON
@@ -339,8 +342,7 @@ SAID = {
     ),
     "one start for each data set": read(
         hdf(
-            LATER,
-            RATES_OF_ALL | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)},
+            LATER, RATES_OF_ALL | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}
         ),
         LATER_READ,
     ),
@@ -350,7 +352,7 @@ SAID = {
     ),
     **{
         f"a start that is no date, {began}": read(
-            hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "started"): began}),
+            attributed("/", "started", value=began),
             words=f"the file says that it began {began!r}, which is no date",
             header={"started": None},
         )
@@ -363,7 +365,7 @@ SAID = {
             ("2026-03-04 12:00:00", "2026-03-04T12:00:00"),
         )
         for name, write in (
-            ("HDF5", hdf({"t": TIME_S, "V": COUNTS.T}, {("/", "started"): began})),
+            ("HDF5", attributed("/", "started", value=began)),
             ("XDF", xdf((TIME_S, [*SENSORS]), started=began)),
         )
     },
@@ -373,8 +375,7 @@ SAID = {
     ),
     "a packing for each column": read(
         hdf(
-            {"t": TIME_S, "V": COUNTS.T},
-            {("V", "scale_factor"): [1.0, 2.0, 1.0, 0.5], ("V", "add_offset"): [0, 0, 9.0, 0]},
+            BOTH, {("V", "scale_factor"): [1.0, 2.0, 1.0, 0.5], ("V", "add_offset"): [0, 0, 9.0, 0]}
         ),
         (TIME_S, COUNTS * [[1], [2], [1], [0.5]] + [[0], [0], [9], [0]]),
         options="--unit counts",
@@ -489,16 +490,6 @@ def test_what_a_file_says_counts(tmp_path, kind):
     SAID[kind].check_read(tmp_path, atol=0.03 if "jitter" in kind else 1e-6)
 
 
-def timed(**said):
-    """Return what writes a matrix and its time for MATLAB, with what is said beside them."""
-    return matlab(t=TIME_S, V=COUNTS.T, **said)
-
-
-def attributed(*path_and_name, value):
-    """Return what writes a matrix and its time as HDF5, with an attribute."""
-    return hdf({"t": TIME_S, "V": COUNTS.T}, {path_and_name: value})
-
-
 # Where a file tells a unit, and how it is quoted.
 UNITS = {
     "XDF": (xdf((TIME_S, [*SENSORS]), unit="uV"), "names uV of"),
@@ -508,15 +499,15 @@ UNITS = {
     "a group": (attributed("/", "unit", value="kPa"), "names kPa of"),
     "a compound": (hdf({"run": FIELDS}, {("run", "units"): "kPa"}), "names kPa of"),
     "a group's name": (hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}), "says 'p (kPa)'"),
-    "a structure": (matlab(run={"t": TIME_S, "V": COUNTS.T, "units": "mmHg"}), "names mmHg of"),
+    "a structure": (matlab(run=BOTH | {"units": "mmHg"}), "names mmHg of"),
     "each column": (timed(units=np.array(["kPa"] * 4, dtype=object)), "names kPa of"),
     "cells in MATLAB 7.3": (cells_73, "names kPa of"),
-    "info": (matlab(run={"t": TIME_S, "V": COUNTS.T, "info": {"units": "kPa"}}), "says 'units: k"),
+    "info": (matlab(run=BOTH | {"info": {"units": "kPa"}}), "says 'units: k"),
     "meta": (timed(meta={"daq": {"unit": "kPa"}}), "says 'unit: kPa'"),
     "a structure of units": (timed(units={"V": "kPa"}), "says 'V: kPa'"),
     "a name": (timed(V_unit="kPa"), "names kPa of"),
     "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
-    "numpy": (saved(np.savez, "a.npz", t=TIME_S, V=COUNTS.T, unit="kPa"), "names kPa of"),
+    "numpy": (saved(np.savez, "a.npz", **BOTH, unit="kPa"), "names kPa of"),
     "a line above a sheet": (
         sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
         "names kPa of",
@@ -529,10 +520,7 @@ UNITS = {
     "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
     "a description": (attributed("V", "description", value="N"), "names N of"),
     "a description beside a unit": (
-        hdf(
-            {"t": TIME_S, "V": COUNTS.T},
-            {("V", "units"): "counts", ("V", "description"): "pressure in kPa"},
-        ),
+        hdf(BOTH, {("V", "units"): "counts", ("V", "description"): "pressure in kPa"}),
         "names counts and kPa of",
     ),
     "a description of NWB": (nwb(series(description="in kPa")), "names counts and kPa of"),
@@ -642,9 +630,7 @@ ASKED = {
         "--time none",
     ),
     "a stamp that jumps": Case(
-        xdf((TIME_S + 2e5 * (TIME_S == 30), [*SENSORS])),
-        "sample 302: time runs backwards",
-        BY_RATE,
+        xdf((TIME_S + 2e5 * (TIME_S == 30), [*SENSORS])), "sample 302: time runs backwards", BY_RATE
     ),
     "a formula": Case(
         workbook(TIME_S.tolist(), lambda count: f"={count}+0"),
