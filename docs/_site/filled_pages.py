@@ -26,9 +26,9 @@ from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 
+import capsule
 from capsule.commands.cli import COMMANDS, build_parser, subparsers
 from capsule.engine.configuration import allowed_values
-from capsule.interface import attribute, public_names
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "workflow" / "scripts"
@@ -98,7 +98,7 @@ def lab_keys() -> str:
 def library() -> str:
     """Give the entries of all public names."""
     entries: dict[str, list[str]] = {"Functions": [], "Classes": [], "Errors": []}
-    for name in public_names():
+    for name in dir(capsule):
         if name.endswith("Error"):
             entries["Errors"] += [f".. autoexception:: capsule.{name}", ""]
         elif name[0].isupper():
@@ -126,7 +126,7 @@ def modules(package: str) -> str:
 
 def _public_of(module: str) -> list[str]:
     """List what stands on the page of public names, and so not on that of its module."""
-    return [name for name in public_names() if unwrap(attribute(name)).__module__ == module]
+    return [name for name in dir(capsule) if unwrap(getattr(capsule, name)).__module__ == module]
 
 
 def _escaped(line: str) -> str:

@@ -71,7 +71,7 @@ def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
     assert list(rows) == ["preprocess", "list", "describe", "evaluate", "report"]
     workflow = ROOT / "workflow"
     for step, cell in rows.items():
-        used = imported_files(workflow / f"scripts/{step}.py", ["capsule.detectors.taught"])
+        used = imported_files(workflow / f"scripts/{step}.py", ["capsule.detectors.shipped"])
         for part in cell.split(";"):
             # A folder stands before the files in it.
             folder, *names = re.findall("`([^`]+)`", part if "/`:" in part else f"`./` {part}")

@@ -6,10 +6,9 @@ import numpy as np
 
 from capsule.detectors import files as detectors_files
 from capsule.detectors.base import TrainingArchive
-from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.familiar import FAMILIAR, FamiliarKind
 from capsule.detectors.search import Passage
-from capsule.detectors.taught import Taught
+from capsule.detectors.shipped import Diagonal, Taught
 from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom

@@ -133,7 +133,7 @@ def with_part(part, told):
         ("capsule/store/files.py", EVERY),
         ("capsule/recordings/listing.py", {"list", "list_labelled"}),
         ("capsule/method/templates.py", {"templates", "evaluate", "detect", "draw", "report"}),
-        ("capsule/detectors/diagonal.py", {"evaluate", "detect", "report"}),
+        ("capsule/detectors/shipped.py", {"evaluate", "detect", "report"}),
         ("capsule/figures/draw_rates.py", {"draw", "report"}),
         ("capsule/page/plot_data.py", {"plot"}),
         ("report/report.css", {"report"}),

@@ -15,16 +15,16 @@ from snakemake.utils import min_version, update_config
 
 min_version("9.16")
 
-from capsule.store import files
+from capsule.detectors.registry import detector_row
 from capsule.engine.configuration import BENCH, changed_values, check_configuration, without_effect
 from capsule.engine.configuration import read_config_file, read_schema
-from capsule.detectors.registry import detector_row
-from capsule.recordings.held_out import fitted
-from capsule.engine.keys import Step, checksum_of_code, files_of_code
 from capsule.engine.jobs import states_of
-from capsule.recordings.names import size_mm
-from capsule.engine.run import refuse_folders, refuse_unknown_results, told_as
+from capsule.engine.keys import Step, checksum_of_code, files_of_code
 from capsule.engine.project import config_file
+from capsule.engine.run import refuse_folders, refuse_unknown_results, told_as
+from capsule.recordings.held_out import fitted
+from capsule.recordings.names import size_mm
+from capsule.store import files
 from capsule.store.results import divide, pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
-from capsule.detectors.search import UNKNOWN, passage_of
+from capsule.detectors.search import UNKNOWN, passage_of, series_of
 from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.engine.jobs import run

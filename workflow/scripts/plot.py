@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import score_stretches
+from capsule.detectors.search import series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.jobs import run
 from capsule.engine.project import WEIGHTS

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import _in_usual_depths, beats_of, quantile, series_of
+from capsule.detectors.search import _in_usual_depths, beats_of, quantile, series_of
 from capsule.detectors.wave import find_wave, wave_of, wave_period, wave_phase
 from capsule.seeding import generator
 

@@ -11,16 +11,17 @@ from capsule.detectors.base import ScoredDetector, StoredRecording, TrainingArch
 from capsule.detectors.calibrate import fit_probability, fit_sizes, rank_threshold
 from capsule.detectors.registry import DETECTORS, PAPER, detector_class, detector_row
 from capsule.detectors.search import Passage
-from capsule.detectors.template import NearestTemplate
+from capsule.detectors.shipped import NearestTemplate
 from capsule.errors import CapsuleError
-from capsule.method.nearest_template import (
+from capsule.method.particle import Particle, render
+from capsule.method.templates import (
+    build_templates,
+    by_size,
     compare_templates,
     first_peak_sample,
     nearest_size,
     template_distances,
 )
-from capsule.method.particle import Particle, render
-from capsule.method.templates import build_templates, by_size
 from capsule.seeding import generator
 from support.training import TAUGHT, features_of
 

@@ -5,10 +5,9 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.described_recording import DescribedRecording, described
-from capsule.detectors.search import passage_of
+from capsule.detectors.search import passage_of, series_of
 from capsule.detectors.wave import wave_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.engine.configuration import read_config_file

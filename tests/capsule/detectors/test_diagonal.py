@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from capsule.detectors.diagonal import Diagonal
 from capsule.detectors.search import UNKNOWN, Passage
+from capsule.detectors.shipped import Diagonal
 from support.training import recordings_of
 
 

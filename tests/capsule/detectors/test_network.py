@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from sklearn.metrics import roc_auc_score
 
-from capsule.detectors.beats import series_of
 from capsule.detectors.network import (
     FIRST_STRETCH,
     FOLDED,
@@ -15,6 +14,7 @@ from capsule.detectors.network import (
     score_stretches,
     standardised,
 )
+from capsule.detectors.search import series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.recordings.recording import read_recording

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import Beats
-from capsule.detectors.search import UNKNOWN, passage_of, search_beats, standardised_beats
+from capsule.detectors.search import UNKNOWN, Beats, passage_of, search_beats, standardised_beats
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.seeding import generator

@@ -8,7 +8,7 @@ import pytest
 
 from capsule.detectors.network import EMBEDDED
 from capsule.detectors.search import UNKNOWN
-from capsule.detectors.taught import Taught
+from capsule.detectors.shipped import Taught
 from capsule.seeding import generator
 from support.training import TAUGHT, features_of
 

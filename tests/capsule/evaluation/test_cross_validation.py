@@ -26,8 +26,8 @@ from capsule.evaluation.cross_validation import (
 )
 from capsule.method.particle import Particle, render
 from capsule.method.templates import build_templates
-from capsule.recordings.held_out import places_of
 from capsule.recordings.names import size_mm
+from capsule.recordings.origin import places_of
 from capsule.seeding import generator
 from support.training import recordings_of
 

@@ -6,15 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from capsule.method.nearest_template import (
+from capsule.method.particle import Particle, render
+from capsule.method.sliding import RepeatedParticle, rmse_at_lag
+from capsule.method.templates import (
     compare_templates,
     first_peak_sample,
     index_of_largest,
     nearest_size,
     template_distances,
 )
-from capsule.method.particle import Particle, render
-from capsule.method.sliding import RepeatedParticle, rmse_at_lag
 from capsule.seeding import generator
 from support import literal
 

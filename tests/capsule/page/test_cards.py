@@ -6,8 +6,8 @@ import pytest
 from capsule.evaluation.archive_rates import Lead
 from capsule.page import cards
 from capsule.page.packing import inflated
+from capsule.page.quality_map import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
-from capsule.recordings.quality import NO_FAULT
 from support.evaluated import index_of
 from support.sections import section
 from support.stored import Described

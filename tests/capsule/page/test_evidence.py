@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import WINDOWS_A_WAVE
 from capsule.detectors.network import STRETCH_STEP
-from capsule.detectors.search import passage_of
+from capsule.detectors.search import WINDOWS_A_WAVE, passage_of
 from capsule.detectors.wave import wave_of
 from capsule.method.particle import Particle, render
 from capsule.method.sliding import rmse_at_lag

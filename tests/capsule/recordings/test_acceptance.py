@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from capsule.engine.configuration import read_config_file
 from capsule.errors import RecordingError
+from capsule.page.quality_map import quality_words
 from capsule.recordings.acceptance import accept, check_recording
-from capsule.recordings.quality import quality_words
 from capsule.recordings.recording import Recording, format_recording
 from capsule.recordings.time_base import columns_by_time
 from capsule.seeding import generator

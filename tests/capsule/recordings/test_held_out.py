@@ -8,11 +8,11 @@ from capsule.errors import CapsuleError
 from capsule.recordings.held_out import (
     fitted,
     is_held_out,
-    places_of,
     recordings_with_fits,
     teaching,
     unknown_sessions,
 )
+from capsule.recordings.origin import places_of
 from capsule.store import files
 
 HELD_OUT = ["spring", "=2+2"]

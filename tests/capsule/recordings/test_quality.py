@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.recordings.quality import quality_words
+from capsule.page.quality_map import quality_words
 from capsule.recordings.units import shares_at_ends
 
 

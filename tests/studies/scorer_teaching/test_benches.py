@@ -11,7 +11,7 @@ from scorer_teaching.bench_family import WAVE_FORMS, Effect, draw_bench
 from scorer_teaching.bench_recordings import followed, jumps, simulate_bench, smooth_noise
 from scorer_teaching.episodes import draw_phantom
 
-from capsule.detectors.beats import SERIES, series_of
+from capsule.detectors.search import SERIES, series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom

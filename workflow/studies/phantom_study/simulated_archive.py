@@ -8,10 +8,15 @@ import numpy as np
 
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
-from capsule.method.nearest_template import nearest_size, template_distances
 from capsule.method.particle import Particle, fit_options, fit_particle
 from capsule.method.preprocessing import preprocess
-from capsule.method.templates import TemplateSet, build_templates, by_size
+from capsule.method.templates import (
+    TemplateSet,
+    build_templates,
+    by_size,
+    nearest_size,
+    template_distances,
+)
 from capsule.phantom.advance import first_arrival
 from capsule.phantom.origami import sensor_offsets
 from capsule.phantom.parameters import Phantom

@@ -9,8 +9,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from capsule.detectors.beats import SERIES, series_of
 from capsule.detectors.network import SENSORS
+from capsule.detectors.search import SERIES, series_of
 from capsule.detectors.wave import wave_of
 from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom, value_of, with_values
@@ -50,7 +50,7 @@ class Episodes:
     Attributes
     ----------
     series : (B, n, 4, 5, `LENGTH`) array of float16
-        Beats from `capsule.detectors.beats.series_of`; zeros after the end.
+        Beats from `capsule.detectors.search.series_of`; zeros after the end.
     counts : (B, n) array of int64
         Number of filled windows; 0 for a recording without beats.
     """

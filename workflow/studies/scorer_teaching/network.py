@@ -6,8 +6,8 @@ from torch import nn
 from torch.nn import functional
 
 from capsule.detectors import network as detector
-from capsule.detectors.beats import SERIES
 from capsule.detectors.network import SENSORS
+from capsule.detectors.search import SERIES
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 

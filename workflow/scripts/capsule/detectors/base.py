@@ -89,7 +89,7 @@ class TrainingArchive:
     no_verdict : mapping of str to str
         The reason why no detector judges a recording; empty or absent if it is judged.
     places : mapping of str to str
-        The place of each recording, from `capsule.recordings.held_out.places_of`; one that is
+        The place of each recording, from `capsule.recordings.origin.places_of`; one that is
         absent is a place of its own.
     """
 

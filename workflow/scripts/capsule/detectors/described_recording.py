@@ -11,10 +11,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Features
-from capsule.detectors.search import Passage, passage_of
+from capsule.detectors.search import Passage, passage_of, series_of
 from capsule.detectors.wave import Wave, missing_wave, wave_of
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.engine.project import WEIGHTS

@@ -17,8 +17,8 @@ from capsule.errors import CapsuleError
 from capsule.kinds import Settings
 from capsule.method.particle import particles_of
 from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
-from capsule.recordings.held_out import places_of
 from capsule.recordings.names import sizes_of
+from capsule.recordings.origin import places_of
 from capsule.store import files
 from capsule.store.results import BEST_PLACES, FEATURES, Results
 

@@ -79,7 +79,7 @@ class Scorer:
     def features(self, series: FloatArray | None) -> Features:
         """Return the features of a recording; `UNKNOWN_FEATURES` without a series of four sensors.
 
-        `series` is an array (4, 5, N) or None, from `capsule.detectors.beats.series_of`.
+        `series` is an array (4, 5, N) or None, from `capsule.detectors.search.series_of`.
         """
         if series is None or series.shape[0] != SENSORS:
             return UNKNOWN_FEATURES

@@ -6,9 +6,10 @@ heavy, because the Snakefile reads it at every start.
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from capsule.errors import CapsuleError
+from capsule.kinds import Settings
 
 if TYPE_CHECKING:
     from capsule.detectors.base import Detector
@@ -58,7 +59,7 @@ _ROWS = (
         name=PAPER,
         summary="the paper's detector, always the first in the list",
         sentence="the paper's rule: the nearest template",
-        module="capsule.detectors.template",
+        module="capsule.detectors.shipped",
         built_by="NearestTemplate",
         fixed_threshold=0.0,
         by_templates=True,
@@ -68,7 +69,7 @@ _ROWS = (
         name="diagonal",
         summary="the detector of this project",
         sentence="beats that agree on one place, against a threshold",
-        module="capsule.detectors.diagonal",
+        module="capsule.detectors.shipped",
         built_by="Diagonal",
         drawn=("beats", "passing", "gut"),
         needs="a peristaltic wave on every sensor",
@@ -77,13 +78,23 @@ _ROWS = (
         name="taught",
         summary="a network trained on simulated benches and adapted to the archive",
         sentence="a scorer taught by many simulated benches and adapted to this one",
-        module="capsule.detectors.taught",
+        module="capsule.detectors.shipped",
         built_by="Taught",
         drawn=("beats", "stretches"),
         needs="four sensors with a peristaltic wave on each",
     ),
 )
 DETECTORS = {row.name: row for row in _ROWS}
+
+
+def with_detectors(schema: Settings) -> dict[str, Any]:
+    """Return config.schema.json with the names of the detectors and what they are."""
+    described = {
+        "items": {"enum": list(DETECTORS)},
+        "description": "; ".join(f"{row.name}: {row.summary}" for row in _ROWS) + ".",
+    }
+    keys = schema["properties"]
+    return {**schema, "properties": {**keys, "detectors": {**keys["detectors"], **described}}}
 
 
 def detector_row(name: str) -> Row:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from capsule.detectors.registry import DETECTORS
+from capsule.detectors.registry import with_detectors
 from capsule.engine.project import CONFIG, SCHEMAS, require_project
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
@@ -111,12 +111,7 @@ def read_config_file(path: Path) -> dict[str, Any]:
 
 def read_schema(path: Path) -> dict[str, Any]:
     """Read config.schema.json, and add the detectors of the registry to it."""
-    schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    schema["properties"]["detectors"] |= {
-        "items": {"enum": list(DETECTORS)},
-        "description": "; ".join(f"{row.name}: {row.summary}" for row in DETECTORS.values()) + ".",
-    }
-    return schema
+    return with_detectors(json.loads(path.read_text(encoding="utf-8")))
 
 
 def _is_integer(_: object, value: object) -> bool:

@@ -23,7 +23,8 @@ from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation
 from capsule.evaluation.rates import of_any
 from capsule.kinds import Cells, Settings
-from capsule.recordings.held_out import is_held_out, places_of
+from capsule.recordings.held_out import is_held_out
+from capsule.recordings.origin import places_of
 
 # Scheme of an unlabelled recording: all labelled recordings teach.
 ALL = "all"

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from capsule.kinds import Row
-from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_mm
+from capsule.recordings.origin import places_of
 from capsule.words import enumerate_words
 
 # Columns of results/recordings.csv, in words. Site and set-up belong to one size by design.

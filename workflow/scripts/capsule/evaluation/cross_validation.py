@@ -18,8 +18,9 @@ from capsule.detectors.registry import detector_class
 from capsule.detectors.verdicts import row_verdict
 from capsule.evaluation.columns import DISTANCE
 from capsule.kinds import Cells, Settings
-from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.held_out import teaching
 from capsule.recordings.names import size_label, size_mm
+from capsule.recordings.origin import places_of
 
 HELD_OUT = "held_out"
 LEAVE_ONE_OUT = "leave_one_out"

@@ -27,7 +27,7 @@ from capsule.evaluation.intervals import (
     rate_of,
 )
 from capsule.kinds import Cells, Settings
-from capsule.recordings.held_out import places_of
+from capsule.recordings.origin import places_of
 
 ANY = None  # In place of a size, this stands for any nodule.
 # What was held out comes first, what was learned last.

@@ -21,9 +21,10 @@ from capsule.method.preprocessing import preprocess_run
 from capsule.method.templates import TemplateSet, build_templates, by_size, template_options
 from capsule.recordings import recording
 from capsule.recordings.acceptance import check_recording
-from capsule.recordings.held_out import places_of, teaching
+from capsule.recordings.held_out import teaching
 from capsule.recordings.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
 from capsule.recordings.names import size_mm, sizes_of
+from capsule.recordings.origin import places_of
 from capsule.seeding import fit_generator
 from capsule.store import files
 

@@ -10,10 +10,10 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
+from capsule.page.quality_map import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
-from capsule.recordings.quality import NO_FAULT
 
 # Patients with a card, and with a visible row after these; then a fold.
 CARDS, LISTED = 6, 20

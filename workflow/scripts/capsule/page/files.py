@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from urllib.parse import quote
 
-from capsule.detectors.registry import DETECTORS
-from capsule.engine.configuration import read_schema
+from capsule.detectors.registry import DETECTORS, with_detectors
 from capsule.engine.keys import imported_files
 from capsule.engine.project import PROJECT, SCHEMAS
 from capsule.evaluation.files import read_evaluation, read_printed, read_table
@@ -58,7 +57,7 @@ def read_tables(folder: Path, template: Path, settings: Settings) -> Tables:
         benches=files.read_csv(template / "benches.csv"),
         references=(template / "references.bib").read_text(encoding="utf-8"),
         printed=printed,
-        schema=read_schema(SCHEMAS / "config.schema.json"),
+        schema=with_detectors(files.read_json(SCHEMAS / "config.schema.json")),
         described=results.described(PLOT_DATA, accepted, files.read_json),
         fits=results.fits(name for name in fitted if size_mm(name)),
         matrix=results.matrix,

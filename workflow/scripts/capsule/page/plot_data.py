@@ -6,15 +6,13 @@ Signals are packed (`capsule.page.packing`). The page draws particles from their
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.beats import CHANNELS, WINDOWS_A_WAVE, beats_of
 from capsule.detectors.network import FIRST_STRETCH, STRETCH_STEP
-from capsule.detectors.search import search_beats
+from capsule.detectors.search import CHANNELS, WINDOWS_A_WAVE, beats_of, search_beats
 from capsule.detectors.wave import Wave
 from capsule.kinds import Cells, Row, Settings
 from capsule.method.preprocessing import preprocess_run
 from capsule.page.packing import deflated, pack, to_json
-from capsule.page.quality_map import sensor_measures
-from capsule.recordings.quality import quality_words
+from capsule.page.quality_map import quality_words, sensor_measures
 from capsule.recordings.units import reading_unit
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.

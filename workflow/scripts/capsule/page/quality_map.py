@@ -10,10 +10,15 @@ from capsule.arrays import FloatArray
 from capsule.detectors.wave import Wave
 from capsule.detectors.wave_traits import depths, log_odds, noises, wave_shares
 from capsule.kinds import Cells, Row
+from capsule.recordings.time_base import longest_gap
 
 # From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
 STANDS_OUT = 5.0
 SHADES = 4
+# The quality of a recording without a fault.
+NO_FAULT = "no gap, no loose sensor"
+# Below this share at an end of the range, a sensor is more likely pressed hard than loose.
+_LOOSE_FROM = 0.01
 
 
 @dataclass(frozen=True)
@@ -106,3 +111,33 @@ def _deviations(scaled: FloatArray, least: float) -> FloatArray:
     # Not from scipy.stats: its import takes longer than the rest of the page.
     spread = float(np.median(np.abs(deviations))) / NormalDist().inv_cdf(0.75)
     return deviations / max(spread, least)
+
+
+def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
+    """Return the faults of an accepted recording in words, or that it has none.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        The readings on an even grid in time; NaN where a sample is missing.
+    at_ends : sequence of S floats
+        For each sensor, the largest share of its samples at one end of the ADC's range, from
+        `capsule.recordings.units.shares_at_ends`.
+    rate_hz : float
+        Sampling rate.
+    """
+    faults = []
+    _, longest = longest_gap(values)
+    if longest:
+        missing = float(np.isnan(values).all(axis=0).mean())
+        faults.append(
+            f"gaps: {words.percent(missing)} of the samples, the longest "
+            f"{words.number(longest / rate_hz, 1)} s"
+        )
+    for sensor, share in enumerate(at_ends, start=1):
+        if share >= _LOOSE_FROM:
+            faults.append(
+                f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
+                "samples"
+            )
+    return "; ".join(faults) or NO_FAULT

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
-from capsule.detectors.beats import beats_of
-from capsule.detectors.search import averages, standardised_beats, unit_of_place
+from capsule.detectors.search import averages, beats_of, standardised_beats, unit_of_place
 from capsule.detectors.wave import wave_of
 from capsule.kinds import Settings
 

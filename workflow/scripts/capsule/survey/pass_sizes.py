@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from capsule.detectors.described_recording import DescribedRecording
-from capsule.detectors.diagonal import Diagonal, size_features
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
+from capsule.detectors.shipped import Diagonal, size_features
 from capsule.kinds import Settings
 
 
