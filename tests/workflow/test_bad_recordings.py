@@ -29,12 +29,11 @@ pytestmark = [
 # Results that hold all recordings; the others have a file for each batch, which the lists name.
 OF_ALL = ("evaluation/", "figures/", "templates", "detections.csv", "detectors.json", "sites.csv")
 HOSTILE = "<script>alert(1)</script>"
-INDEX = np.arange(600)
 
 
 def content(name, **changes):
     """Return the bytes of a good recording, another one for each name, or of a changed one."""
-    made = make_recording(3.0, f"bad/{name}", samples=INDEX.size)
+    made = make_recording(3.0, f"bad/{name}", samples=600)
     return format_recording(Recording(**vars(made) | changes))
 
 

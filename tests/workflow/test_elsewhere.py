@@ -87,9 +87,8 @@ def test_a_call_that_only_tells_changes_nothing(project):
 
 def shown_with(word):
     """Return the Snakefile in the manual that holds a word."""
-    page = blocks(ROOT / "docs/workflow.md")
-    (text,) = [each.text for each in page if each.text.startswith("module") and word in each.text]
-    return text
+    page = [each.text for each in blocks(ROOT / "docs/workflow.md")]
+    return next(text for text in page if text.startswith("module") and word in text)
 
 
 def test_two_instances_stand_side_by_side_with_settings_and_recordings_of_their_own(tmp_path):

@@ -70,9 +70,6 @@ def test_every_recording_is_accepted_and_judged_by_every_detector_under_every_sc
         detectors = [row["detector"] for row in finished.table(f"evaluation/{table}.csv")]
         assert detectors[0] == PAPER
         assert set(DETECTORS) <= set(detectors)
-    for name in filter(is_fitted, names):
-        fit = json.loads((finished.results / "fits" / f"{name}.json").read_text())
-        assert fit["rmse"] <= fit["rmse_initial"]
 
 
 def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
