@@ -3,7 +3,6 @@
 import errno
 import itertools
 import os
-from pathlib import Path
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -21,11 +20,10 @@ from capsule.bench.bench_errors import (
     WrongBoardError,
 )
 from capsule.bench.board import Board
-from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import Line, UsbPort
 from capsule.bench.protocol import Damaged
-from capsule.bench.wave import Wave
 from support.bench.scripted import FakeLine, board_on, identity_of
+from support.command import parsers
 from support.marks import needs_terminals
 
 
@@ -228,13 +226,15 @@ def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeyp
     assert lost.closed
 
 
-def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch):
+def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch, tmp_path):
     lost = FakeLine("lost")
     connected = board_on(lost)
     lost.lost = True
     monkeypatch.setattr(recorder, "Board", lambda *_: connected)
+    words = f"--size 3 --drive lost --raw {tmp_path} --logs {tmp_path}"
+    options = parsers()["record"].parse_args(words.split())
     with pytest.raises(AcquisitionError, match="the peristalsis board at lost was disconnected"):
-        recorder.connected_drive("lost", Wave(20.0, 5.0, "forward"), FrameLog(Path(os.devnull)))
+        recorder.record(options)
     assert lost.closed
 
 

@@ -188,10 +188,10 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     assert len(told) == 3
 
 
-def bench_on(fold, peristalsis, logger=None, **settings):
+def bench_on(fold, peristalsis, logger=None):
     lines = {"fold": fold, "peristalsis": peristalsis, "logger": logger or Line()}
     boards = {kind: board_on(line, kind) for kind, line in lines.items()}
-    return BoardBench(boards, WAVE, LOG, SimpleNamespace(reason=""), patience_s=60.0, **settings)
+    return BoardBench(boards, WAVE, LOG, SimpleNamespace(reason=""), 60.0)
 
 
 # Kills: a fold that is begun after Ctrl-C, such as by the judgement that was just under way.
@@ -241,7 +241,8 @@ def test_a_sample_that_is_late_stays_missing(monkeypatch):
 
 # Kills: a resumed survey that takes the count of a board that was reset for its phase.
 def test_a_resumed_survey_knows_its_phase_by_the_index_alone(line):
-    bench = bench_on(Line(), line, resumed=True, index_mm=3.0)
+    bench = bench_on(Line(), line)
+    bench.resume(3.0)
     for frame, known in (
         ("P,10,10,0.6,25.0,running,", False),
         ("P,210,90,5.3,25.0,running,85", True),

@@ -28,8 +28,8 @@ def test_every_fault_has_a_status_of_its_own():
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        ("--name r01", "exactly one of --size MM, --unlabelled and --recover"),
-        ("--size 3 --unlabelled", "exactly one of --size MM, --unlabelled and --recover"),
+        ("--name r01", "one of the arguments --size --unlabelled --recover is required"),
+        ("--size 3 --unlabelled", "argument --unlabelled: not allowed with argument --size"),
         ("--size three", "not a size in mm"),
         ("--size 3 --duration 0", "not a number above 0"),
         ("--size 3 --name r01.csv", "leave out .csv"),

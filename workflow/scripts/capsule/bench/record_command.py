@@ -43,12 +43,14 @@ def exit_statuses(success: str, *, of_survey: bool = False) -> str:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run, the boards, the streams and the files."""
     parser.epilog = EXAMPLES + exit_statuses("A recording that is archived.")
-    add = parser.add_argument_group("the run").add_argument
+    run = parser.add_argument_group("the run")
+    add = run.add_mutually_exclusive_group(required=True).add_argument
     size = "record a run over a nodule of this size; 0: no nodule"
     add("--size", type=size_folder, metavar="MM", help=size)
     add("--unlabelled", action="store_true", help="record a run over an unknown place")
     recover = "complete the unfinished recording FILE (.part); without FILE, all under raw/"
     add("--recover", nargs="?", const="all", metavar="FILE", help=recover)
+    add = run.add_argument
     add("--duration", type=positive, metavar="S", help="stop after S seconds")
     add("--name", type=recording_name, help="the recording's name (default: UTC time)")
     site = "name of the site, written to the header; the report combines its passes"
@@ -125,9 +127,6 @@ def check(options: argparse.Namespace) -> None:
         # Argparse returns an empty list for an option whose value is two dashes.
         if value == []:
             raise WrongOptionError(f"argument --{option.replace('_', '-')}: '--' is not a value")
-    modes = [options.size is not None, options.unlabelled, options.recover is not None]
-    if sum(modes) != 1:
-        raise WrongOptionError("give exactly one of --size MM, --unlabelled and --recover")
     if options.stream_in and options.port:
         raise WrongOptionError(
             "--stream-in records from a stream, --port from a board: give one of the two"

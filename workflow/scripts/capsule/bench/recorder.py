@@ -204,8 +204,14 @@ def record(
         at_end.callback(terminal.clear)
         log = FrameLog(options.logs / f"{name}.log", terminal.note)
         at_end.callback(log.close)
-        drive = connected_drive(options.drive, wave, log) if options.drive else None
-        at_end.callback(leave, drive)
+        drive = None
+        if options.drive:
+            # This board is silent, since the drive itself warns.
+            wave_board = Board(options.drive, BAUD, "peristalsis", lambda text: None)
+            at_end.callback(wave_board.close)
+            drive = Drive(wave_board, wave, log)
+            drive.set_up()
+            at_end.callback(leave, drive)
         if options.live and page is None:
             page = at_end.enter_context(opened_page())
         board = played or _source(options, settings, log)
@@ -276,18 +282,6 @@ def _source(options: argparse.Namespace, settings: Settings, log: FrameLog) -> B
         return StreamLine(options.stream_in, named, rules, log.tell)
     skip = [options.drive] if options.drive else []
     return connect(options.port, options.baud, "logger", log.tell, skip)
-
-
-def connected_drive(port: str, wave: Wave, log: FrameLog) -> Drive:
-    """Return the wave at a port, set up; its board is silent, since the drive itself warns."""
-    board = Board(port, BAUD, "peristalsis", lambda text: None)
-    drive = Drive(board, wave, log)
-    try:
-        drive.set_up()
-    except AcquisitionError:
-        board.close()
-        raise
-    return drive
 
 
 def _judge_so_far(detectors: FinalVerdict, source: Logger, header: Mapping[str, str]) -> None:

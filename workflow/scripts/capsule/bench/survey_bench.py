@@ -23,11 +23,7 @@ LATE_S = 2.0
 
 
 class BoardBench:
-    """Three boards, as `open_boards` returns them, as one bench.
-
-    The survey ends after `patience_s` without a board. If a killed session goes on (`resumed`),
-    only the cam shaft's index tells the phase of the wave, which is `index_mm` there if known.
-    """
+    """Three boards of `open_boards` as one bench, which waits `patience_s` for each."""
 
     def __init__(
         self,
@@ -35,17 +31,11 @@ class BoardBench:
         wave: Wave,
         log: FrameLog,
         stop: StopRequest,
-        *,
         patience_s: float,
-        resumed: bool = False,
-        index_mm: float | None = None,
     ) -> None:
         self._boards = boards
         self._logger = Logger(boards["logger"], log, to_end_stop=False)
         self._drive = Drive(boards["peristalsis"], wave, log, MOST_RESTARTS)
-        self._drive.phase.index_mm = index_mm
-        if resumed:
-            self._drive.phase.begin_anew()
         self._fold = FoldBoard(boards["fold"], log)
         self._stop, self._patience_s = stop, patience_s
         self._read = 0
@@ -85,6 +75,11 @@ class BoardBench:
     def index_mm(self) -> float | None:
         """Phase of the wave at the cam shaft's index; None before the shaft has passed it."""
         return self._drive.phase.index_mm
+
+    def resume(self, index_mm: float | None) -> None:
+        """Trust the cam shaft's index alone, where the phase of the wave is this, if known."""
+        self._drive.phase.index_mm = index_mm
+        self._drive.phase.begin_anew()
 
     def tell(self, command: str) -> None:
         """Send the boards a command, and return at once."""

@@ -217,15 +217,9 @@ def _on_boards(
                 run.repeat()
             if not run.pilot.cycle.over:
                 boards = boards or open_boards(ports, options.baud, stop, at_end)
-                bench = BoardBench(
-                    boards,
-                    wave,
-                    run.disk.log,
-                    stop,
-                    patience_s=options.patience,
-                    resumed=run.state.samples > 0,
-                    index_mm=about[INDEX],
-                )
+                bench = BoardBench(boards, wave, run.disk.log, stop, options.patience)
+                if run.state.samples:
+                    bench.resume(about[INDEX])
                 try:
                     bench.start()
                     run.go_on(bench, stop, datetime.fromisoformat(about["begun"]))

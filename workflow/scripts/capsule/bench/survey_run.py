@@ -1,9 +1,9 @@
 """One survey from its first sample to its last: pilot, files and displays on any bench."""
 
-import argparse
 import contextlib
 import math
 import sys
+from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -47,11 +47,7 @@ class SurveyRun:
     """One survey."""
 
     def __init__(
-        self,
-        options: argparse.Namespace,
-        about: Settings,
-        settings: Settings,
-        header: Mapping[str, str],
+        self, options: Namespace, about: Settings, settings: Settings, header: Mapping[str, str]
     ) -> None:
         self._recording, detector = settings["recording"], settings["diagonal"]
         sensors = self._recording["sensors"]
