@@ -11,7 +11,7 @@ from capsule.evaluation.answers import Estimate
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison, detector_sections
-from capsule.page.cells import cell_of, rate_table, retest_rows
+from capsule.page.cells import rate_table, retest_rows
 from capsule.seeding import generator
 from support.evaluated import evaluated
 from support.sections import page_of, section
@@ -133,20 +133,6 @@ def test_a_detector_without_a_verdict_is_named_and_without_any_nothing_is_compar
     assert compared()["silent"] == ["template", "diagonal"]
 
 
-@pytest.mark.parametrize(
-    ("value", "low", "cell"),
-    [
-        (0.251, -0.1, ("0.25 mm", "\u22120.10 to 0.60 mm")),
-        (0.251, UNKNOWN, ("0.25 mm", "")),
-        (UNKNOWN, UNKNOWN, (words.UNKNOWN, "")),
-    ],
-)
-def test_a_number_has_its_unit_and_its_interval(value, low, cell):
-    row = {"bias_mm": value, "bias_mm_low": low, "bias_mm_high": 0.6}
-    made = cell_of(row, "bias_mm", words.number, " mm")
-    assert (made["text"], made["interval"]) == cell
-
-
 def test_only_benches_that_judged_and_had_no_other_part_are_shown():
     rates = {"specificity": "0.95", "recall at 1 mm": "0.1", "recall from 2 mm": "0.4"}
     rows = [
@@ -185,19 +171,19 @@ def test_recordings_without_a_verdict_have_a_cell_of_their_own():
 
 
 def test_a_rate_has_its_interval_and_counts_and_one_that_nobody_counted_is_not_a_number():
-    points = pd.DataFrame({"scheme": ["leave_one_out", "paper"], "rate": [0.5, UNKNOWN]})
-    points = points.assign(measure="recall", size_mm=2.0, low=0.2, high=0.8, hits=1, of=2)
-    table = rate_table(points.assign(one_sided=False), {"recall": "Recall"}, [2.0, 3.0])
+    schemes = ["leave_one_out", "resubstitution", "paper"]
+    points = pd.DataFrame({"scheme": schemes, "rate": [0.5, 0.5, UNKNOWN]})
+    points = points.assign(low=[0.2, UNKNOWN, UNKNOWN], high=0.8, hits=1, of=2)
+    points = points.assign(measure="recall", size_mm=2.0, one_sided=False)
+    table = rate_table(points, {"recall": "Recall"}, [2.0, 3.0])
     # Kills: heads in another order than the cells.
-    assert table["heads"] == ["Recall, leave-one-out", "Recall, paper, as printed"]
-    counted, missing = (row["cells"] for row in table["rows"])
+    assert table["heads"] == [f"Recall, {words.scheme(name)}" for name in schemes]
+    (counted, unbounded, unprinted), missing = (row["cells"] for row in table["rows"])
     keys = ("text", "interval", "count")
-    assert [counted[0][key] for key in keys] == ["50 %", "20 to 80 %", "1 of 2"]
-    assert [cell["text"] for cell in counted[1:] + missing] == [
-        "not given",
-        "not known",
-        "not given",
-    ]
+    assert [counted[key] for key in keys] == ["50 %", "20 to 80 %", "1 of 2"]
+    assert [unbounded[key] for key in keys] == ["50 %", "", "1 of 2"]
+    assert unprinted["text"] == "not given"
+    assert [cell["text"] for cell in missing] == ["not known", "not known", "not given"]
 
 
 def test_more_passes_are_rows_and_sizes_are_columns():

@@ -88,26 +88,10 @@ OF_SOURCES = [*nodules("phantom"), *[("fabric", 0.0)] * 20]
 OF_RATES = [*nodules("10"), *[("", 0.0)] * 20]
 
 
-@pytest.mark.parametrize(
-    ("keys", "learned", "follows"),
-    [
-        (
-            {"source": OF_SOURCES, "rate_hz": OF_RATES},
-            "the source instead of the nodule",
-            "whether there is a nodule follows from the source and from the sampling rate.",
-        ),
-        (
-            {"session": OF_DAYS},
-            "the session instead of the size",
-            "the size of nodules of 1 and 3 mm follows from the session.",
-        ),
-    ],
-)
-def test_the_warning_says_what_follows(keys, learned, follows):
-    values = overview.confounded_values([told(key, pairs) for key, pairs in keys.items()])
-    said = section("confounded", confounded=values)
-    assert f"A detector may have learned {learned}" in said
-    assert f"Among the recordings that teach, {follows}" in said
+def test_the_warning_says_what_follows():
+    said = section("confounded", confounded=overview.confounded_values([told("session", OF_DAYS)]))
+    assert "A detector may have learned the session instead of the size" in said
+    assert "the size of nodules of 1 and 3 mm follows from the session." in said
 
 
 @pytest.mark.parametrize(
