@@ -16,3 +16,6 @@ def test_it_sees_the_evidence_the_channels_the_time_and_logarithms():
     np.testing.assert_allclose(seen, [0.5, 0.1, 0.2, 0.01, 130.0, *logarithms])
     assert np.isnan(Diagonal.seen(recordings["b"])[0])
     assert Diagonal.sized_by == slice(1, None)
+    # The evidence is the score, which nothing teaches.
+    learned, scores = Diagonal.learn(np.tile(seen, (2, 1)), np.zeros(2), np.arange(2), {})
+    assert learned is None and scores.tolist() == [0.5, 0.5]

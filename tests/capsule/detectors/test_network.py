@@ -44,7 +44,7 @@ def unprojected(weights):
 
 @pytest.fixture(scope="module")
 def series():
-    return 0.3 * generator(1, "beats").normal(size=(4, 5, 41)).cumsum(axis=2)
+    return 0.3 * generator(1, "beats").normal(size=(4, 5, 43)).cumsum(axis=2)
 
 
 def test_the_gradient_is_that_of_the_score(weights, series):
@@ -107,12 +107,12 @@ def test_what_has_no_wave_or_other_sensors_has_no_score(scorer):
 
 def test_the_input_is_the_series_in_their_own_spreads_written_out(series):
     made = standardised(series)
-    assert made.shape == (4, 17, 41)
+    assert made.shape == (4, 17, 43)
     for sensor in range(4):
         for row in range(5):
             ordered = sorted(series[sensor, row])
-            # Of 41 values, the median is the 21st and the 20 % quantile is the 9th.
-            spread = np.hypot((ordered[20] - ordered[8]) / 0.8416, 0.03)
+            # Of 43 values, the median is the 22nd and the 20 % quantile is the 9th.
+            spread = np.hypot((ordered[21] - ordered[8]) / 0.8416, 0.03)
             own = np.clip(series[sensor, row] / spread, -8, 8)
             np.testing.assert_allclose(made[sensor, row], own / 2)
             np.testing.assert_allclose(made[sensor, 5 + row], np.arcsinh(3 * series[sensor, row]))

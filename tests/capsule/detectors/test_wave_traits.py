@@ -68,6 +68,7 @@ def test_gain_and_offset_of_each_sensor_do_not_matter():
 def test_a_single_sensor_has_no_steps():
     traits = traits_of(readings(sensors=1))
     assert np.isnan([traits.step_s, traits.step_spread_s]).all()
+    assert traits_of(readings(sensors=2)).step_s == pytest.approx(0.25, abs=0.01)
     assert traits.period_s == pytest.approx(3.2, rel=0.01)
 
 

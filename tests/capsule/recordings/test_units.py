@@ -44,6 +44,8 @@ def test_ohms_without_the_resistor_in_series_keep_their_ratios():
     given = on_full_scale(OHM / 1000, {"unit": "kohm"}, 1024, True)
     resistance = relative_resistance(given, 1024, True)
     np.testing.assert_allclose(resistance / resistance[0, 0], OHM / OHM[0, 0], rtol=1e-9)
+    # Those of a good conductor are resistances, too.
+    assert np.isfinite(on_full_scale(np.array([[0.5, 2.0]]), {"unit": "ohm"}, 1024, True)).all()
 
 
 @pytest.mark.parametrize("header", [{}, {"adc_bits": "10"}, {"adc_bits": "10", "vref_v": "5"}])
