@@ -338,7 +338,8 @@ def jittered(time_s, seed, spread_s=0.025):
     return np.round(moved, 3)
 
 
-@pytest.mark.parametrize("seed", range(10))
+# Kills at 31: times without the line through their remainders.
+@pytest.mark.parametrize("seed", [*range(9), 31])
 def test_jitter_invents_no_sample_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
     whole = columns_by_time(jittered(EVEN, seed), **RULES)
     np.testing.assert_array_equal(whole, np.arange(SAMPLES))
