@@ -124,6 +124,7 @@ def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
     last = last_of(rows)
     assert [(row["rate"], row["judged"]) for row in last] == [(0.75, 4), (0.0, 2), (0.5, 2)]
     assert [row["taught_healthy"] for row in last] == [3.5] * 3
+    assert [row["taught_of_size"] for row in last] == [3.5, 1.75, 1.75]
     assert all(np.isnan(row["gain"]) for row in last)
     for row in rows[:-3]:
         whole = next(each for each in last if each["size_from_mm"] == row["size_from_mm"])

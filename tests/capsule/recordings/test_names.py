@@ -14,6 +14,7 @@ from capsule.recordings.names import (
     reason_of_copy,
     size_label,
     size_mm,
+    sizes_of,
     sort_key,
 )
 
@@ -23,6 +24,7 @@ from capsule.recordings.names import (
 )
 def test_the_folder_is_the_label(folder, size):
     assert size_mm(f"{folder}/r01") == size
+    assert sizes_of([f"{folder}/r01"]) == ({} if size is None else {f"{folder}/r01": size})
     assert size is None or size_label(size) == folder
 
 
