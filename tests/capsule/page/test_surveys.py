@@ -142,5 +142,9 @@ def test_a_long_survey_is_thinned(session):
         threshold=judged,
     )
     made = player(long, track_of(long))
-    sizes = [unpacked(row).size for row in (made["head"], *made["signals"]["rows"])]
+    shown = [made["score"], *made["signals"]["rows"]]
+    sizes = [unpacked(row).size for row in shown]
     assert sizes == [MOST_JUDGEMENTS + 1, *[MOST_SAMPLES + 1] * 4]
+    # A byte holds each value.
+    steps = [np.nanmax(unpacked(row) - row["low"]) / row["scale"] for row in shown]
+    assert steps == pytest.approx([254] * 5)
