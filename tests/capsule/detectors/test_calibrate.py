@@ -168,16 +168,10 @@ def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected(passes
     features = sizes_mm[:, np.newaxis] + numbers.normal(size=(30, 2))
     detected = np.arange(30) % 4 > 0
     model = fit_sizes(features, sizes_mm, places, detected, ridge=0.5, confidence=0.8)
-    errors = []
-    for number in range(30):
-        others = places != places[number]
-        mean = features[others].mean(axis=0)
-        centred = features[others] - mean
-        # The penalties are those of the variances over all recordings.
-        normal = centred.T @ centred + 0.5 * np.diag(features.var(axis=0))
-        wanted = sizes_mm[others] - sizes_mm[others].mean()
-        told = (features[number] - mean) @ np.linalg.solve(normal, centred.T @ wanted)
-        errors.append(abs(told + sizes_mm[others].mean() - sizes_mm[number]))
-    expected = upper_quantile(np.array(errors)[detected], places[detected], 0.8)
+    # The penalties are those of features that are scaled by their deviations over all recordings.
+    scaled, leave = features / features.std(axis=0), LeaveOneGroupOut()
+    told = cross_val_predict(Ridge(alpha=0.5), scaled, sizes_mm, groups=places, cv=leave)
+    errors = np.abs(told - sizes_mm)[detected]
+    expected = upper_quantile(errors, places[detected], 0.8)
     assert model.half_width_mm == pytest.approx(expected)
     assert detected.sum() == 22 and model.known_mm == (1.0, 2.0, 3.0)

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from sklearn.linear_model import Ridge
+from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from capsule.detectors.network import EMBEDDED
 from capsule.detectors.search import UNKNOWN
@@ -24,28 +26,24 @@ def test_it_sees_score_evidence_from_minus_1_to_4_gradient_and_embedding(evidenc
 
 
 @pytest.mark.parametrize("passes_of", [1, 2])
-def test_the_score_is_a_ridge_on_evidence_and_gradient_written_out(passes_of):
+def test_the_score_is_the_ridge_of_scikit_learn_on_evidence_and_gradient(passes_of):
     numbers = generator(1, "taught ridge")
     seen, sizes_mm = numbers.normal(size=(24, 4)), np.arange(24.0) % 4
     places = np.arange(24) // passes_of
     settings = TAUGHT | {"evidence_weight": 3.0}
     rows = np.column_stack([seen, numbers.normal(size=(24, EMBEDDED))])
     learned, without_place = Taught.learn(rows, sizes_mm, places, settings)
-    score, features = seen[:, 0], seen[:, 1:]
+    # The evidence is penalised by its own weight.
+    score, features = seen[:, 0], seen[:, 1:] * [3, 1, 1]
     wanted = TAUGHT["height"] * np.array([0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - score
-
-    def score_of(row, teaching):
-        mean, intercept = features[teaching].mean(axis=0), wanted[teaching].mean()
-        centred = features[teaching] - mean
-        # The evidence is penalised by its own weight.
-        normal = centred.T @ centred + TAUGHT["penalty"] * np.diag([1 / 9, 1, 1])
-        coefficients = np.linalg.solve(normal, centred.T @ (wanted[teaching] - intercept))
-        return score[row] + intercept + (features[row] - mean) @ coefficients
-
-    model = Taught(0.0, learned, None, None)
-    for row in range(24):
-        assert model.score(rows[row]) == pytest.approx(score_of(row, places >= 0))
-        assert without_place[row] == pytest.approx(score_of(row, places != places[row]))
+    ridge, leave = Ridge(alpha=TAUGHT["penalty"]), LeaveOneGroupOut()
+    expected = cross_val_predict(ridge, features, wanted, groups=places, cv=leave)
+    np.testing.assert_allclose(without_place, score + expected)
+    model, expected = (
+        Taught(0.0, learned, None, None),
+        ridge.fit(features, wanted).predict(features),
+    )
+    np.testing.assert_allclose([model.score(row) for row in rows], score + expected)
 
 
 @pytest.mark.parametrize(
