@@ -175,6 +175,7 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     exact, within = draw(width).axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
+    assert exact.get_yticklabels()[-1].get_text() == "100 %"
 
 
 @pytest.mark.parametrize(

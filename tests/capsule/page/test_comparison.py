@@ -111,6 +111,11 @@ def test_the_probability_is_compared_with_stating_the_prevalence(pages):
     brier = cells(page, "Brier score of the probability")["diagonal"]
     assert brier["count"] == "always stating the prevalence: 0.090"
     (table,) = page["compared"]
+    titles = [row["title"] for group in table["groups"] for row in group["rows"]]
+    assert [title for title in titles if "AUC" in title] == [
+        "AUC, any nodule against none",
+        "AUC, 1 mm against none",
+    ]
     assert {row["detector"] for row in table["calibration"]} == {"diagonal"}
     assert sum(row["recordings"] for row in table["calibration"]) == 30
 
