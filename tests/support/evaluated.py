@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from capsule.evaluation.archive_rates import Rates
 from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
@@ -12,17 +11,9 @@ from support.verdicts import index_of as rows_of
 from support.verdicts import verdicts
 
 UNKNOWN = float("nan")
-RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
-RULES = {**RATES, "specificity": 0.95, "size_confidence": 0.9, "prevalence": 0.1}
+RULES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
+RULES |= {"specificity": 0.95, "size_confidence": 0.9, "prevalence": 0.1}
 RULES |= {"calibration_bins": 5, "passes": [1, 2], "held_out": []}
-SETTINGS = {
-    "fit": {"seed": 1},
-    "evaluation": RULES,
-    "report": {"reliable_rate": 0.85, "lead": "best"},
-}
-
-
-DETECTIONS = pd.DataFrame(columns=["recording", "detector", "predicted_mm", "rmse_0mm"])
 
 
 def read_paper():
@@ -41,13 +32,6 @@ def evaluated(triples, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), scheme
         predictions[f"rmse_{size_mm:g}mm"] = (predicted_mm - size_mm).abs() / 10
     ours = measure_tables(predictions, list(sizes_mm), RULES, rows_of(predictions))
     return Evaluation(predictions, ours, printed_tables(read_paper(), 0.95))
-
-
-def rates_of(evaluation):
-    """Return the rates of an evaluation in which each recording is a place."""
-    labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
-    rows = [[*label, "accepted", UNKNOWN, "bench", "aa", 70.0] for label in labels.values]
-    return Rates(evaluation, index_of(*rows), SETTINGS)
 
 
 def index_of(*rows):

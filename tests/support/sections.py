@@ -12,7 +12,7 @@ from capsule.page.files import read_frame
 from capsule.page.render import PAGE, environment
 from capsule.page.tables import Tables
 from capsule.store import files
-from support.evaluated import DETECTIONS, index_of, read_paper
+from support.evaluated import index_of, read_paper
 from support.project import ROOT
 from support.stored import Described
 
@@ -30,7 +30,7 @@ def page_of(evaluation, *rows, settings=CONFIG):
         index=index_of(*rows),
         settings=settings,
         passed_over=pd.DataFrame(columns=["path", "reason"]),
-        detections=DETECTIONS,
+        detections=pd.DataFrame(columns=["recording", "detector", "predicted_mm", "rmse_0mm"]),
         sites=pd.DataFrame(columns=columns.SITES),
         templates=[],
         evaluation=evaluation,

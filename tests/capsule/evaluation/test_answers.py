@@ -16,9 +16,22 @@ from capsule.evaluation.answers import (
     set_specificity,
     smallest_reliable_size,
 )
-from capsule.evaluation.archive_rates import Lead
+from capsule.evaluation.archive_rates import Lead, Rates
 from capsule.evaluation.intervals import rate, recordings_needed
-from support.evaluated import UNKNOWN, evaluated, rates_of
+from support.evaluated import RULES, UNKNOWN, evaluated, index_of
+
+SETTINGS = {
+    "fit": {"seed": 1},
+    "evaluation": RULES,
+    "report": {"reliable_rate": 0.85, "lead": "best"},
+}
+
+
+def rates_of(evaluation):
+    """Return the rates of an evaluation in which each recording is a place."""
+    labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
+    rows = [[*label, "accepted", UNKNOWN, "bench", "aa", 70.0] for label in labels.values]
+    return Rates(evaluation, index_of(*rows), SETTINGS)
 
 
 def verdicts(healthy, alarms, nodules, found):
