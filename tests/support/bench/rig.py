@@ -14,8 +14,17 @@ from types import SimpleNamespace
 import numpy as np
 import serial
 
-from capsule.bench import board, clock, fold, line, loop, survey_bench, survey_command, survey_run
-from capsule.bench import wave as wave_board
+from capsule.bench import (
+    board,
+    clock,
+    fold,
+    line,
+    loop,
+    survey_bench,
+    survey_command,
+    survey_run,
+    wave,
+)
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Journey
 from support.bench import emulated
@@ -30,45 +39,19 @@ GUT_MM = 80.0  # where the end stop is
 _AT_ONCE = 8
 
 
-class Cams:
-    """The cam shaft on the peristalsis board's motor, whose index closes a switch."""
-
-    def __init__(self, board: emulated.EmulatedBoard) -> None:
-        self._board = board
-        turn = WAVELENGTH_MM * HALF_STEPS_PER_MM
-        board.set_cam(turn, turn / 3, turn / 20)
-
-    @property
-    def cam_mm(self) -> float:
-        """The distance that the cams have carried the wave, in mm."""
-        return self._board.half_steps / HALF_STEPS_PER_MM
-
-    @property
-    def state(self) -> str:
-        """The state of the motor: running or stopped."""
-        return "running" if self._board.coils else "stopped"
-
-
-class Thread:
-    """The thread on the fold board's motor; `folded` is 0 or 1 if an end switch is closed."""
-
-    def __init__(self, board: emulated.EmulatedBoard) -> None:
-        self.origami = FoldingOrigami(board)
-
-    @property
-    def folded(self) -> float:
-        """The folded share of the origami, 0..1."""
-        way = (self.origami.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
-        return min(max(way, 0.0), 1.0)
+def folded_by(origami: FoldingOrigami) -> float:
+    """Return the folded share of an origami: 0 or 1 if an end switch is closed."""
+    way = (origami.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
+    return min(max(way, 0.0), 1.0)
 
 
 class BentJourney(Journey):
     """A journey whose origami follows a motor's thread."""
 
-    thread: Thread
+    origami: FoldingOrigami
 
     def _fold_on(self, samples: int) -> np.ndarray:
-        before, self._folded = self._folded, self.thread.folded
+        before, self._folded = self._folded, folded_by(self.origami)
         if self._folded > before:
             self.fold()
         elif self._folded < before:
@@ -87,18 +70,20 @@ class Gut:
 
     def __init__(
         self,
-        motor: Cams,
-        thread: Thread,
+        motor: emulated.EmulatedBoard,
+        origami: FoldingOrigami,
         logger: emulated.EmulatedBoard,
     ) -> None:
         phantom = read_phantom(DEFAULT_TABLE, [])
         electronics = phantom.electronics
         self._journey = BentJourney(phantom, 7, "survey", [], 4, 12_000, GUT_MM)
-        self._journey.thread = thread
+        self._journey.origami = origami
         self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
         self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
-        self._motor, self._thread, self._logger = motor, thread, logger
-        self._cam_mm = motor.cam_mm
+        self._motor, self._origami, self._logger = motor, origami, logger
+        # The cam shaft on the peristalsis board's motor, whose index closes a switch.
+        turn = WAVELENGTH_MM * HALF_STEPS_PER_MM
+        motor.set_cam(turn, turn / 3, turn / 20)
         # Samples that the wave has not reached yet.
         self._ahead: deque[tuple[np.ndarray, float]] = deque()
         self._before, self.head_mm = self._sample()
@@ -108,7 +93,7 @@ class Gut:
     def __call__(self, start_s: float, end_s: float) -> None:
         """Move the capsule according to the motors in the last stretch of time."""
         del start_s, end_s
-        way_mm = self._motor.cam_mm - self._cam_mm
+        way_mm = self._motor.half_steps / HALF_STEPS_PER_MM
         while way_mm > self._before_mm + self._step_mm:
             self._before_mm += self._step_mm
             self._before = self._after
@@ -123,7 +108,7 @@ class Gut:
     def _sample(self) -> tuple[np.ndarray, float]:
         """Return the next counts, and the place of the head."""
         if not self._ahead:
-            folded = self._thread.folded
+            folded = folded_by(self._origami)
             # Several samples at once take less time, but not while the origami moves.
             way, counts = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
             self._ahead.extend(zip(counts.T.astype(float), way.head_mm, strict=True))
@@ -135,19 +120,16 @@ class Killed(BaseException):
 
 
 class Port:
-    """A serial port in memory: who waits for its bytes lets the bench run."""
+    """An open serial port in memory, which resets its board: who waits lets the bench run."""
 
     timeout = 0.0
 
     def __init__(self, cable: "MemoryCable", rig: "Rig") -> None:
         self._cable, self._rig = cable, rig
         self.content = b""
-
-    def open(self) -> None:
-        """Open it, which resets the board."""
-        if not self._cable.plugged:
-            raise FileNotFoundError(self._cable.port)
-        self._cable.end = self
+        if not cable.plugged:
+            raise FileNotFoundError(cable.port)
+        cable.end = self
 
     def close(self) -> None:
         """Close it."""
@@ -223,14 +205,14 @@ class Rig:
         self.logger = emulated.EmulatedBoard(emulated.LOGGER)
         self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
         self.fold_board = emulated.EmulatedBoard(emulated.FOLD)
-        self.wave, self.fold = Cams(self.wave_board), Thread(self.fold_board)
+        self.origami = FoldingOrigami(self.fold_board)
         boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
         cables = {
             name: MemoryCable(board, Path(name), sticks=name == "logger")
             for name, board in boards.items()
         }
         self.cables = SimpleNamespace(**cables)
-        self.gut = Gut(self.wave, self.fold, self.logger)
+        self.gut = Gut(self.wave_board, self.origami, self.logger)
         self.bench = Workbench(*cables.values(), world=self._go_on)
         self._then: deque = deque()
         self._stop = SimpleNamespace(reason="")
@@ -249,15 +231,15 @@ class Rig:
                 return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=rig.now_s)
 
         replace = monkeypatch.setattr
-        replace(serial, "serial_for_url", lambda port, **_: Port(cables[port], self))
+        replace(serial, "serial_for_url", lambda port, *_, **__: Port(cables[port], self))
         time = SimpleNamespace(monotonic=lambda: self.now_s, sleep=self.rest)
-        for module in (board, clock, line, loop, wave_board):
+        for module in (board, clock, line, loop, wave):
             replace(module, "time", time)
         for module in (survey_command, survey_run):
             replace(module, "datetime", BenchDatetime)
         replace(survey_command, "StopRequest", lambda: self._stop)
         # The main thread waits for the bench, by the computer's clock.
-        replace(wave_board.Drive, "_renew", lambda drive: None)
+        replace(wave.Drive, "_renew", lambda drive: None)
         for module, name in ((survey_bench, "LOOK_EVERY_S"), (fold, "READ_TIMEOUT_S")):
             replace(module, name, self.look_every_s)
         monkeypatch.chdir(self.folder)
@@ -265,13 +247,18 @@ class Rig:
 
     def _go_on(self, start_s: float, end_s: float) -> None:
         """Advance thread and gut by the motion of the motors."""
-        self.fold.origami(start_s, end_s)
+        self.origami(start_s, end_s)
         self.gut(start_s, end_s)
 
     @property
     def now_s(self) -> float:
         """The bench's time in seconds."""
         return self.bench.now_s
+
+    @property
+    def folded(self) -> float:
+        """The folded share of the origami, 0..1."""
+        return folded_by(self.origami)
 
     def survey(self, *options: object, then: Then = ()) -> None:
         """Run capsule survey on these boards to its end."""
@@ -314,7 +301,7 @@ class Rig:
     def at_rest(self) -> bool:
         """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
         self.pass_by(2.0)
-        return self.fold.folded == 0.0 and self.wave.state == "stopped"
+        return self.folded == 0.0 and self.wave_board.coils == 0
 
     # Readers of the session's files.
 
