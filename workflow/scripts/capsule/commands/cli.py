@@ -82,12 +82,12 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     version = "print the version, and the folder that the code comes from"
     parser.add_argument("--version", action=_Version, help=version)
     subcommands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for word, (_, line) in COMMANDS.items():
+    for word, (name, line) in COMMANDS.items():
         own = subcommands.add_parser(
             word, help=line, formatter_class=argparse.RawDescriptionHelpFormatter
         )
         if word in words:
-            module = _module_of(word)
+            module = cast(CommandModule, importlib.import_module(name))
             own.description = module.__doc__.strip()
             module.add_arguments(own)
             own.set_defaults(main=module.main)
@@ -98,10 +98,6 @@ def subparsers(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPa
     """Return the parsers of the subcommands by their names."""
     (action,) = (each for each in parser._actions if hasattr(each, "add_parser"))
     return dict(action.choices or {})
-
-
-def _module_of(word: str) -> CommandModule:
-    return cast(CommandModule, importlib.import_module(COMMANDS[word].module))
 
 
 class _Version(argparse.Action):

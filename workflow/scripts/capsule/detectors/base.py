@@ -6,7 +6,7 @@ places that are left out, the threshold, the probability and the sizes.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar, Protocol, Self, TypeAlias
 
@@ -108,12 +108,6 @@ class TrainingArchive:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
         object.__setattr__(self, "sizes_mm", judged)
 
-    def place_numbers(self, names: Sequence[str]) -> IntArray:
-        """Return the place of each recording as a number, (n,); passes over one place share it."""
-        of_each = [self.places.get(name, name) for name in names]
-        numbers: IntArray = np.unique(of_each, return_inverse=True)[1]
-        return numbers
-
     def teaching(
         self, seen: Callable[[JudgedRecording], FloatArray], left_out: Collection[str]
     ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -135,8 +129,8 @@ class TrainingArchive:
         names = [name for name, row in rows.items() if not np.isnan(row[0])]
         stacked = np.array([rows[name] for name in names] or np.empty((0, 1)), np.float64)
         sizes_mm = np.array([self.sizes_mm[name] for name in names], dtype=np.float64)
-        numbers = {name: number for number, name in enumerate(names)}
-        return numbers, stacked, sizes_mm, self.place_numbers(names)
+        places = np.unique([self.places.get(name, name) for name in names], return_inverse=True)[1]
+        return {name: number for number, name in enumerate(names)}, stacked, sizes_mm, places
 
 
 @dataclass(frozen=True)

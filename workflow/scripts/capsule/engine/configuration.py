@@ -124,20 +124,15 @@ def _is_number(checker: object, value: object) -> bool:
     return _is_integer(checker, value) or (isinstance(value, float) and math.isfinite(value))
 
 
-def _errors(config: Settings, schema: Settings) -> Iterator["ValidationError"]:
-    """Yield the errors of the validator."""
+def faults_of(config: Settings, schema: Settings) -> set[tuple[str, str]]:
+    """Return key and message of each key and value that a JSON Schema does not allow."""
     # It takes longer to import than all else, and most programs only read files here.
     from jsonschema import Draft202012Validator
     from jsonschema.validators import extend
 
     checked = {"integer": _is_integer, "number": _is_number}
     types = Draft202012Validator.TYPE_CHECKER.redefine_many(checked)
-    yield from extend(Draft202012Validator, type_checker=types)(schema).iter_errors(config)
-
-
-def faults_of(config: Settings, schema: Settings) -> set[tuple[str, str]]:
-    """Return key and message of each key and value that a JSON Schema does not allow."""
-    errors = _errors(config, schema)
+    errors = extend(Draft202012Validator, type_checker=types)(schema).iter_errors(config)
     return {fault for error in errors for fault in _describe(error, schema, config)}
 
 

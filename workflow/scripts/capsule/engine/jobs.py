@@ -115,11 +115,6 @@ def hold_run_lock(path: Path = RUN_LOCK) -> IO[bytes]:
     return stream
 
 
-def is_job() -> bool:
-    """Return whether this process is a job of a run."""
-    return bool(os.environ.get(_RUN))
-
-
 def states_of(paths: Iterable[Path]) -> dict[str, State]:
     """Return the state of each file, whose path must be absolute."""
     return {str(path): _state(path) for path in paths}
@@ -176,7 +171,7 @@ def run(main: Callable[[], int | None]) -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        if is_job():
+        if os.environ.get(_RUN):  # a job of a run, which its shell has made deaf to Ctrl-C
             signal.signal(signal.SIGINT, signal.default_int_handler)
         status = main()
         if status:

@@ -60,7 +60,9 @@ class ShortLog(logging.StreamHandler[Any]):
             self._begun += 1
             return f"{self._begun} of {self._total}: {said['rule_msg'] or said['rule_name']}"
         lines = self._usual.format(record)
-        if name in _DROPPED_EVENTS or (record.levelno == logging.INFO and _is_dropped(lines)):
+        if name in _DROPPED_EVENTS:
+            return ""
+        if record.levelno == logging.INFO and (not lines.strip() or lines.startswith(_DROPPED)):
             return ""
         if lines.startswith(_NOTHING) and (line := self._about_report()):
             return f"{lines}\n{line}"
@@ -74,7 +76,3 @@ def shorten_log(about_report: Callable[[], str]) -> None:
         if usual.name == "DefaultStreamHandler" and isinstance(usual, logging.StreamHandler):
             logger.removeHandler(usual)
             logger.addHandler(ShortLog(usual, about_report))
-
-
-def _is_dropped(lines: str) -> bool:
-    return not lines.strip() or lines.startswith(_DROPPED)
