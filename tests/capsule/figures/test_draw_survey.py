@@ -58,6 +58,7 @@ def test_the_table_is_the_stream_from_judgement_to_judgement(session):
 
 def test_the_path_lies_where_the_head_was(figure):
     space = figure.axes[0]
+    assert space.get_xlim() == pytest.approx((-2, 102))
     explored, (again,) = lines_of(space, BLUE, False), lines_of(space, INK, False)
     assert len(explored) == 2
     for line in (*explored, again):
@@ -112,7 +113,7 @@ def test_the_frame_tells_where_a_place_and_a_time_are(figure):
     assert told["size"][1] - dots[1] == pytest.approx(
         top + (3 - start) / (end - start) * height, abs=0.05
     )
-    assert told["evidence"]["box"][0] > left + width
+    assert told["evidence"]["box"][0] > left + width > 0.7 * told["size"][0]
 
 
 def test_a_survey_that_never_knew_its_position_says_so(session):

@@ -151,7 +151,10 @@ def test_contour_levels_reach_the_highest_value():
 PRINTED = {
     "recordings_per_size": 20,
     "sizing_tolerance_mm": 1,
-    "detection": [{"size_mm": 2.5, "recall_percent": 85, "precision_percent": 85}],
+    "detection": [
+        {"size_mm": 2.5, "recall_percent": 85, "precision_percent": 85},
+        {"size_mm": 4, "recall_percent": 100, "precision_percent": 100},
+    ],
     "sizing": [{"size_mm": 2.5, "exact_percent": 30, "within_percent": 85, "one_sided": False}],
 }
 HALF_RIGHT = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0)]
@@ -203,7 +206,10 @@ def test_the_legend_names_detector_and_scheme(width):
         "template (leave-one-out)",
         "paper, as printed",
     ]
-    assert table.loc[table["measure"] == "recall", "hits"].tolist() == [2, 1, 17]
+    assert table.loc[table["measure"] == "recall", "hits"].tolist() == [2, 1, 17, 20]
+    # They stand beside each other, and no size that the archive has not is drawn.
+    positions = [series.lines[0].get_xdata().tolist() for series in figure.axes[0].containers]
+    assert positions == [[-0.2], [0.0], [0.2]]
 
 
 def inputs_of(detectors, tables=None, learning=None):

@@ -28,9 +28,9 @@ def test_the_overview_lists_what_was_not_used():
         {"recording": "0mm/a", "size_mm": 0.0},
         {"recording": "2.5mm/b", "size_mm": 2.5, "near_copies": "unlabelled/c"},
         bad | {"reason": "the file is empty", "source": UNKNOWN},
-        {"recording": "unlabelled/c", "near_copies": "2.5mm/b", "no_verdict": "no wave"},
         {"recording": "3mm/d", "size_mm": 3.0, "near_copies": "4mm/e"},
         {"recording": "4mm/e", "size_mm": 4.0, "near_copies": "3mm/d"},
+        {"recording": "unlabelled/c", "near_copies": "2.5mm/b", "no_verdict": "no wave"},
     )
     assert values["origin"].kind == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (5, 1)
