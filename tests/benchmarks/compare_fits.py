@@ -12,14 +12,12 @@ import os
 import platform
 import statistics
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 # One thread, as in the workflow's jobs; must be set before numpy is loaded.
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
 import numpy as np
-import scipy.signal
 import yaml
 from tables import ROOT, table
 
@@ -44,12 +42,6 @@ COUNTS = {key: FIT.pop(key) for key in ("particles", "iterations", "first_peak")
 SPACE = ParameterSpace(**FIT)
 
 
-def best_of(squares: np.ndarray, matrix: np.ndarray) -> tuple[float, int]:
-    """Return the smallest RMSE and its lag from |F' - P'|^2 at every lag."""
-    best = int(np.argmin(squares))
-    return float(np.sqrt(max(squares[best], 0.0) / (3 * matrix.size))), best + 1
-
-
 def literal(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     """Shift the particle by one column after the other and take every RMSE (eq. RMSE)."""
     sensors, length = matrix.shape
@@ -63,13 +55,6 @@ def literal(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     return min(values), int(np.argmin(values)) + 1
 
 
-def correlated(correlate: Callable, matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
-    """Correlate each sensor with a function that returns the shifts -(L - 1)..L - 1."""
-    rows = zip(matrix, particle, strict=True)
-    products = np.concatenate([[0.0], sum(correlate(data, shape) for data, shape in rows)])
-    return best_of(np.sum(matrix**2) + np.sum(particle**2) - 2.0 * products, matrix)
-
-
 def plain_fft(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     """Correlate by numpy's FFT, without keeping anything from call to call."""
     length = matrix.shape[1]
@@ -77,17 +62,12 @@ def plain_fft(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     circular = np.fft.irfft(spectrum.sum(axis=0), 2 * length)
     products = np.concatenate([circular[length:], circular[:length]])
     squares = np.sum(matrix**2) + np.sum(particle**2) - 2.0 * products
-    return best_of(squares, matrix)
+    best = int(np.argmin(squares))
+    return float(np.sqrt(max(squares[best], 0.0) / (3 * matrix.size))), best + 1
 
 
-by_fft = functools.partial(scipy.signal.correlate, mode="full", method="fft")
-METHODS = {
-    "literal formula": literal,
-    "numpy.correlate": functools.partial(correlated, functools.partial(np.correlate, mode="full")),
-    "scipy.signal.correlate, fft": functools.partial(correlated, by_fft),
-    "plain numpy FFT": plain_fft,
-}
-SLOW = {"literal formula", "numpy.correlate"}  # too slow for all particles of a round
+METHODS = {"literal formula": literal, "plain numpy FFT": plain_fft}
+SLOW = {"literal formula"}  # too slow for all particles of a round
 
 
 def compare_with(method: object, matrix: np.ndarray, vectors: np.ndarray) -> list[tuple]:
