@@ -6,7 +6,6 @@ import zipfile
 from pathlib import Path
 
 import h5py
-import nptdms
 import numpy as np
 import xarray
 from rosbags.rosbag2 import StoragePlugin
@@ -22,6 +21,7 @@ from support.lab_files import (
     write_bag_2,
     write_matlab,
     write_matlab_73,
+    write_tdms,
     write_workbook,
 )
 from support.xdf_writer import xdf_file, xdf_stream
@@ -49,15 +49,9 @@ def write_each_format(folder: Path) -> dict[str, Path]:
     readings.to_netcdf(files[".nc"], engine="scipy", encoding=packed)
     write_workbook(files[".xlsx"], {"Run 1": excel_rows(TIME_S.tolist())})
     nwb_file(files[".nwb"], unit="kohm", rate=10.0)
-    with nptdms.TdmsWriter(str(files[".tdms"])) as writer:
-        told = {
-            "wf_increment": 0.1,
-            "wf_start_offset": 0.0,
-            "wf_start_time": np.datetime64(0, "us"),
-        }
-        writer.write_segment(
-            [nptdms.ChannelObject("a", f"AI{n}", COUNTS[n], told) for n in range(4)]
-        )
+    told = {"wf_start_offset": 0.0, "wf_start_time": np.datetime64(0, "us")}
+    rows = {f"AI{n}": row for n, row in enumerate(COUNTS)}
+    write_tdms(files[".tdms"], rows, wf_increment=0.1, **told)
     stream = xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts")
     files[".xdf"].write_bytes(xdf_file(stream))
     write_bag_1(files[".bag"])

@@ -41,6 +41,29 @@ def write_matlab_73(path, arrays):
     path.write_bytes(mark.ljust(512, b"\x00") + content[512:])
 
 
+def write_hdf(path, arrays, told=()):
+    """Write arrays by their paths, and attributes by (path, name)."""
+    with h5py.File(path, "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
+        for (name, key), value in dict(told).items():
+            file[name].attrs[key] = value
+
+
+def write_tdms(path, rows, *, group="g", about=None, **properties):
+    """Write a channel for each row; a property can be a list, one for each.
+
+    Without a name for all, each channel has a group of its own.
+    """
+    channels = []
+    for number, (name, row) in enumerate(rows.items()):
+        own = {key: v[number] if isinstance(v, list) else v for key, v in properties.items()}
+        own = {key: value for key, value in own.items() if value is not None}
+        channels.append(nptdms.ChannelObject(group or name, name, row.astype(float), own))
+    with nptdms.TdmsWriter(str(path)) as writer:
+        writer.write_segment([*([nptdms.GroupObject(group, about)] if about else []), *channels])
+
+
 def write_workbook(path, sheets):
     book = openpyxl.Workbook()
     book.remove(book.active)
@@ -127,18 +150,11 @@ def write_examples(folder):
         (folder / f"{name}.csv").write_text("\n".join(["t,counts", *lines]) + "\n")
     write_matlab(folder / "run.mat", {"bench": {"t": TIME_S, "R": KILO_OHMS.T}})
     write_workbook(folder / "lab.xlsx", {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)})
-    with h5py.File(folder / "run.h5", "w") as file:
-        file["run/readings"] = KILO_OHMS
-        file["run/readings"].attrs["unit"] = "kohm"
-        file["run"].attrs["sampling_rate"] = 10.0
+    told = {("run/readings", "unit"): "kohm", ("run", "sampling_rate"): 10.0}
+    write_hdf(folder / "run.h5", {"run/readings": KILO_OHMS}, told)
     nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
-    properties = {"wf_increment": 0.1, "unit_string": "V"}
-    channels = [
-        nptdms.ChannelObject("capsule", f"AI{n}", row / 10, properties=properties)
-        for n, row in enumerate(KILO_OHMS)
-    ]
-    with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
-        writer.write_segment(channels)
+    rows = {f"AI{n}": row / 10 for n, row in enumerate(KILO_OHMS)}
+    write_tdms(folder / "run.tdms", rows, group="capsule", wf_increment=0.1, unit_string="V")
     labels = [f"S{n}" for n in range(1, 5)]
     stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts")
     (folder / "run.xdf").write_bytes(xdf_file(stream))

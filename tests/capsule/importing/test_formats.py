@@ -28,8 +28,10 @@ from support.lab_files import (
     nwb_file,
     write_bag_1,
     write_bag_2,
+    write_hdf,
     write_matlab,
     write_matlab_73,
+    write_tdms,
     write_workbook,
 )
 from support.project import ROOT
@@ -65,17 +67,12 @@ def sheets(**by_title):
     return saved(write_workbook, "lab.xlsx", by_title)
 
 
-def hdf(arrays, told=()):
-    """Return what writes arrays by path, and attributes by (path, name)."""
+def hdf(*content):
+    return saved(write_hdf, "run.h5", *content)
 
-    def write(path):
-        with h5py.File(path, "w") as file:
-            for name, array in arrays.items():
-                file[name] = array
-            for (name, key), value in dict(told).items():
-                file[name].attrs[key] = value
 
-    return saved(write, "run.h5")
+def tdms(rows, **said):
+    return saved(write_tdms, "run.tdms", rows, **said)
 
 
 def netcdf(engine, *, time=True):
@@ -119,25 +116,6 @@ def nwb(*series, **electrical):
 
 def series(**said):
     return {"name": "run", "data": COUNTS.T, "rate": 10.0, **said}
-
-
-def tdms(rows, *, group="g", about=None, **properties):
-    """Return what writes a channel for each row; a property can be a list, one for each."""
-
-    def write(folder):
-        channels = []
-        for number, (name, row) in enumerate(rows.items()):
-            own = {k: v[number] if isinstance(v, list) else v for k, v in properties.items()}
-            own = {key: value for key, value in own.items() if value is not None}
-            place = name if group is None else group
-            channels.append(nptdms.ChannelObject(place, name, row.astype(float), own))
-        with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
-            writer.write_segment(
-                [*([nptdms.GroupObject(group, about)] if about else []), *channels]
-            )
-        return folder / "run.tdms"
-
-    return write
 
 
 def xdf(*streams, unit="counts", **said):

@@ -28,6 +28,7 @@ from support.lab_files import (
     excel_rows,
     nwb_file,
     write_bag_2,
+    write_hdf,
     write_matlab_73,
     write_workbook,
 )
@@ -101,8 +102,7 @@ def outside_hdf(folder):
     """Write HDF5 files whose samples lie outside of them, and yield their paths."""
     secret = folder / "secret.bin"
     secret.write_bytes(COUNTS.T.tobytes())
-    with h5py.File(folder / "other.h5", "w") as file:
-        file["V"] = COUNTS.T
+    write_hdf(folder / "other.h5", {"V": COUNTS.T})
     with h5py.File(folder / "external.h5", "w") as file:
         external = [(str(secret), 0, h5py.h5f.UNLIMITED)]
         file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
@@ -230,9 +230,8 @@ def test_a_long_text_takes_little_memory(tmp_path):
 
 def test_no_character_of_a_file_moves_the_cursor(tmp_path):
     clear = "\x1b[2J"
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file[f"run{clear}/readings"] = KILO_OHMS
-        file[f"run{clear}"].attrs["rate"] = 10.0
+    arrays, told = {f"run{clear}/readings": KILO_OHMS}, {(f"run{clear}", "rate"): 10.0}
+    write_hdf(tmp_path / "a.h5", arrays, told)
     repeated = np.where(TIME_S == 0.9, 0.8, TIME_S)
     trials = [f"one{clear}"] * 20 + ["two"] * 505
     text = lines(repeated, *COUNTS, trials, head="time,S1,S2,S3,S4,trial")
