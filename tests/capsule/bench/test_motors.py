@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -349,20 +350,15 @@ def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(l
 
 
 # Kills: a wave that starts again behind the back of a person who stopped the program (Ctrl-Z).
-@pytest.mark.parametrize("state", ["running", "stopped"])
-def test_a_survey_that_was_stopped_for_a_moment_goes_on_only_with_a_running_wave(line, state):
-    drive = Drive(board_on(line), WAVE, LOG, restarts=3)
-    line.frames = ["P,10,10,0.6,25.0,running,"]
-    drive.serve()
-    drive.note_pause()
-    line.frames = [f"P,3010,1280,75.6,0.0,{state},"]
-    if state == "running":
-        drive.serve()
-        assert drive.trouble(60) is None
-        return
-    with pytest.raises(AcquisitionError, match="look at the bench, then continue"):
-        drive.serve()
-    assert set(line.sent) == {"position"}
+@pytest.mark.parametrize(("paused_s", "ends"), [(3.2, False), (3.3, True)])
+def test_a_survey_that_was_stopped_until_a_lease_may_have_ended_starts_nothing_itself(
+    line, monkeypatch, paused_s, ends
+):
+    bench = bench_on(Line(), line)
+    monkeypatch.setattr(wave.AWAKE, "pause_s", lambda: paused_s)
+    with pytest.raises(AcquisitionError, match="look at the bench") if ends else nullcontext():
+        bench.read(8)
+    assert line.sent == ([] if ends else ["position"])
 
 
 def test_a_wave_that_the_motor_cannot_make_is_refused_with_its_reason(line):

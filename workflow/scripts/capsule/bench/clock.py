@@ -73,11 +73,9 @@ class StopRequest:
         signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
         self._told = told
         threading.Thread(target=_end_at_the_second, args=(heard,), daemon=True).start()
-        names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-        self._former = {
-            number: signal.signal(number, self._note)
-            for number in (getattr(signal, name) for name in names)
-        }
+        known = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+        numbers = [signal.Signals[name] for name in known]
+        self._former = {number: signal.signal(number, self._note) for number in numbers}
 
     def close(self) -> None:
         """Count no more, because the recording is over: each signal does what it did before."""

@@ -51,12 +51,8 @@ class GrowingFile:
         self.path = final.with_name(final.name + PART)
         with writing(self.path, remedy):
             final.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                exclusive = 0 if resumed else os.O_EXCL
-                self._descriptor = open_locked(self.path, os.O_CREAT | exclusive)
-            except FileExistsError:
-                check_free(final)
-                raise
+            exclusive = 0 if resumed else os.O_EXCL
+            self._descriptor = open_locked(self.path, os.O_CREAT | exclusive)
         self._head_bytes = len(head.encode("utf-8"))
         self._pending = [head]
         self._synced_s = 0.0

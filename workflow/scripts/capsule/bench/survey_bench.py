@@ -12,7 +12,7 @@ from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import Logger
-from capsule.bench.wave import LEASE_S, MOST_RESTARTS, Drive, Wave
+from capsule.bench.wave import LONGEST_PAUSE_S, MOST_RESTARTS, Drive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
@@ -96,16 +96,16 @@ class BoardBench:
         KeyboardInterrupt
             Ctrl-C came before the first sample.
         AcquisitionError
-            The first sample did not arrive, or the program was stopped for longer than the leases.
+            The first sample did not arrive, or the program was stopped so long that a lease may
+            have ended.
         """
-        if paused_s := AWAKE.pause_s():
-            self._drive.note_pause()
-            if paused_s > LEASE_S:
-                raise AcquisitionError(
-                    f"this program was stopped for {paused_s:.0f} s, and the boards have stopped "
-                    "the wave and unfolded the origami by themselves; look at the bench, then "
-                    "continue the session: capsule survey --resume"
-                )
+        paused_s = AWAKE.pause_s()
+        if paused_s > LONGEST_PAUSE_S:
+            raise AcquisitionError(
+                f"this program was stopped for {paused_s:.0f} s, so the boards may have stopped "
+                "the wave and unfolded the origami by themselves; look at the bench, then continue "
+                "the session: capsule survey --resume"
+            )
         if self._read == 0 and self._stop.reason:
             raise KeyboardInterrupt
         self._fold.serve()

@@ -25,6 +25,8 @@ RENEW_AFTER_S = 1.5
 LOOK_EVERY_S = 0.25
 # A main thread that has not served the wave for so long hangs, as in a write to a dead disk.
 HANGS_AFTER_S = 4.0
+# A program that was stopped for no longer (Ctrl-Z) finds its wave still running.
+LONGEST_PAUSE_S = LEASE_S - RENEW_AFTER_S - LOOK_EVERY_S
 # After so many starts, a survey's wave that stops again stays stopped: a weak supply resets its
 # board.
 MOST_RESTARTS = 3
@@ -87,8 +89,6 @@ class Drive:
         self._known_s = AWAKE.now_s()
         self._left = False
         self._most_restarts, self._restarts = restarts, 0
-        # Whether the program was stopped, and has not seen the wave since.
-        self._unseen = False
         self._position: Position | None = None
         # Why no wave runs, as far as `serve` knows; empty if it runs.
         self.fault = ""
@@ -149,28 +149,15 @@ class Drive:
                     line.send("position")
 
     def serve(self, recorded_s: float = 0.0) -> None:
-        """Ask for the position of the wave, which renews the lease, and read the board's frames.
-
-        Raises
-        ------
-        AcquisitionError
-            The program was stopped for a moment, and no wave runs any more.
-        """
+        """Read the board's frames, and ask for the wave's position, which renews the lease."""
         self._looks = 0
-        now_s = AWAKE.now_s()
-        asks = now_s - self._asked_s >= ASK_EVERY_S
-        if asks:
-            self._asked_s = now_s
-            self._board.send("position")
         for arrival in self._board.read():
             self._take(arrival)
-        if asks:
-            self._asked_at = recorded_s
+        now_s = AWAKE.now_s()
+        if now_s - self._asked_s >= ASK_EVERY_S:
+            self._asked_s, self._asked_at = now_s, recorded_s
+            self._board.send("position")
         self.fault = self._fault()
-
-    def note_pause(self) -> None:
-        """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
-        self._unseen = True
 
     def stop(self) -> None:
         """Command the board to stop the wave, and return at once."""
@@ -224,7 +211,6 @@ class Drive:
                 self._note_position(position, arrival.moment_s)
             case Back():
                 self.phase.begin_anew()
-                self._check_seen()
                 self._run_again("is back")
             case Damaged() as piece:
                 self._log.damaged(piece)
@@ -240,21 +226,10 @@ class Drive:
         if runs:
             # The answer may have lain in the port; when it was asked for, the wave ran.
             self._ran_until = self._asked_at
-        else:
-            self._check_seen()
-        self._unseen = False
         if not continues:
             self._run_again("was reset")
         elif not runs and not self._board.pending:
             self._run_again("had stopped the wave")
-
-    def _check_seen(self) -> None:
-        """Raise an error if the wave has stopped while nobody watched: a person must start it."""
-        if self._unseen and not self._over.is_set():
-            raise AcquisitionError(
-                "this program was stopped for a moment, and no wave runs any more; look at the "
-                "bench, then continue the session: capsule survey --resume"
-            )
 
     def _run_again(self, because: str) -> None:
         """Start the wave again, but not for ever."""
