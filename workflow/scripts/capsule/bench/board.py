@@ -366,15 +366,13 @@ def connect(
         raise BoardNotFoundError(
             f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
         )
-    told = [f"no {wanted} found at any USB port of an Arduino{':' if answers else ''}"]
+    told = [f"no {wanted} found at any USB port of an Arduino; plug it in, or name it with --port"]
     told += [f"  {answer}" for answer in answers]
     if foreign:
         told.append(
             f"not opened, since they can be other devices: {', '.join(foreign)}; if one of them "
             f"is the {wanted} (a clone of an Arduino), name it with --port"
         )
-    if len(told) == 1:
-        told[0] += "; plug it in, or name its port with --port"
     raise BoardNotFoundError("\n".join(told))
 
 

@@ -36,6 +36,8 @@ LOOK_S = 0.2
 OPEN_S = 5.0
 SILENT_S = 2.5
 _MOST_SAMPLES = 1024
+# Indices of channels, and entries of a header.
+_Choice = tuple[tuple[int, ...], dict[str, str]]
 # Share of a stamp's deviation by which the grid moves: it follows drift, but hardly jitter.
 _GAIN = 0.1
 
@@ -121,9 +123,7 @@ def find_stream(
     )
 
 
-def choose(
-    info: "pylsl.StreamInfo", wanted: str | None, rules: Settings
-) -> tuple[tuple[int, ...], dict[str, str]]:
+def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> _Choice:
     """Choose channels by labels or numbers from 1, separated by commas; None: one per sensor.
 
     Returns
@@ -248,7 +248,7 @@ class StreamLine(Source):
     ) -> None:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
-        self._inlet, self._channels, header = self._open(FIND_S, ALONE_S)
+        self._inlet, (self._channels, header) = self._open(FIND_S, ALONE_S)
         channels = str(len(self._channels))
         super().__init__(
             title_of(self._inlet.info()), header, channels=channels, **ranges_of(header)
@@ -279,14 +279,12 @@ class StreamLine(Source):
             self._inlet.close_stream()
         return []
 
-    def _open(
-        self, wait_s: float, alone_s: float
-    ) -> tuple["pylsl.StreamInlet", tuple[int, ...], dict[str, str]]:
+    def _open(self, wait_s: float, alone_s: float) -> tuple["pylsl.StreamInlet", _Choice]:
         info = find_stream(self._lsl, self._name, wait_s, alone_s)
         # Without the layer's smoothing of stamps, which treats a lost sample as jitter.
         inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
         try:
-            channels, header = choose(inlet.info(OPEN_S), self._wanted, self._rules)
+            chosen = choose(inlet.info(OPEN_S), self._wanted, self._rules)
             inlet.open_stream(OPEN_S)
             # The first correction takes almost a second; later ones run in the background.
             inlet.time_correction(OPEN_S)
@@ -295,12 +293,12 @@ class StreamLine(Source):
                 f"the LSL stream {self._name!r} ended while it was opened ({fault}); start its "
                 "source again"
             ) from None
-        return inlet, channels, header
+        return inlet, chosen
 
     def _pull(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
         try:
             if self._inlet is None:
-                inlet, channels, header = self._open(LOOK_S, 0.0)
+                inlet, (channels, header) = self._open(LOOK_S, 0.0)
                 if channels != self._channels or header.get("unit") != self.header.get("unit"):
                     raise WrongBoardError("with other channels or units")
                 self._inlet = inlet

@@ -279,16 +279,15 @@ class WavePhase:
     def __init__(self, wavelength_mm: float, *, forward: bool) -> None:
         self._wavelength_mm = wavelength_mm
         self._sign = 1.0 if forward else -1.0
+        # Of each frame its time, the wave's position (NaN: unknown) and its speed.
+        self._knots: deque[tuple[float, float, float]] = deque(maxlen=_KEPT)
+        self.begin_anew()
         # Added to the board's count, it gives the wave's position; None after a reset.
         self._offset_mm: float | None = 0.0
         self._wave_mm = 0.0
         self._mm_per_half_step = (0, 0.0)
-        self._clock = BoardClock()
-        # Of each frame its time, the wave's position (NaN: unknown) and its speed.
-        self._knots: deque[tuple[float, float, float]] = deque(maxlen=_KEPT)
         # Phase at the index, also of an earlier session; None until the cam shaft has passed it.
         self.index_mm: float | None = None
-        self.known = False
 
     def begin_anew(self) -> None:
         """Forget all frames, because a reset set the board's count and clock to zero."""
