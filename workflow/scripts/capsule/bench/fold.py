@@ -1,5 +1,6 @@
 """The fold board: set it up, fold and unfold the origami, and tell its state."""
 
+import contextlib
 import sys
 from collections.abc import Callable
 
@@ -169,21 +170,17 @@ def set_up_fold(port: str, baud: int, ask: Callable[[str], str] = input) -> None
         raise AcquisitionError(
             "--fold-set-up asks a person who looks at the origami; run it on a terminal"
         )
-    board = Board(port, baud, "fold", lambda text: None)
-    try:
+    with contextlib.closing(Board(port, baud, "fold", lambda text: None)) as board:
         if board.identity.entries.get("setup") == "yes":
             print(f"the fold board at {port} is set up; nothing is to be done", flush=True)
             return
-        try:
+        answer = ""
+        with contextlib.suppress(EOFError):
             answer = ask(_QUESTION)
-        except EOFError:
-            answer = ""
         if answer.strip().strip("'\"").lower() != ANSWER:
             raise AcquisitionError(
                 f"{answer!r} is not {ANSWER!r}, so the fold board at {port} is not set up; wind or "
                 "unwind the thread by hand, then run the same command again"
             )
         board.request(SET_UP)
-    finally:
-        board.close()
     print(f"the fold board at {port} is set up", flush=True)

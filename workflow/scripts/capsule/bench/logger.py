@@ -118,7 +118,6 @@ class Logger:
 
     def _receive(self, timeout_s: float) -> None:
         """Process the board's frames, and wait for them up to the timeout."""
-        before = self.received
         for arrival in self._board.read(timeout_s):
             match arrival.event:
                 case Back(identity):
@@ -129,10 +128,6 @@ class Logger:
                     self._sift(sample, arrival.moment_s)
                 case Identity() as identity:
                     self._take_identity(identity, arrival.moment_s)
-        if self.received > before:
-            self._running = True
-            self._sampled_s = AWAKE.now_s()
-            self._granted = False
         if not self._board.connected:
             self._timeline.settle()
             self._running = False
@@ -230,7 +225,8 @@ class Logger:
         for _ in range(missing):
             self._keep(None)
         self._keep(sample.counts)
-        self.taken_s = self._timeline.taken_s
+        self.taken_s, self._sampled_s = self._timeline.taken_s, AWAKE.now_s()
+        self._running, self._granted = True, False
         if sample.at_end:
             self.at_end = True
             self.complete = self.complete or self._to_end_stop

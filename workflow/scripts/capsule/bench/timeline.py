@@ -21,6 +21,8 @@ BELIEVED_ALONE = 20
 DOUBTED_ALONE = 3
 # A sample, and the computer's clock when it was read.
 _Read = tuple[Sample, float]
+_Accept = Callable[[Sample, int, bool], None]
+_Refuse = Callable[[Sample, str], None]
 
 
 class BoardClock:
@@ -69,12 +71,7 @@ class Timeline:
         Time of the last accepted sample by the computer's clock.
     """
 
-    def __init__(
-        self,
-        rate_hz: float,
-        accept: Callable[[Sample, int, bool], None],
-        refuse: Callable[[Sample, str], None],
-    ) -> None:
+    def __init__(self, rate_hz: float, accept: _Accept, refuse: _Refuse) -> None:
         self._period_ms, self._accept, self._refuse = 1000.0 / rate_hz, accept, refuse
         self._last: Sample | None = None
         self._restarted = False

@@ -169,9 +169,8 @@ class Drive:
         """Return the error that ends the survey; None if it can continue."""
         if self._restarts > self._most_restarts:
             return AcquisitionError(
-                f"the wave stopped {self._restarts} times, and was started again "
-                f"{self._most_restarts} times: {self._board.name} was reset or unplugged again and "
-                "again; check its supply and its cable"
+                f"{self._board.name} was reset or unplugged again and again, and the wave stopped "
+                f"{self._restarts} times; check its supply and its cable"
             )
         if self._over.is_set():
             return None
