@@ -5,7 +5,6 @@ import os
 import re
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from functools import partial
 
 from serial.tools import list_ports
 
@@ -21,17 +20,14 @@ from capsule.bench.bench_errors import (
 )
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.line import BAUD, READ_TIMEOUT_S, Arrival, Line, UsbPort
-from capsule.bench.protocol import VERSION, Acknowledgement, Back, Damaged, Event, Identity, Refusal
+from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Event, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
-# that arrives meanwhile makes it wait for an upload. So the program sends nothing at first.
-QUIET_S = 2.5
+# that arrives meanwhile makes it wait for an upload. So the program sends nothing at first, and a
+# board that the opening has restarted says by itself who it is.
+QUIET_S = 3.0
 ASK_EVERY_S = 0.1
-ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
-GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
-# A search only listens for so long, before it asks: a board that the opening has restarted says by
-# itself who it is.
-LISTEN_S = 3.0
+ANSWER_S = 2.0  # 20 questions: with 1 % of bytes damaged, one answer in four is whole
 LOOK_EVERY_S = 0.02
 _ENOUGH = 20  # bytes that tell text from garbage
 # USB numbers (vendor, product) of Arduino's own Mega 2560 and UNO. Clones have the numbers of a
@@ -73,8 +69,7 @@ REOPEN_AFTER_S = 10.0
 class Board:
     """One board: its line, its return when it was unplugged, and commands that it must confirm.
 
-    Making one opens the port, and waits until the board has said what it is; it is not asked before
-    `listen_s`.
+    Making one opens the port, and waits until the board has said what it is.
 
     Attributes
     ----------
@@ -104,7 +99,6 @@ class Board:
         wanted: str,
         tell: Callable[[str], None],
         stop: StopRequest | None = None,
-        listen_s: float = 0.0,
     ) -> None:
         self.port, self._baud, self._usb_port = port, baud, UsbPort(port)
         self._tell, self._told, self.insists = tell, "", False
@@ -116,7 +110,7 @@ class Board:
         self._refused = ""
         self._due_s = self._heard_s = 0.0
         # The steps of a port that is opened, until its board has said what it is.
-        self._opening = self._open(listen_s)
+        self._opening = self._open()
         with contextlib.closing(self._opening):
             for _ in self._opening:
                 if stop and stop.reason:
@@ -124,13 +118,13 @@ class Board:
                 time.sleep(LOOK_EVERY_S)
         self._open_s = 0.0  # a board that is lost can be back at once
 
-    def _open(self, listen_s: float = 0.0) -> Generator[None]:
+    def _open(self) -> Generator[None]:
         """Open the port and identify its board in short steps, so that others are served meanwhile.
 
         The port is closed if this fails, or is given up before the board has answered.
         """
         line = Line(self._usb_port.current_name(), self._baud)
-        opened_s, asked_s = time.monotonic(), 0.0
+        opened_s = time.monotonic()
         self._open_s = opened_s + REOPEN_AFTER_S
         heard: list[Arrival] = []
         try:
@@ -140,14 +134,12 @@ class Board:
                 if told:
                     break
                 yield
-                now_s, content = time.monotonic(), line.first_bytes
-                if now_s - opened_s < (listen_s if content else max(QUIET_S, listen_s)):
+                now_s = time.monotonic()
+                if now_s - opened_s < QUIET_S:
                     continue
-                asked_s = asked_s or now_s
-                hopeless = not content or _is_garbled(content)
                 # What sends text without frames is no board of this bench, so it is not even asked.
-                stranger = listen_s and len(content) >= _ENOUGH and b"$" not in content
-                if stranger or now_s - asked_s > (GARBLED_S if hopeless else ANSWER_S):
+                stranger = len(line.first_bytes) >= _ENOUGH and b"$" not in line.first_bytes
+                if stranger or now_s - opened_s > QUIET_S + ANSWER_S:
                     raise _silence_of(line, heard)
                 if now_s - line.sent_s >= ASK_EVERY_S:
                     line.send("identify")
@@ -160,7 +152,7 @@ class Board:
             raise
         if self.identity.entries:
             self._tell(f"the {self.identity.device} board is back")
-            self._rest.append(Arrival(Back(told[-1]), elapsed_s()))
+            self._rest.append(Arrival(told[-1], elapsed_s(), fresh=True))
         # A running board sends samples meanwhile.
         self._rest += [each for each in heard if each.event != told[-1]]
         self.line, self.port, self.identity = line, line.port, told[-1]
@@ -206,7 +198,7 @@ class Board:
         """Yield the events that have arrived; wait up to the timeout for the first.
 
         Answers to commands are noted, and what is due then is sent. If the board is not connected,
-        try to connect it; `Back` says that it is. Another board is not accepted.
+        try to connect it; then its identity is fresh. Another board is not accepted.
         """
         try:
             if self.line:
@@ -334,9 +326,8 @@ def connect(
     KeyboardInterrupt
         The user has ended the program.
     """
-    open_board = partial(Board, baud=baud, wanted=wanted, tell=tell, stop=stop)
     if port is not None:
-        return open_board(port)
+        return Board(port, baud, wanted, tell, stop)
     left = {os.path.realpath(port) for port in skip}
     found = sorted(list_ports.comports(), key=lambda port: str(port.device))
     ports = [port for port in found if os.path.realpath(port.device) not in left]
@@ -354,7 +345,7 @@ def connect(
     with contextlib.ExitStack() as opened:
         for candidate in candidates:
             try:
-                boards.append(open_board(candidate, listen_s=LISTEN_S))
+                boards.append(Board(candidate, baud, wanted, tell, stop))
                 opened.callback(boards[-1].close)
             except AcquisitionError as answer:
                 answers.append(answer)
@@ -376,12 +367,6 @@ def connect(
     raise BoardNotFoundError("\n".join(told))
 
 
-def _is_garbled(content: bytes) -> bool:
-    """Return whether bytes come at a wrong baud rate: mere noise leaves most bytes printable."""
-    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
-    return len(content) >= _ENOUGH and printable < 0.8 * len(content)
-
-
 def _silence_of(line: Line, heard: Iterable[Arrival]) -> AcquisitionError:
     """Return why a board has not said what it is, by what else it has sent."""
     content, port = line.first_bytes, line.port
@@ -395,7 +380,9 @@ def _silence_of(line: Line, heard: Iterable[Arrival]) -> AcquisitionError:
             f"the board at {port} sends frames but does not answer 'identify'; try another cable, "
             "or press the reset button of the board"
         )
-    if _is_garbled(content):
+    # Mere noise leaves most bytes printable.
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    if len(content) >= _ENOUGH and printable < 0.8 * len(content):
         return WrongBaudError(
             f"{port} sent bytes but no frame; this is probably the wrong baud rate (--baud is "
             f"{line.baud}, the firmware uses {BAUD})"

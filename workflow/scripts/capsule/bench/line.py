@@ -35,10 +35,11 @@ _OPENING_FAULTS: tuple[type[Exception], ...] = (*_FAULTS, ValueError)
 
 @dataclass(frozen=True)
 class Arrival:
-    """An event, and the time of the computer's clock at which it was read."""
+    """An event, when it was read by the computer's clock, and whether its board just came back."""
 
     event: Event
     moment_s: float
+    fresh: bool = False
 
 
 class Line:

@@ -9,7 +9,7 @@ from capsule.bench.board import Board, another_board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
-from capsule.bench.protocol import Back, Damaged, Identity, Sample
+from capsule.bench.protocol import Damaged, Identity, Sample
 from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, Timeline
 from capsule.kinds import Settings
@@ -120,14 +120,12 @@ class Logger:
         """Process the board's frames, and wait for them up to the timeout."""
         for arrival in self._board.read(timeout_s):
             match arrival.event:
-                case Back(identity):
-                    self._take_identity(identity, arrival.moment_s, fresh=True)
                 case Damaged() as piece:
                     self._note_damaged(piece)
                 case Sample() as sample:
                     self._sift(sample, arrival.moment_s)
                 case Identity() as identity:
-                    self._take_identity(identity, arrival.moment_s)
+                    self._take_identity(identity, arrival.moment_s, arrival.fresh)
         if not self._board.connected:
             self._timeline.settle()
             self._running = False
@@ -166,7 +164,7 @@ class Logger:
             return "start"
         return ""
 
-    def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
+    def _take_identity(self, identity: Identity, moment_s: float, fresh: bool) -> None:
         """Process the board's description of itself; `fresh`: it was just connected again."""
         if fresh and not self._granted:  # wait for a sample anew, but once until one arrives
             self._sampled_s = AWAKE.now_s()

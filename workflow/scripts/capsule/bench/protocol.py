@@ -52,13 +52,6 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Back:
-    """The return of a board that was unplugged; `capsule.bench.board.Board` says so, no frame."""
-
-    identity: Identity
-
-
-@dataclass(frozen=True)
 class Position:
     """The position of the wave, from the peristalsis board; the speed is negative backward.
 
@@ -123,7 +116,7 @@ class Damaged:
     reason: str
 
 
-Event = Sample | Identity | Back | Position | FoldState | Acknowledgement | Refusal | Damaged
+Event = Sample | Identity | Position | FoldState | Acknowledgement | Refusal | Damaged
 
 
 def checksum(payload: bytes) -> int:

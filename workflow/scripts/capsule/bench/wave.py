@@ -14,7 +14,7 @@ from capsule.bench.board import Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S, Arrival
-from capsule.bench.protocol import Back, Damaged, Position, Refusal
+from capsule.bench.protocol import Damaged, Identity, Position, Refusal
 from capsule.bench.timeline import BoardClock
 from capsule.recordings.recording import TO_THE_END
 
@@ -208,7 +208,7 @@ class Drive:
         match arrival.event:
             case Position() as position:
                 self._note_position(position, arrival.moment_s)
-            case Back():
+            case Identity() if arrival.fresh:
                 self.phase.begin_anew()
                 self._run_again("is back")
             case Damaged() as piece:
