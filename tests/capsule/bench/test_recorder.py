@@ -193,7 +193,7 @@ def test_a_sample_in_doubt_is_kept_as_soon_as_its_board_is_lost(bench):
     bench._script = iter([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
     for _ in range(32):
         bench.logger.serve(0.05)
-    assert (bench.logger.received, bench.logger.state.missing) == (31, 3)
+    assert (bench.logger.state.samples, bench.logger.state.missing) == (34, 3)
 
 
 # Kills: a patience that begins anew with each return of a board that sends no sample.

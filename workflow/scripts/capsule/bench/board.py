@@ -39,18 +39,17 @@ USB_IDS = {
 }
 # Numbers that a board must report, by its kind, with their smallest and largest values; those with
 # whole limits are whole.
-_PROTOCOL = int(VERSION), int(VERSION)
 _NUMBERS: dict[str, dict[str, tuple[float, float]]] = {
     "logger": {
-        "protocol": _PROTOCOL,
+        "protocol": (VERSION, VERSION),
         "rate_hz": (1, 10_000),
         "channels": (1, 64),
         "adc_bits": (1, 32),
         "vref_mv": (1, 100_000),
         "series_ohm": (1, 1_000_000_000),
     },
-    "peristalsis": {"protocol": _PROTOCOL, "wavelength_mm": (1.0, 10_000.0)},
-    "fold": {"protocol": _PROTOCOL},
+    "peristalsis": {"protocol": (VERSION, VERSION), "wavelength_mm": (1.0, 10_000.0)},
+    "fold": {"protocol": (VERSION, VERSION)},
 }
 PURPOSES = {
     "logger": "record with it (--port)",

@@ -175,11 +175,9 @@ class GrowingFile:
 
     def _hold_place(self) -> None:
         """Copy all lines to a new file if the file or its folder was deleted or renamed."""
-        try:
+        with contextlib.suppress(OSError):  # the file does not exist
             if os.path.samestat(self.path.stat(), os.fstat(self._descriptor)):
                 return
-        except OSError:
-            pass  # the file does not exist
         lost = self.path
         fault: OSError | None = None
         for path in _places(self.path):

@@ -142,27 +142,20 @@ class UsbPort:
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._identity: tuple[object, ...] | None = None
-        self._by_socket = False
-        ports = list(list_ports.comports())
-        for port in ports:
-            if port.device == name and port.vid is not None:
-                alike = sum(_device(other) == _device(port) for other in ports)
-                self._by_socket = port.serial_number is None or alike > 1
-                self._identity = self._identify(port)
+        ports = {port.device: _told_by(port) for port in list_ports.comports()}
+        known = ports.get(name, (None,))
+        alike = [each for each in ports.values() if each[:3] == known[:3]]
+        by_number = len(alike) == 1 and alike[0][2] is not None
+        self._known = known[:3] if by_number else known
 
     def current_name(self) -> str:
         """Return the present name of the port; the first one if no single port has its device."""
-        there = list_ports.comports() if self._identity else []
-        same = [port.device for port in there if self._identify(port) == self._identity]
+        there = list_ports.comports() if self._known[0] is not None else []
+        length = len(self._known)
+        same = [port.device for port in there if _told_by(port)[:length] == self._known]
         return same[0] if len(same) == 1 else self._name
 
-    def _identify(self, port: ListPortInfo) -> tuple[object, ...]:
-        if not self._by_socket:
-            return _device(port)
-        # Some systems do not tell the socket; then only the name is left.
-        return (*_device(port), port.location or port.device)
 
-
-def _device(port: ListPortInfo) -> tuple[int | None, int | None, str | None]:
-    return port.vid, port.pid, port.serial_number
+def _told_by(port: ListPortInfo) -> tuple[object, ...]:
+    # Some systems do not tell the socket; then only the name is left.
+    return port.vid, port.pid, port.serial_number, port.location or port.device

@@ -86,11 +86,6 @@ class Logger:
         self._sampled_s = AWAKE.now_s()
 
     @property
-    def received(self) -> int:
-        """Number of accepted samples."""
-        return self.state.samples - self.state.missing
-
-    @property
     def fault(self) -> str:
         """What is wrong now and what to do; empty if nothing is."""
         if not self._board.connected:
@@ -181,7 +176,6 @@ class Logger:
             int(uptime), running, moment_s, fresh
         ):
             return
-        self._timeline.settle()
         self._timeline.note_restart()
         if self._running or (running and fresh):
             self._log.tell(

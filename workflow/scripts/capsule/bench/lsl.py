@@ -1,5 +1,6 @@
 """Streams of the Lab Streaming Layer: record from one in place of a board, and send samples."""
 
+import importlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
@@ -45,7 +46,7 @@ _GAIN = 0.1
 def import_pylsl(option: str) -> ModuleType:
     """Import pylsl for an option; raise `CapsuleError` if that fails."""
     try:
-        import pylsl
+        return importlib.import_module("pylsl")
     except ModuleNotFoundError:
         raise not_installed(f"{option} needs pylsl", "lsl") from None
     except (RuntimeError, OSError) as fault:
@@ -55,8 +56,6 @@ def import_pylsl(option: str) -> ModuleType:
             f"{option} needs the library liblsl, which pylsl cannot load ({reason}); install it "
             "from github.com/sccn/liblsl/releases, or with: conda install -c conda-forge liblsl"
         ) from None
-    layer: ModuleType = pylsl
-    return layer
 
 
 class StampGrid:

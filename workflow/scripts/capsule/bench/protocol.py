@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-VERSION = "1"
+VERSION = 1
 LONGEST_FRAME = 256
 _PIECE = re.compile(rb"(\$?[^$\n]*)(\n|(?=\$))")
 _FRAME = re.compile(rb"\$([ -~]*)\*([0-9A-F]{4})")

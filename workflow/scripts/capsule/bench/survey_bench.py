@@ -124,7 +124,7 @@ class BoardBench:
         # The times of the samples, past or future, by the computer's clock.
         behind = self._read + np.arange(samples) - (state.samples - 1)
         moments_s = self._logger.taken_s + behind * state.period_s
-        is_late = self._logger.received > 0 and elapsed_s() > moments_s[-1] + LATE_S
+        is_late = state.samples > state.missing and elapsed_s() > moments_s[-1] + LATE_S
         if len(self._columns) < samples and not is_late:
             return None
         columns, self._columns = self._columns[:samples], self._columns[samples:]

@@ -19,6 +19,7 @@ CLOCKS_DIFFER_S = 10.0
 # After so many samples that continue each other but not the last one, the board's clock has jumped.
 BELIEVED_ALONE = 20
 DOUBTED_ALONE = 3
+CONTRADICTED = "the samples around it contradict it"
 # A sample, and the computer's clock when it was read.
 _Read = tuple[Sample, float]
 _Accept = Callable[[Sample, int, bool], None]
@@ -98,7 +99,8 @@ class Timeline:
         return running and lowest_s <= ahead_s <= CLOCKS_DIFFER_S
 
     def note_restart(self) -> None:
-        """Place the next sample by the computer's clock."""
+        """Decide on the waiting samples, and place the next one by the computer's clock."""
+        self.settle()
         self._restarted = self._last is not None
 
     @property
@@ -131,7 +133,7 @@ class Timeline:
             else:
                 self._wait_with(new)
         elif fits and not steps:
-            self._refuse(sample, self._objection(*new))
+            self._refuse(sample, CONTRADICTED)
         else:
             self._wait_with(new)
 
@@ -167,19 +169,14 @@ class Timeline:
         self._last = sample
         self._accept(sample, missing, by_computer_clock)
 
-    def _objection(self, sample: Sample, moment_s: float) -> str:
-        if self._last is None or self._steps(sample, moment_s):
-            return "the samples around it contradict it"
-        return f"it cannot follow number {self._last.sequence} at {self._last.device_ms} ms"
-
     def _wait_with(self, *new: _Read) -> None:
         self._refuse_rivals()
         self._rivals, self._waiting = self._waiting, [*new]
 
     def _refuse_rivals(self) -> None:
         rivals, self._rivals = self._rivals, []
-        for each in rivals:
-            self._refuse(each[0], self._objection(*each))
+        for sample, _ in rivals:
+            self._refuse(sample, CONTRADICTED)
 
     def _accept_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []

@@ -33,7 +33,7 @@ MOST_RESTARTS = 3
 ASK_EVERY_S = 0.2
 SILENT_AFTER_S = 5.0
 # The wave runs on meanwhile.
-LAST_LOOK_S = 0.2
+LAST_LOOKS = 4
 # A steep stop leaves the capsule where it is; docs/protocol.md states the limit.
 STEEPEST_MM_S2 = 100
 RUNNING = "running"
@@ -258,10 +258,8 @@ class Drive:
 
     def _look_once_more(self) -> None:
         """Learn what the user should know of the wave before it stops."""
-        self._position = None
         self._board.send("position")
-        deadline = time.monotonic() + LAST_LOOK_S
-        while self._position is None and time.monotonic() < deadline:
+        for _ in range(LAST_LOOKS):
             for arrival in self._board.read(READ_TIMEOUT_S):
                 self._take(arrival)
         self.fault = self._fault() or self.fault
