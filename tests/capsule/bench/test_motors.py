@@ -174,7 +174,7 @@ def test_a_second_ctrl_c_ends_a_program_that_hangs():
 # Kills: a wave that is started again for ever.
 def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
     told, starts = [], []
-    drive = Drive(board_on(line), WAVE, log_to(told), restarts=wave.MOST_RESTARTS)
+    drive = Drive(board_on(line), WAVE, log_to(told), restarts=board.MOST_RESETS)
     for number in range(25):
         assert (drive.trouble(60) is None) == (number <= 3)
         line.frames.append(f"P,{9000 - number},10,0.6,25.0,running,")

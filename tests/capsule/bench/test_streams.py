@@ -56,12 +56,8 @@ def describe(
     """Return the description of a stream, with ``labels``, ``units`` and ``board`` if given."""
     kind = entries.get("kind", pylsl.cf_double64)
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
-    listed = info.desc().append_child("channels")
-    labels = entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)])
-    for label, unit in zip(labels, entries.get("units", ["counts"] * channels), strict=True):
-        channel = listed.append_child("channel")
-        channel.append_child_value("label", label)
-        channel.append_child_value("unit", unit)
+    info.set_channel_labels(entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)]))
+    info.set_channel_units(entries.get("units", ["counts"] * channels))
     board = info.desc().append_child("capsule")
     for key, text in entries.get("board", {}).items():
         board.append_child_value(key, text)

@@ -53,7 +53,7 @@ def test_after_a_restart_the_computers_clock_counts():
         # The line delays by 5 ms, now and then by more: the least delay tells the time.
         delay = 0.005 + 0.06 * (number % 3 == 1)
         timeline.take(sample(number, 100 + 100 * number), 50.0 + 0.1 * number + delay)
-    assert not timeline.continues(uptime_ms=0, running=False, moment_s=55.0)
+    assert not timeline.continues(uptime_ms=0, running=False, moment_s=55.0, fresh=False)
     timeline.note_restart()
     timeline.take(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
     timeline.take(sample(1, 200), 55.9)
@@ -71,9 +71,9 @@ def test_a_board_whose_clock_is_slow_is_followed():
 def test_a_board_that_kept_running_is_told_from_one_that_restarted():
     timeline = Kept()
     timeline.take(sample(0, 50_100), 1.0)
-    assert timeline.continues(uptime_ms=54_321, running=True, moment_s=5.3)
+    assert timeline.continues(uptime_ms=54_321, running=True, moment_s=5.3, fresh=False)
     # Up for longer than the run: what has stopped by itself has restarted.
-    assert not timeline.continues(uptime_ms=59_000, running=False, moment_s=9.9)
+    assert not timeline.continues(uptime_ms=59_000, running=False, moment_s=9.9, fresh=False)
     # The board's own clock counts, however late the sample arrives.
     timeline.take(sample(50, 55_100), 99.0)
     assert (timeline.missing, timeline.gaps_by_computer_clock) == ([0, 49], [])

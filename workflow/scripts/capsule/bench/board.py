@@ -18,7 +18,7 @@ from capsule.bench.bench_errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
+from capsule.bench.clock import AWAKE, elapsed_s
 from capsule.bench.line import BAUD, READ_TIMEOUT_S, Arrival, Line, UsbPort
 from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Event, Identity, Refusal
 
@@ -63,6 +63,9 @@ KNOCK_EVERY_S = 0.2
 # Opening a port resets its board, and a fold board moves then. So a port whose board has not
 # identified itself is not opened again sooner.
 REOPEN_AFTER_S = 10.0
+# A board that is reset more often in a survey has a weak supply: no wave is started again, and none
+# folds the origami, which each reset lets go.
+MOST_RESETS = 3
 
 
 class Board:
@@ -87,18 +90,9 @@ class Board:
     ------
     AcquisitionError
         The port cannot be opened; another board answers, or none, or the baud rate is wrong.
-    KeyboardInterrupt
-        The user has ended the program.
     """
 
-    def __init__(
-        self,
-        port: str,
-        baud: int,
-        wanted: str,
-        tell: Callable[[str], None],
-        stop: StopRequest | None = None,
-    ) -> None:
+    def __init__(self, port: str, baud: int, wanted: str, tell: Callable[[str], None]) -> None:
         self.port, self._baud, self._usb_port = port, baud, UsbPort(port)
         self._tell, self._told, self.insists = tell, "", False
         self.line: Line | None = None
@@ -112,8 +106,6 @@ class Board:
         self._opening = self._open()
         with contextlib.closing(self._opening):
             for _ in self._opening:
-                if stop and stop.reason:
-                    raise KeyboardInterrupt
                 time.sleep(LOOK_EVERY_S)
         self._open_s = 0.0  # a board that is lost can be back at once
 
@@ -309,7 +301,6 @@ def connect(
     wanted: str,
     tell: Callable[[str], None],
     skip: Iterable[str] = (),
-    stop: StopRequest | None = None,
 ) -> Board:
     """Return the board at a port, or find it at any port but those to `skip`.
 
@@ -322,11 +313,9 @@ def connect(
     AcquisitionError
         As of `Board`. A search finds no board, or more than one: the text says what each port
         answered, and which ports were left alone.
-    KeyboardInterrupt
-        The user has ended the program.
     """
     if port is not None:
-        return Board(port, baud, wanted, tell, stop)
+        return Board(port, baud, wanted, tell)
     left = {os.path.realpath(port) for port in skip}
     found = sorted(list_ports.comports(), key=lambda port: str(port.device))
     ports = [port for port in found if os.path.realpath(port.device) not in left]
@@ -344,7 +333,7 @@ def connect(
     with contextlib.ExitStack() as opened:
         for candidate in candidates:
             try:
-                boards.append(Board(candidate, baud, wanted, tell, stop))
+                boards.append(Board(candidate, baud, wanted, tell))
                 opened.callback(boards[-1].close)
             except AcquisitionError as answer:
                 answers.append(answer)

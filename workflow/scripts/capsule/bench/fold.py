@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
-from capsule.bench.board import Board
+from capsule.bench.board import MOST_RESETS, Board
 from capsule.bench.clock import AWAKE
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.line import READ_TIMEOUT_S
@@ -21,8 +21,6 @@ FAULT_LASTS_S = 30.0
 _FAULT = "fault"
 # The start of the refusal by which the board protects its motor from heat; seconds follow.
 HAS_TO_REST = "the motor has to rest"
-# A board that is reset more often has a weak supply; each time it lets the origami go.
-MOST_RESETS = 3
 # The fault of a board whose memory is new, emptied or damaged.
 NOT_SET_UP = "not set up"
 # The refusal of a board that cannot keep how far its thread is wound.

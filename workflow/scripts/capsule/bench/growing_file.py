@@ -116,8 +116,6 @@ class GrowingFile:
         DiskFullError
             The disk is full; whole lines that fitted stay in the file.
         """
-        if not self._pending:
-            return
         content = "".join(self._pending).encode("utf-8")
         self._pending.clear()
         before = os.lseek(self._descriptor, 0, os.SEEK_CUR)
@@ -224,15 +222,14 @@ class FrameLog:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 # Not buffered: a failed write would otherwise fail again when the file is closed.
                 self._stream = self.path.open("ab", buffering=0)
-            if self._stream.write(line) != len(line):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            self._stream.write(line)
             if self._room <= 0:
                 limit = f"it has reached its limit of {_LARGEST_LOG_BYTES / 1e6:g} MB"
                 raise OSError(errno.EFBIG, limit)
         except OSError as fault:
             self._room = 0
-            why = fault.strerror
-            self._show(f"warning: recording continues without its log {self.path}: {why}")
+            why = f"its log {self.path}: {fault.strerror}"
+            self._show(f"warning: recording continues without {why}")
 
     def damaged(self, piece: Damaged) -> None:
         """Write bytes that are not a whole frame, exactly and with the reason."""

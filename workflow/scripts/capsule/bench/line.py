@@ -61,7 +61,7 @@ class Line:
         self.sent_s = time.monotonic()
         try:
             # Two programs on one port would each get half of the bytes.
-            self._serial = serial.serial_for_url(port, baud, timeout=0, exclusive=True)
+            self._serial = serial.serial_for_url(port, baudrate=baud, exclusive=True)
         except _OPENING_FAULTS as fault:
             raise explain_open_fault(port, fault) from fault
 

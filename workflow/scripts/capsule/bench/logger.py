@@ -101,9 +101,8 @@ class Logger:
         if silent_s <= patience_s:
             return None
         what = "sent no sample for" if self._board.connected else "did not come back within"
-        return BoardLostError(
-            f"the logger at {self._board.port} {what} {silent_s:.0f} s ({option})"
-        )
+        waited = f"{what} {silent_s:.0f} s ({option})"
+        return BoardLostError(f"the logger at {self._board.port} {waited}")
 
     def serve(self, timeout_s: float) -> None:
         """Send what the board needs, and receive its frames; wait for them up to the timeout."""

@@ -15,6 +15,7 @@ from capsule.bench.state import State
 from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install, not_installed
 from capsule.kinds import Settings
+from capsule.recordings.recording import column_names
 
 if TYPE_CHECKING:
     import pylsl
@@ -248,10 +249,8 @@ class StreamLine(Source):
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, (self._channels, header) = self._open(FIND_S, ALONE_S)
-        channels = str(len(self._channels))
-        super().__init__(
-            title_of(self._inlet.info()), header, channels=channels, **ranges_of(header)
-        )
+        described = ranges_of(header) | {"channels": str(len(self._channels))}
+        super().__init__(title_of(self._inlet.info()), header, **described)
         self._tell = tell
         self._period_s = 1.0 / rules["rate_hz"]
         self._grid = StampGrid(self._period_s)
@@ -348,12 +347,9 @@ class SampleOutlet:
         # The same for each run, so that listeners reconnect to the next run.
         source_id = f"origami-capsule {name}"
         info = lsl.StreamInfo(name, "Tactile", sensors, rate_hz, lsl.cf_float32, source_id)
-        channels = info.desc().append_child("channels")
-        for sensor in range(1, sensors + 1):
-            channel = channels.append_child("channel")
-            channel.append_child_value("label", f"sensor_{sensor}")
-            channel.append_child_value("unit", header.get("unit", "counts"))
-            channel.append_child_value("type", "Tactile")
+        info.set_channel_labels(column_names(sensors)[1:])
+        info.set_channel_units(header.get("unit", "counts"))
+        info.set_channel_types("Tactile")
         board = info.desc().append_child(BOARD)
         for key in ("source", *BOARD_ENTRIES):
             if key in header:

@@ -29,7 +29,6 @@ from capsule.kinds import Settings
 from capsule.recordings.acceptance import check_recording
 from capsule.recordings.names import UNLABELLED
 from capsule.recordings.recording import WAVE_UNTIL, format_header, format_sample
-from capsule.store.files import read_limited
 from capsule.store.results import OfArchive
 
 JUDGE_EVERY_S = 0.5
@@ -300,7 +299,7 @@ def _check(
     """Check a recording as the workflow does, while the run can still be repeated, and judge it."""
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
     name = f"{recording.parent.name}/{recording.stem}"
-    content = read_limited(recording, max_bytes)
+    content = recording.read_bytes()
     check, values, _ = check_recording(name, content, max_bytes, settings, str(recording))
     rejected = "the workflow will reject this recording: " if check["status"] == "rejected" else ""
     if check["reason"]:

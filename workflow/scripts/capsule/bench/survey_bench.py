@@ -7,12 +7,12 @@ from contextlib import ExitStack
 import numpy as np
 
 from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
-from capsule.bench.board import Board, connect
+from capsule.bench.board import MOST_RESETS, Board, connect
 from capsule.bench.clock import AWAKE, StopRequest, elapsed_s
 from capsule.bench.fold import FoldBoard
 from capsule.bench.growing_file import FrameLog
 from capsule.bench.logger import Logger
-from capsule.bench.wave import LONGEST_PAUSE_S, MOST_RESTARTS, Drive, Wave
+from capsule.bench.wave import LONGEST_PAUSE_S, Drive, Wave
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
@@ -35,7 +35,7 @@ class BoardBench:
     ) -> None:
         self._boards = boards
         self._logger = Logger(boards["logger"], log, to_end_stop=False)
-        self._drive = Drive(boards["peristalsis"], wave, log, MOST_RESTARTS)
+        self._drive = Drive(boards["peristalsis"], wave, log, MOST_RESETS)
         self._fold = FoldBoard(boards["fold"], log)
         self._stop, self._patience_s = stop, patience_s
         self._read = 0
@@ -166,9 +166,7 @@ class BoardBench:
         self._boards["logger"].send("pause")
 
 
-def open_boards(
-    ports: Mapping[str, str | None], baud: int, stop: StopRequest, at_end: ExitStack
-) -> dict[str, Board]:
+def open_boards(ports: Mapping[str, str | None], baud: int, at_end: ExitStack) -> dict[str, Board]:
     """Open the ports ``drive``, ``fold`` and ``logger``, and check which boards are behind them.
 
     A port that is None is searched for. The boards are returned as ``fold``, ``peristalsis`` and
@@ -178,15 +176,11 @@ def open_boards(
     ------
     AcquisitionError
         A board is missing, or another one answers.
-    KeyboardInterrupt
-        Ctrl-C came before all boards were found.
     """
     boards: dict[str, Board] = {}
     named = {"fold": ports["fold"], "peristalsis": ports["drive"], "logger": ports["logger"]}
     taken = [name for name in named.values() if name is not None]
     for wanted, port in named.items():
-        boards[wanted] = connect(port, baud, wanted, print, taken, stop)
+        boards[wanted] = connect(port, baud, wanted, print, taken)
         at_end.callback(boards[wanted].close)
-    if stop.reason:
-        raise KeyboardInterrupt
     return boards

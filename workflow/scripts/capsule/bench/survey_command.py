@@ -153,11 +153,9 @@ def survey(options: argparse.Namespace) -> None:
         check_new(options.out)
     about = read_about(options.out) if resumed else _about(options)
     settings = read_settings(config_file())
-    # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
-    stop = StopRequest()
     survey_it = _on_boards if "boards" in about else _simulated
     try:
-        run = survey_it(options, about, settings, stop)
+        run = survey_it(options, about, settings)
     except KeyboardInterrupt:
         print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
         raise
@@ -181,9 +179,7 @@ def _ports(options: argparse.Namespace) -> dict[str, str | None]:
     return {"drive": options.drive, "fold": options.fold, "logger": options.port}
 
 
-def _simulated(
-    options: argparse.Namespace, about: dict[str, Any], settings: Settings, stop: StopRequest
-) -> SurveyRun:
+def _simulated(options: argparse.Namespace, about: dict[str, Any], settings: Settings) -> SurveyRun:
     """Survey a simulated gut."""
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
     seed, length_mm = about["seed"], 1000 * float(about["metres"])
@@ -192,13 +188,11 @@ def _simulated(
     bench = bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
     run = SurveyRun(options, about, settings, bench.header | {"session": options.out.name})
     with kept(run.disk, lambda: run.state.samples > 0):
-        run.go_on(bench, stop)
+        run.go_on(bench, StopRequest())
     return run
 
 
-def _on_boards(
-    options: argparse.Namespace, about: dict[str, Any], settings: Settings, stop: StopRequest
-) -> SurveyRun:
+def _on_boards(options: argparse.Namespace, about: dict[str, Any], settings: Settings) -> SurveyRun:
     """Survey on boards; a resumed survey decides again on what is stored, and goes on from there.
 
     Whatever ends it, the wave is stopped and the origami unfolded before the files are complete.
@@ -208,7 +202,7 @@ def _on_boards(
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports, wave = about["boards"] | given, Wave(**about["wave"])
     with contextlib.ExitStack() as at_end:
-        boards = {} if resumed else open_boards(ports, options.baud, stop, at_end)
+        boards = {} if resumed else open_boards(ports, options.baud, at_end)
         if not resumed:
             about |= _known_with(boards, settings, wave, options.out.name)
         run = SurveyRun(options, about, settings, about["header"])
@@ -216,7 +210,9 @@ def _on_boards(
             if resumed:
                 run.repeat()
             if not run.pilot.cycle.over:
-                boards = boards or open_boards(ports, options.baud, stop, at_end)
+                boards = boards or open_boards(ports, options.baud, at_end)
+                # From here on Ctrl-C ends the survey in order: the origami is unfolded first.
+                stop = StopRequest()
                 bench = BoardBench(boards, wave, run.disk.log, stop, options.patience)
                 if run.state.samples:
                     bench.resume(about[INDEX])

@@ -82,9 +82,7 @@ class Timeline:
         self._waiting: list[_Read] = []
         self._rivals: list[_Read] = []
 
-    def continues(
-        self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
-    ) -> bool:
+    def continues(self, uptime_ms: int, running: bool, moment_s: float, fresh: bool) -> bool:
         """Return whether the board has run without a restart since the last sample.
 
         A frame with the board's clock was read at `moment_s` of the computer's; a `fresh` one did

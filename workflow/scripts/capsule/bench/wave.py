@@ -27,9 +27,6 @@ LOOK_EVERY_S = 0.25
 HANGS_AFTER_S = 4.0
 # A program that was stopped for no longer (Ctrl-Z) finds its wave still running.
 LONGEST_PAUSE_S = LEASE_S - RENEW_AFTER_S - LOOK_EVERY_S
-# After so many starts, a survey's wave that stops again stays stopped: a weak supply resets its
-# board.
-MOST_RESTARTS = 3
 ASK_EVERY_S = 0.2
 SILENT_AFTER_S = 5.0
 # The wave runs on meanwhile.
@@ -93,10 +90,8 @@ class Drive:
         # Why no wave runs, as far as `serve` knows; empty if it runs.
         self.fault = ""
         self._asked_at = self._ran_until = 0.0
-        self.phase = WavePhase(
-            float(board.identity.entries["wavelength_mm"]),
-            forward=wave.direction == "forward",
-        )
+        wavelength_mm = float(board.identity.entries["wavelength_mm"])
+        self.phase = WavePhase(wavelength_mm, forward=wave.direction == "forward")
 
     @property
     def until(self) -> str:
@@ -105,10 +100,8 @@ class Drive:
 
     def summary(self) -> str:
         """Return position and speed of the wave in words."""
-        if self.fault:
-            return "no wave"
-        if self._position is None:
-            return ""
+        if self.fault or self._position is None:
+            return "no wave" if self.fault else ""
         return f"wave {self._position.position_mm:.0f} mm at {self._position.speed_mm_s:.1f} mm/s"
 
     def set_up(self) -> None:
