@@ -1,7 +1,6 @@
 """The firmware on emulated boards: times of samples, sleep, and steps of the motor."""
 
 import re
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -207,14 +206,6 @@ def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     motor.say("start")
     motor.wait(1)
     assert position(motor).state == "running"
-
-
-def test_the_position_goes_on_after_a_day_of_waves(motor):
-    motor.say("start")
-    motor.board.poke("half_steps", struct.pack("<i", 36_500_000))
-    where = position(motor)
-    assert where.half_steps >= 36_500_000
-    assert where.position_mm == pytest.approx(where.half_steps / HALF_STEPS_PER_MM, abs=0.002)
 
 
 @pytest.mark.parametrize(

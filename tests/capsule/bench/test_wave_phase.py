@@ -125,21 +125,6 @@ def test_after_any_resets_the_index_tells_the_same_phase(before_s, resets, cam_m
         assert off_mm(phase, board, cam_mm) == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
 
 
-def test_a_session_that_is_taken_up_again_goes_on_with_the_phase_of_the_one_before():
-    board = Board()
-    phase = phase_of(board)
-    board.run(phase, 8.0)
-    board.now_s += 1000.0
-    board.reset()
-    later = phase_of(board)
-    later.index_mm = phase.index_mm
-    later.begin_anew()
-    board.run(later, 0.2)
-    assert not later.known
-    board.run(later, 7.0)
-    assert off_mm(later, board, 3.0) == pytest.approx(0.0, abs=0.3)
-
-
 @pytest.mark.parametrize(
     ("board", "seconds"),
     [

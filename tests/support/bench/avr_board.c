@@ -56,7 +56,7 @@ typedef struct {
     int closed[SWITCHES];
     double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
     void (*reset_processor)(avr_t *avr);
-    int restarted, unwritable; /* the EEPROM keeps what it holds */
+    int restarted;
 } board_t;
 
 /* Open, the firmware's pull-up holds the pin high. simavr passes on changes only, and would let a
@@ -310,20 +310,13 @@ void board_write_eeprom(board_t *board, int offset, const char *bytes, int size)
 /* The registers and the variables of the firmware. */
 unsigned char *board_memory(board_t *board) { return board->avr->data; }
 
-void board_damage_eeprom(board_t *board) { board->unwritable = 1; }
-
 /* Run to a point in time; 0, or 1 if the processor stopped. */
 int board_run(board_t *board, unsigned long long until_us) {
     avr_t *avr = board->avr;
     board->stretch_start = avr->cycle;
     board->stretch_end = until_us * MHZ;
-    unsigned char kept[32];
-    board_read_eeprom(board, kept, sizeof kept);
     while (avr->cycle < board->stretch_end) {
         int state = avr_run(avr);
-        if (board->unwritable) {
-            board_write_eeprom(board, 0, (const char *)kept, sizeof kept);
-        }
         if (board->restarted) {
             board->seen.watchdog_resets++;
             settle(board);

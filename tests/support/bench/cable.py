@@ -31,9 +31,9 @@ class TerminalCable:
     """A board on a cable, as the program at the other end sees it.
 
     `link` is the permanent name of its pseudo-terminal, like one in /dev/serial/by-id.
-    `spoil` returns the bytes that arrive of a frame. `resets`: opening the port resets the board,
-    and the port powers it; `sticks`: a byte that comes too early blocks the boot loader, as on a
-    Mega. `whole` holds the frames that reached the program undamaged, `spoilt` counts the others.
+    `spoil` returns the bytes that arrive of a frame. `sticks`: a byte that comes too early blocks
+    the boot loader, as on a Mega. `whole` holds the frames that reached the program undamaged,
+    `spoilt` counts the others.
     """
 
     def __init__(
@@ -41,12 +41,10 @@ class TerminalCable:
         board: EmulatedBoard,
         link: Path,
         spoil: Callable[[bytes], bytes] | None = None,
-        resets: bool = True,
         sticks: bool = True,
     ) -> None:
         self.board, self.link = board, link
         self.spoil = spoil
-        self.resets = resets
         self.sticks = sticks
         self.whole: list[bytes] = []
         self.spoilt = 0
@@ -66,8 +64,7 @@ class TerminalCable:
         """Plug the cable in; a board that the port powers starts."""
         self._open_port()
         self.plugged = True
-        if self.resets:
-            self._boot_ends_us = -1
+        self._boot_ends_us = -1
 
     def unplug(self, after_bytes: bytes = b"") -> None:
         """Unplug the cable after the program has read all bytes; a frame may be incomplete."""
@@ -94,13 +91,12 @@ class TerminalCable:
             # Opening discards the bytes that have arrived; it takes milliseconds.
             time.sleep(0.03)
             self._unfinished = b""
-            if self.resets:
-                self._boot_ends_us = now_us + BOOT_LOADER_US
+            self._boot_ends_us = now_us + BOOT_LOADER_US
         self._opened = opened
         if self._boot_ends_us < 0:
             self._boot_ends_us = now_us + BOOT_LOADER_US
         received = self._read() if opened else b""
-        if not self.plugged and self.resets:
+        if not self.plugged:
             self.board.skip(until_us)
         elif self._boot_ends_us:
             self._wait_in_boot_loader(received, until_us)

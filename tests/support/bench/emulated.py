@@ -107,7 +107,6 @@ def _library() -> ctypes.CDLL:
         ("memory", ctypes.POINTER(ctypes.c_ubyte)),
         ("read_eeprom", None, text, number),
         ("write_eeprom", None, number, text, number),
-        ("damage_eeprom", None),
         ("take_sent", number, text, number),
         ("deliver", number, text, number),
     ):
@@ -146,8 +145,8 @@ class Seen(ctypes.Structure):
 class EmulatedBoard:
     """A board with its firmware, or another image of it; the caller advances its time.
 
-    `set_up`: the memory of a fold board holds its first record; `normally_closed`: the contacts of
-    end switches are closed until they are pressed.
+    The memory of a fold board holds its first record. `normally_closed`: the contacts of end
+    switches are closed until they are pressed.
     """
 
     def __init__(
@@ -155,7 +154,6 @@ class EmulatedBoard:
         board: tuple[str, str],
         image: Path | None = None,
         *,
-        set_up: bool = True,
         normally_closed: bool = True,
     ) -> None:
         name, mcu = board
@@ -163,7 +161,6 @@ class EmulatedBoard:
         self._broken: set[int] = set()
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()
-        self._image = image
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:
             raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
@@ -172,7 +169,7 @@ class EmulatedBoard:
         self._buffer = ctypes.create_string_buffer(65536)
         for switch in {LOGGER: (END_STOP,), FOLD: (PIN_2, PIN_3)}.get(board, ()):
             self.set_switch(switch, False)
-        if board == FOLD and set_up:
+        if board == FOLD:
             self.write_eeprom(0, fold_record(1, 0, 0))
 
     @property
@@ -223,19 +220,6 @@ class EmulatedBoard:
     def write_eeprom(self, address: int, content: bytes) -> None:
         """Write into the EEPROM, whatever the firmware does."""
         self._library.board_write_eeprom(self._board, address, content, len(content))
-
-    def damage_eeprom(self) -> None:
-        """Let the EEPROM keep what it holds, whatever is written."""
-        self._library.board_damage_eeprom(self._board)
-
-    def poke(self, variable: str, content: bytes) -> None:
-        """Write a variable of the firmware."""
-        listed = subprocess.run(["avr-nm", self._image], capture_output=True, text=True).stdout
-        (address,) = [
-            int(line[:8], 16) for line in listed.splitlines() if line.endswith(f" {variable}")
-        ]
-        for offset, byte in enumerate(content):
-            self._memory[(address & 0xFFFF) + offset] = byte
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.
