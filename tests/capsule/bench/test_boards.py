@@ -238,11 +238,13 @@ def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(mon
     assert lost.closed
 
 
-# Kills: the begin of a frame that neither log nor count has, since a command met the lost line.
-def test_what_a_lost_line_had_begun_to_send_is_kept(clock):
+# Kills: samples lost that came before the identity; the begin of a frame that neither log nor count
+# has, since a command met the lost line.
+def test_what_came_before_an_identity_or_a_loss_is_kept(clock):
     line = FakeLine("A")
+    line.frames = ["D,1,100,1,2,3,4,0"]
     away = board_on(line, "logger")
-    list(away.read())
+    assert [arrival.event.sequence for arrival in away.read()] == [1]
     line.lost, line.rest = True, b"$D,12,1200,5"
     away.send("identify")
     assert [arrival.event for arrival in away.read()] == [Damaged(line.rest, "cut off")]

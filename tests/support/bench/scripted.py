@@ -85,8 +85,8 @@ class FakeLine:
 
 
 def board_on(line: FakeLine, kind: str = "peristalsis", **changes: object) -> Board:
-    """Return a board on a line, which has said what it is."""
-    line.frames = [identity_of(kind, **changes)]
+    """Return a board on a line, which has said what it is after what was in the line."""
+    line.frames.append(identity_of(kind, **changes))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(board, "Line", lambda *_: line)
         return Board(line.port, line.baud, kind, lambda text: None)
