@@ -70,7 +70,7 @@ class SurveyRun:
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
-        self._repeating = False
+        self._tells_events = False
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
         self._begun: datetime | None = None
         self.trouble: AcquisitionError | None = None
@@ -78,6 +78,7 @@ class SurveyRun:
     def go_on(self, bench: Bench, stop: StopRequest, begun: datetime | None = None) -> None:
         """Run the survey to its end; a resumed one has `begun` at this time."""
         self._begun = begun if self._heard else None
+        self._tells_events = not self._terminal.redraws
         with opened_page() if self._live else contextlib.nullcontext() as page:
             self._loop.show_on(self._terminal, page)
             self._loop.go_on(partial(self._look, bench, stop))
@@ -108,7 +109,7 @@ class SurveyRun:
         AcquisitionError
             The pilot's decisions differ from the stored ones.
         """
-        pilot, self._repeating = self.pilot, True
+        pilot = self.pilot
         judged, events = read_stored(self.disk.folder, self._recording, pilot.every)
         for readings, away_s in judged:
             # No reading shows these events. A later one was the pilot's own: it comes again.
@@ -119,7 +120,6 @@ class SurveyRun:
                 pilot.tell(event.event, event.reason)
             self.state.away_s = away_s
             self._take(readings)
-        self._repeating = False
         self.disk.go_on()
 
     def _outside(self, bench: Bench, stop: StopRequest) -> tuple[str, str] | None:
@@ -188,7 +188,7 @@ class SurveyRun:
         self._told = len(self.pilot.log)
         self.disk.add_events(events)
         for event in events:
-            if not self._repeating and not self._terminal.redraws:
+            if self._tells_events:
                 at = f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm"
                 self._terminal.note(f"{at}  {event.after:<11} {event.reason}")
             if event.before == "finishing" and event.event == "passed":
