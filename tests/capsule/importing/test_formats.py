@@ -565,6 +565,15 @@ ASKED = {
         hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enumerate(SENSORS)}),
         "sensor 1 names its start, 'delay: 0.0', which is no date",
     ),
+    "a start by its date that is not that by its clock": Case(
+        hdf(
+            LATER,
+            RATES_OF_ALL
+            | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}
+            | {(n, "start_ms"): 1000 * at for at, n in enumerate(LATER)},
+        ),
+        "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
+    ),
     "stamps of chunks": Case(
         xdf((5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4, [*SENSORS])),
         "is 1e+04 Hz, but the file states nominal_srate = 10",
