@@ -135,6 +135,7 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     assert any(text.startswith("2.5 mm (") for text in shown)
     # Kills: a size without a template takes the ticks of all the others.
     assert len(figure.axes[1].get_xticks()) > 1
+    assert {axes.get_xlim() for axes in figure.axes[:3]} == {(1, 500)}
     table = template_table(templates)
     assert len(table) == 3 * 500
     assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
