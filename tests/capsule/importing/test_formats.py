@@ -232,6 +232,7 @@ RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
 OWN = {f"t{n + 1}": TIME_S[:465] + 2.0 * n for n in range(4)} | LATER
 OWN |= {"t4": OWN["t4"][:-1], "S4": OWN["S4"][:-1]}
 LOST = np.where(TIME_S == 5, np.nan, COUNTS)
+FAR = np.where(TIME_S == 0, np.arange(5, 9)[:, None], COUNTS)
 
 
 def read(file, samples=(TIME_S, COUNTS), **told):
@@ -302,6 +303,9 @@ SAID = {
             ("MCAP of ROS 2", partial(write_bag_2, plugin=StoragePlugin.MCAP), "run"),
         )
     },
+    "a first sample far from all others": read(
+        matlab(t=TIME_S, V=FAR.T), (TIME_S, FAR), words="the first sample, 5, 6, 7, 8, is far from"
+    ),
     "a compressed text": read(gzipped, header={"import_file": "run.csv.gz"}),
     "two rates in HDF5": read(
         hdf(

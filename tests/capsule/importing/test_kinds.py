@@ -259,6 +259,7 @@ RATES = """
 MILLIVOLTS = {
     "words for millivolts": named("P{} (mVolt)"),
     "comment in millivolts": above("# Units: mV"),
+    "two words for one unit": above("# unit: mV\n# Units: millivolts"),
     "words in a comment": above("# all readings in millivolts"),
     "row of units": lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
 }
@@ -341,6 +342,11 @@ READ = {
         lines(TIME_S, *COUNTS, head="")[2:],
         "line 1, '469,497,532,540', is passed over",
         values=COUNTS[:, 1:],
+    ),
+    "first time that lacks digits": Case(
+        lines(TIME_S + 20, *COUNTS, head="")[1:],
+        "20.1 s lie between the first two samples; if the first line lacks digits",
+        time_s=np.where(TIME_S > 0, TIME_S + 20, 0),
     ),
     "a mark of missing samples in a comment": Case(
         above(f"# fill value: {COUNTS[0, 0]:g}"),
