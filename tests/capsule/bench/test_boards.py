@@ -209,8 +209,8 @@ def test_a_board_is_known_again_under_another_name(monkeypatch, number):
     assert port.current_name() == "ttyACM0"
     there[:] = [second]
     assert port.current_name() == "ttyACM0"  # not there: wait for it
-    # The number tells it again, or the socket that it is plugged into.
-    there[:] = [usb_port("ttyACM2", number, "1-1.2"), second]
+    # The number tells it again at any socket, or the socket that it is plugged into.
+    there[:] = [usb_port("ttyACM2", number, "1-9" if number == "85" else "1-1.2"), second]
     assert port.current_name() == "ttyACM2"
     # Where the system does not tell the socket, the name is all that there is.
     there[:] = [usb_port("ttyACM0", None), usb_port("ttyACM1", None)]

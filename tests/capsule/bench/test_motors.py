@@ -314,6 +314,7 @@ RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
             0,
             "/dev/board cannot write its memory.*replace the board",
         ),
+        (fold_of, 2 * [["F,10,0,unfolded,fault"]], 16, "has reported a fault for 30 s"),
         (fold_of, 4 * RESET, 0, "/dev/board was reset 4 times; check its supply"),
     ],
 )

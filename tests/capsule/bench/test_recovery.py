@@ -87,8 +87,9 @@ def test_every_place_where_a_part_can_be_cut(final):
         b"95.0,250,2,3,4",
         b"\r25.0,1,2,3,4,5",
         b"25.0,1,,3,4",
+        b"24.9,249,2,3,4",
     ],
-    ids=["bad byte", "short", "empty", "zeros", "time far ahead", "one cell more", "empty cell"],
+    ids=["bad byte", "short", "empty", "zeros", "far ahead", "more cells", "empty cell", "again"],
 )
 def test_one_bad_line_costs_one_sample(final, bad):
     content = HEAD + b"".join([*LINES[:250], bad + b"\n", *LINES[251:]])

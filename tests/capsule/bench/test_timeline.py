@@ -16,7 +16,7 @@ class Kept(Timeline):
     """A timeline of 10 Hz that keeps what it accepts and what it refuses."""
 
     def __init__(self):
-        super().__init__(10, self.keep, lambda sample, reason: self.refused.append(reason))
+        super().__init__(10, self.keep, lambda sample, reason: self.refused.append(sample))
         self.refused, self.missing, self.gaps_by_computer_clock = [], [], []
 
     def keep(self, sample, missing, by_computer_clock):
@@ -43,7 +43,7 @@ def test_a_sample_that_contradicts_the_last_is_not_used(strange):
     timeline.sift(strange, 1.6)
     timeline.sift(sample(6, 700), 1.6)
     timeline.sift(sample(7, 800), 1.7)
-    assert timeline.refused == ["the samples around it contradict it"]
+    assert timeline.refused == [strange]
     assert timeline.missing == [0, 4, 0, 0]
 
 
@@ -53,12 +53,13 @@ def test_after_a_restart_the_computers_clock_counts():
         # The line delays by 5 ms, now and then by more: the least delay tells the time.
         delay = 0.005 + 0.06 * (number % 3 == 1)
         timeline.take(sample(number, 100 + 100 * number), 50.0 + 0.1 * number + delay)
+    timeline.sift(sample(22, 2300), 50.0 + 0.1 * 22 + 0.005)  # in doubt until the restart
     assert not timeline.continues(uptime_ms=0, running=False, moment_s=55.0, fresh=False)
     timeline.note_restart()
     timeline.take(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
     timeline.take(sample(1, 200), 55.9)
-    assert timeline.missing == [*(20 * [0]), 37, 0]
-    assert timeline.gaps_by_computer_clock == [37]
+    assert timeline.missing == [*(20 * [0]), 2, 34, 0]
+    assert timeline.gaps_by_computer_clock == [34]
 
 
 # Kills: a least delay that never ages, so that a slow clock falls behind by minutes a day.
