@@ -3,6 +3,7 @@
 import errno
 import itertools
 import os
+import signal
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -224,6 +225,15 @@ def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeyp
     with pytest.raises(NoAnswerError, match="the board at lost was disconnected before it"):
         Board("lost", 115200, "logger", print)
     assert lost.closed
+
+
+def test_ctrl_c_while_a_board_says_nothing_leaves_no_open_port(monkeypatch):
+    silent = FakeLine("silent")
+    monkeypatch.setattr(board, "Line", lambda *_: silent)
+    monkeypatch.setattr(board.time, "sleep", lambda _: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        Board("silent", 115200, "logger", print)
+    assert silent.closed
 
 
 def test_a_wave_whose_board_is_unplugged_at_its_settings_leaves_no_open_port(monkeypatch, tmp_path):
