@@ -246,13 +246,6 @@ def test_files_of_sensors_that_do_not_fit_together_are_refused(tmp_path):
         import_files(tmp_path, *files[:3], "--per-sensor")
 
 
-def test_a_recording_that_the_report_would_reject_is_told(tmp_path):
-    stuck = COUNTS.copy()
-    stuck[2] = 7
-    shown = import_files(tmp_path, write_table(tmp_path / "a.csv", TIME_S, *stuck)).shown
-    assert "note: the report will reject it: sensor_3 reads 7 in all" in shown
-
-
 def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_path):
     path = write_table(tmp_path / "....csv", TIME_S, *COUNTS)
     refused = import_files(tmp_path, path).refused

@@ -296,6 +296,8 @@ EACH_NAMES = [
     "t1,S1,t2,S2,t3,S3,t4,S4",
     "S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4",
 ]
+PAUSED = TIME_S + 300 * (TIME_S > 20)
+STUCK = np.array([*COUNTS[:2], 7 + 0 * TIME_S, COUNTS[3]])
 TABBED = lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")
 HOUR = "jumps by an hour, as with summer time"
 READ = {
@@ -347,6 +349,10 @@ READ = {
         lines(TIME_S + 20, *COUNTS, head="")[1:],
         "20.1 s lie between the first two samples; if the first line lacks digits",
         time_s=np.where(TIME_S > 0, TIME_S + 20, 0),
+    ),
+    "a long gap": Case(timed("t", PAUSED), "a gap of 5 min follows sample 201", time_s=PAUSED),
+    "a stuck sensor": Case(
+        timed("t", TIME_S, STUCK), "the report will reject it: sensor_3 reads 7 in", values=STUCK
     ),
     "a mark of missing samples in a comment": Case(
         above(f"# fill value: {COUNTS[0, 0]:g}"),
@@ -766,13 +772,6 @@ def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
     assert (
         f"note: line 526: {PLAIN[-4:-3]} of sensor_4 is far from {COUNTS[3, -2]:g} before" in shown
     )
-
-
-def test_a_long_gap_is_named(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text(lines(TIME_S + 300 * (TIME_S > 20), *COUNTS))
-    told = "note: a gap of 5 min follows sample 201; if another run begins behind it"
-    assert told in import_files(tmp_path, path).shown
 
 
 def test_every_odd_file_is_in_the_table():
