@@ -278,12 +278,14 @@ def fold_of(board):
     return FoldBoard(board, LOG)
 
 
-# Kills: an end that does not wait until the origami is unfolded.
-def test_the_end_of_a_survey_waits_for_the_unfolding(line, monkeypatch):
+# Kills: an end that does not wait until the origami is unfolded; a wave that is started before.
+def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatch):
     monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count().__next__)
-    assert (
-        "does not confirm that the origami is unfolded" in fold_of(board_on(line)).leave_unfolded()
-    )
+    said, drive = "does not confirm that the origami is unfolded", Line()
+    assert said in fold_of(board_on(line)).leave_unfolded()
+    with pytest.raises(SurveyFaultError, match=said):
+        bench_on(line, drive).start()
+    assert "start" not in drive.sent
 
 
 RESET = [["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]]
