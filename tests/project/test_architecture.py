@@ -10,7 +10,6 @@ import pytest
 from capsule.detectors.registry import DETECTORS
 from capsule.engine.keys import imported_files
 from capsule.figures.registry import FIGURES
-from capsule.page.files import RULE_SCRIPTS
 from capsule.store.results import SURVEY_VALUES, OfArchive
 from support.project import ROOT
 
@@ -127,12 +126,13 @@ def test_only_modules_that_say_so_in_their_name_know_files_and_none_snakemake():
     assert names == ON_FILES | ON_PROGRAMS
 
 
+STEPS = sorted(path.stem for path in SCRIPTS.glob("*.py"))
 SCIENCE = {"preprocess", "fit", "describe", "list", "templates", "evaluate", "detect"}
 SHOWN = ("capsule/words.py", "capsule/page/", "capsule/figures/")
 
 
 # Kills: a changed word or figure that makes every verdict again.
-@pytest.mark.parametrize("step", RULE_SCRIPTS)
+@pytest.mark.parametrize("step", STEPS)
 def test_no_step_rests_on_solids_or_the_interface_and_none_of_science_on_what_is_shown(step):
     modules = [row.module for row in DETECTORS.values()]
     if step not in SCIENCE:
@@ -141,7 +141,8 @@ def test_no_step_rests_on_solids_or_the_interface_and_none_of_science_on_what_is
     assert SCRIPTS / "capsule/errors.py" in used
     for path in used:
         name = path.relative_to(SCRIPTS).as_posix()
-        assert not name.startswith(("capsule/interface/", *(SHOWN if step in SCIENCE else ())))
+        elsewhere = ("capsule/interface/", "capsule/importing/", "capsule/bench/")
+        assert not name.startswith((*elsewhere, *(SHOWN if step in SCIENCE else ())))
         assert not {"manifold3d", "OCP"} & {each.partition(".")[0] for each in imported(path)}
 
 
@@ -165,5 +166,6 @@ def test_the_rules_and_their_scripts_stay_few_and_short():
     rules = [path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk")]
     assert sum(len(re.findall(r"^ *rule \w+:", text, re.MULTILINE)) for text in rules) <= 14
     assert sum(text.count("\n") for text in rules) <= 700
-    scripts = {name: (SCRIPTS / f"{name}.py").read_text(encoding="utf-8") for name in RULE_SCRIPTS}
+    assert sorted({*re.findall(r'= step\(\s*"(\w+)"', "".join(rules))}) == STEPS
+    scripts = {name: (SCRIPTS / f"{name}.py").read_text(encoding="utf-8") for name in STEPS}
     assert not [name for name, text in scripts.items() if text.count("\n") > 60]

@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.detectors.registry import DETECTORS
 from capsule.engine.configuration import BENCH
-from capsule.engine.keys import imported_files
 from capsule.errors import CapsuleError
-from capsule.figures.registry import FIGURES
 from capsule.importing import command
-from capsule.page.files import RULE_SCRIPTS
 from capsule.recordings.acceptance import readings_of
 from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.command import run_command
@@ -250,14 +246,6 @@ def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_pa
     path = write_table(tmp_path / "....csv", TIME_S, *COUNTS)
     refused = import_files(tmp_path, path).refused
     assert "gives no valid name; give one with --name" in refused
-
-
-def test_no_step_of_the_workflow_imports_the_import():
-    modules = [*FIGURES.values(), *(row.module for row in DETECTORS.values())]
-    for rule in RULE_SCRIPTS:
-        files = imported_files(SCRIPTS / f"{rule}.py", modules)
-        assert files
-        assert not any(path.is_relative_to(SCRIPTS / "capsule" / "importing") for path in files)
 
 
 def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them():

@@ -6,7 +6,6 @@ import pytest
 from capsule.evaluation.archive_rates import Lead
 from capsule.page import cards
 from capsule.page.packing import inflated
-from capsule.page.quality_map import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
 from support.evaluated import index_of
 from support.sections import section
@@ -28,7 +27,7 @@ def made_of(**changes):
     }
     rows = [[f"unlabelled/{name}", NAN, "accepted", NAN, "", "aa", 70.0] for name in changes]
     rows.append(["unlabelled/bad", NAN, "rejected", "the file is empty", "", NAN, NAN])
-    described = {name: {"quality": NO_FAULT} for name in verdicts}
+    described = {name: {"quality": ""} for name in verdicts}
     sites = pd.DataFrame(columns=["site", "size_mm", "detector"])
     return cards.patient_cards(index_of(*rows), verdicts, sites, "taught", described)
 
@@ -55,7 +54,7 @@ def test_a_place_passed_several_times_stands_first_with_the_verdict_of_all_its_p
     place = {"site": "p", "size_mm": NAN, "detector": "taught", "passes": 2} | ROW
     place["probability"] = NAN
     verdicts = {name: [{"detector": "taught"} | ROW] for name in names}
-    described = [{"quality": "sensor 2 is loose"}, {"quality": NO_FAULT}]
+    described = [{"quality": "sensor 2 is loose"}, {"quality": ""}]
     described = dict(zip(names, described, strict=True))
     first, second = cards.patient_cards(index, verdicts, pd.DataFrame([place]), "taught", described)
     assert (first["patient"], first["names"], first["passes"]) == ("p", ["unlabelled/a"], 2)

@@ -156,7 +156,7 @@ def test_a_particle_is_drawn_where_the_comparison_found_it():
 
 def drawn_of(values, check=CHECK, stretches=None, **shape):
     made = plotted(values, check, stretches, **shape)
-    assert made["quality"] == "no gap, no loose sensor"
+    assert made["quality"] == ""
     assert made["measures"]["rail"] == check["at_ends"]
     return inflated(made["drawn"])
 

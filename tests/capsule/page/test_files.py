@@ -34,17 +34,10 @@ def test_the_frame_holds_every_template_that_is_used_but_no_hidden_file(tmp_path
 
 def test_the_code_of_every_rule_is_named_with_its_checksum():
     checksums = page_files.code_checksums()
-    named = {*page_files.RULE_SCRIPTS, "capsule/store/files", "capsule/figures/draw_rates"}
+    named = {"report", "capsule/store/files", "capsule/figures/draw_rates"}
     assert {f"workflow/scripts/{name}.py" for name in named} <= checksums.keys()
     content = (ROOT / "workflow/scripts/fit.py").read_bytes()
     assert checksums["workflow/scripts/fit.py"] == hashlib.sha256(content).hexdigest()
-
-
-def test_the_rules_have_these_scripts():
-    rules = "".join(
-        path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").iterdir()
-    )
-    assert {*re.findall(r'= step\(\s*"(\w+)"', rules)} == set(page_files.RULE_SCRIPTS)
 
 
 def test_versions_are_those_of_the_installed_packages():

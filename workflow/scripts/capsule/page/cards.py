@@ -10,7 +10,6 @@ from capsule.detectors.unlike import unlike_because
 from capsule.detectors.verdicts import VerdictWord, row_verdict
 from capsule.kinds import Cells, Row
 from capsule.page.packing import inflated
-from capsule.page.quality_map import NO_FAULT
 from capsule.page.sketches import felt_sketch, score_strip
 from capsule.page.tables import Tables
 from capsule.recordings.names import UNLABELLED, folder_of
@@ -84,7 +83,7 @@ def example_cards(
     for some in (known[known["size_mm"] > 0], known[known["size_mm"] == 0]):
         if len(some):
             name = some["recording"].iloc[(len(some) - 1) // 2]
-            card = _told(name, [name], verdicts[name], lead, {name: {"quality": NO_FAULT}})
+            card = _told(name, [name], verdicts[name], lead, {name: {"quality": ""}})
             cards.append(card | {"example_of": words.size(card["row"]["size_mm"])})
     return cards
 
@@ -132,8 +131,7 @@ def _told(
     reason = row.get("no_verdict")
     found = word is not VerdictWord.NO_VERDICT and row["score"] > row["threshold"]
     others = [(name, row_verdict(each)) for name, each in told.items() if name != lead]
-    qualities = {label_of(name): described[name]["quality"] for name in names}
-    faults = {name: fault for name, fault in qualities.items() if fault != NO_FAULT}
+    faults = {label_of(name): fault for name in names if (fault := described[name]["quality"])}
     return {
         "patient": patient,
         "names": list(names),

@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from capsule.detectors.registry import DETECTORS, with_detectors
-from capsule.engine.keys import imported_files
+from capsule.engine.keys import files_of_code
 from capsule.engine.project import PROJECT, SCHEMAS
 from capsule.evaluation.files import read_evaluation, read_printed, read_table
 from capsule.figures.registry import FIGURES
@@ -20,11 +20,6 @@ from capsule.recordings.names import size_mm
 from capsule.store import files
 from capsule.store.results import PLOT_DATA, SURVEY_VALUES, OfArchive, Results
 
-# The scripts of the rules, in their order.
-RULE_SCRIPTS = (
-    *("preprocess", "list", "fit", "describe", "plot", "templates", "evaluate", "detect"),
-    *("draw", "survey", "report"),
-)
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
@@ -102,10 +97,9 @@ def code_checksums() -> dict[str, str]:
 
     An installed library stands beside the project's files.
     """
-    scripts = PROJECT / "workflow" / "scripts"
     registered = [*FIGURES.values(), *(row.module for row in DETECTORS.values())]
-    paths = {scripts / f"{name}.py" for name in RULE_SCRIPTS}
-    paths |= {each for path in paths for each in imported_files(path, registered)}
+    scripts = (PROJECT / "workflow" / "scripts").glob("*.py")
+    paths = {each for script in scripts for each in files_of_code(script, registered)}
     found = {}
     for path in paths:
         folder = PROJECT if path.is_relative_to(PROJECT) else PROJECT.parent

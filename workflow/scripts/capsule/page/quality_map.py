@@ -15,8 +15,6 @@ from capsule.recordings.time_base import longest_gap
 # From so many spreads of the archive on, a measure stands out; at this, its shade is darkest.
 STANDS_OUT = 5.0
 SHADES = 4
-# The quality of a recording without a fault.
-NO_FAULT = "no gap, no loose sensor"
 # Below this share at an end of the range, a sensor is more likely pressed hard than loose.
 _LOOSE_FROM = 0.01
 
@@ -114,7 +112,7 @@ def _deviations(scaled: FloatArray, least: float) -> FloatArray:
 
 
 def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
-    """Return the faults of an accepted recording in words, or that it has none.
+    """Return the faults of an accepted recording in words; empty if it has none.
 
     Parameters
     ----------
@@ -134,10 +132,9 @@ def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) 
             f"gaps: {words.percent(missing)} of the samples, the longest "
             f"{words.number(longest / rate_hz, 1)} s"
         )
-    for sensor, share in enumerate(at_ends, start=1):
-        if share >= _LOOSE_FROM:
-            faults.append(
-                f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
-                "samples"
-            )
-    return "; ".join(faults) or NO_FAULT
+    faults += [
+        f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the samples"
+        for sensor, share in enumerate(at_ends, start=1)
+        if share >= _LOOSE_FROM
+    ]
+    return "; ".join(faults)
