@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from capsule.page import files as page_files
-from capsule.page.render import PAGE, render_page
+from capsule.page.render import render_page
 from support.project import ROOT
 
 REPORT = ROOT / "workflow" / "report"
@@ -47,7 +47,7 @@ def test_versions_are_those_of_the_installed_packages():
 
 
 def filled(template, style="", script=""):
-    return "".join(render_page({PAGE: template}, style, script, {}))
+    return "".join(render_page({"report.html.j2": template}, style, script, {}))
 
 
 def test_the_policy_allows_this_script_and_no_other():

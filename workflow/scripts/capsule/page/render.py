@@ -10,8 +10,6 @@ from markupsafe import Markup
 from capsule import words
 from capsule.kinds import Row
 
-PAGE = "report.html.j2"
-
 
 def environment(templates: Mapping[str, str]) -> Environment:
     """Return what renders templates: it escapes every value, and refuses unknown names.
@@ -52,7 +50,7 @@ def render_page(templates: Mapping[str, str], style: str, script: str, page: Row
         "base-uri 'none'",
         "form-action 'none'",
     ]
-    template = environment(templates).get_template(PAGE)
+    template = environment(templates).get_template("report.html.j2")
     return template.generate(
         page=page,
         style=Markup(style),
