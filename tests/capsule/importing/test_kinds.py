@@ -475,7 +475,7 @@ QUOTED = """
     # values x 10 | # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts
     # true = raw * 0.5 + 3 | # 1 LSB = 4.88 mV | All values multiplied by 100
     # supplied by 5 V, with a gain of 2
-    # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16
+    # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
 """
 # Names of sensors, by what the refusal names of the first and all others.
 UNITS_IN_NAMES = """

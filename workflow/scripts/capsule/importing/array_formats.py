@@ -20,7 +20,6 @@ from capsule.importing.stated import (
     MARK,
     as_remarks,
     as_text,
-    attribute,
     decoded,
     facts,
     is_scaling,
@@ -43,8 +42,6 @@ _MOST_COLUMNS = 256
 _MATLAB_COMPRESSED = 15
 # A longer text is no unit and no date.
 _LONGEST_TEXT = 100
-# Attributes that name the unit of the time.
-_TIME_UNIT = ("time_unit", "time_units", "t_unit", "t_units", "timestamp_unit", "timestamp_units")
 # Attributes that are applied when an array is read.
 _APPLIED = ("scale_factor", "add_offset")
 # So are limits, beyond which a sample is missing, with as many numbers.
@@ -92,7 +89,7 @@ def array_tables(
         while parent not in bearing:
             parent = parent.rpartition(separator)[0]
         for name, value in said.items():
-            if is_scaling(name) or states_rate(name):
+            if states_rate(name):
                 about[parent][name] = [as_text(about[parent].get(name, value)), as_text(value)]
     for path, (parent, _, name) in places.items():
         for key in (f"{name}_unit", f"{name}_units"):
@@ -132,8 +129,6 @@ def array_tables(
             compounds = [about[path] for path, _ in part if arrays[path].dtype.names]
             unit = stated_unit(compounds + around, around)
             notes = {"unit": unit} if unit else {}
-            if unit := attribute(around, *_TIME_UNIT):
-                notes["time unit"] = unit
             yield Table(channels, VARIABLE, label, notes=notes, remarks=remarks)
 
 

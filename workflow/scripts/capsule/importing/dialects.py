@@ -261,21 +261,21 @@ def _ambiguity(lines: Sequence[Line], ways: Sequence[Dialect]) -> QuestionError:
 def check_thousands(
     word: str,
     heads: Iterable[str],
-    lines: Sequence[tuple[int, str | list[str]]],
-    rows: Iterable[list[str]],
+    rows: Iterable[tuple[int, list[str]]],
     dialect: Dialect,
     keys: Keys,
 ) -> None:
     """Raise an error if points can separate thousands.
 
     They can if numbers with one jump a thousandfold, or if all numbers with one have three digits
-    behind it. `heads` holds what stands above the samples, `lines` their numbers, each of a
-    `word`, and `rows` their cells.
+    behind it. `heads` holds what stands above the samples, and `rows` their numbers, each of a
+    `word`, and their cells.
     """
     if "point" not in dialect.style or keys.thousands or (keys.decimal and keys.unit != "counts"):
         return
-    table = (cells for cells in rows if len(cells) == dialect.cells)
-    columns = [column for column in zip(*table, strict=True) if any("." in cell for cell in column)]
+    table = [(number, cells) for number, cells in rows if len(cells) == dialect.cells]
+    columns = list(zip(*(cells for _, cells in table), strict=True))
+    columns = [column for column in columns if any("." in cell for cell in column)]
     whole_columns = [column for column in columns if all("." in cell for cell in column if cell)]
     numbers = (cell for column in columns for cell in column if "." in cell)
     # A number with two points, a comma, or other digits behind the point settles it; so does a
@@ -294,7 +294,7 @@ def check_thousands(
         usual = np.median(list(map(float, pointed)))
         jumps = bool(whole) and np.median(whole) > THOUSANDFOLD * usual
         is_small = bool(said & {"counts", "ohm"}) and usual < LEAST_COUNT
-        number = next(number for number, line in lines if pointed[0] in line)
+        number = next(number for number, cells in table if pointed[0] in cells)
         if jumps and keys.decimal:
             raise QuestionError(
                 f"{word} {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "

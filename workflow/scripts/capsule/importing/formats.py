@@ -60,17 +60,17 @@ _NO_TABLE = {
     b"PK\x05\x06": "it is a zip archive without a file; export the readings again",
     b"PAR1": "it is Parquet; save it as text: pandas.read_parquet('{0}').to_csv('{1}.csv')",
     b"ARROW1": "it is Arrow; save it as text: pandas.read_feather('{0}').to_csv('{1}.csv')",
+    **dict.fromkeys(
+        (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"),
+        "it is a pickle of Python, which can run any code when it is read; save it as text: "
+        "pandas.read_pickle('{0}').to_csv('{1}.csv')",
+    ),
+    **dict.fromkeys(
+        (b"{", b"[{", b"[["),
+        "it is JSON; save it as text: pandas.read_json('{0}').to_csv('{1}.csv'), with lines=True "
+        "if each line is a sample",
+    ),
 }
-_NO_TABLE |= dict.fromkeys(
-    [b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"],
-    "it is a pickle of Python, which can run any code when it is read; save it as text: "
-    "pandas.read_pickle('{0}').to_csv('{1}.csv')",
-)
-_NO_TABLE |= dict.fromkeys(
-    [b"{", b"[{", b"[["],
-    "it is JSON; save it as text: pandas.read_json('{0}').to_csv('{1}.csv'), with lines=True if "
-    "each line is a sample",
-)
 
 
 def read_source(path: Path, keys: Keys) -> tuple[list[Table], str]:
@@ -252,7 +252,6 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
     formulas = load_workbook(io.BytesIO(content))
     for table in tables:
         values: Any = book[table.label]
-        width = len(table.channels)
         written = [
             each
             for row in formulas[table.label].iter_rows()
@@ -264,11 +263,11 @@ def _read_excel(content: bytes, keys: Keys, *, has_formulas: bool) -> list[Table
             continue
         rows = set() if table.lines is None else {*table.lines.tolist()}
         counts = Counter(each.column for each in written if each.row in rows)
+        columns = {column for column, count in counts.items() if count > len(rows) / 2}
+        columns |= {at for at, each in enumerate(table.channels, start=1) if each.holds_numbers}
+        is_empty = not any(each.channels for each in tables)
         for cell in written:
-            is_column = counts[cell.column] > len(rows) / 2
-            is_column |= cell.column <= width and table.channels[cell.column - 1].holds_numbers
-            in_table = cell.row in rows and is_column
-            if in_table or not any(each.channels for each in tables):
+            if is_empty or (cell.row in rows and cell.column in columns):
                 raise CapsuleError(
                     f"sheet {table.label!r}, cell {cell.coordinate}: the formula {cell.value!r} "
                     "was never calculated; open the file in Excel or LibreOffice, and save it"

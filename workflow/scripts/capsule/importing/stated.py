@@ -91,6 +91,7 @@ _TIME_MENTION = re.compile(
     r"((?:1/[0-9]+ ?|(?<=units of )[0-9.]+ ?)?[A-Za-zµμ]+)(?=$|[\s,;\])}\"])",
     re.IGNORECASE,
 )
+_TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
 # Words for the step of a clock, other than one by 1.
 _TIME_STEP = re.compile(
     r"(?!.*[:=\s]1(?:[.]0*)?(?: ?[mnuµμ]?s)?$)(?:.*\b(?:ticks?|jiffies)\b.*|"
@@ -107,11 +108,11 @@ _CLOCK = re.compile(
 )
 _NUMBER = r"(?<![\w.])([0-9][0-9,]*\.?[0-9]*(?:e[+-]?[0-9]+)?)"
 _QUANTITIES = [
-    re.compile(rf"{_NUMBER} ?(?:([kmg]?)(?:hz|hertz)|([mnuµμ]?s))\b", re.IGNORECASE),
+    re.compile(rf"{_NUMBER} ?(?:(kilo|mega|[kmg]?)(?:hz|hertz)|([mnuµμ]?s))\b", re.IGNORECASE),
     re.compile(rf"{_NUMBER}([kmg]?)\b()", re.IGNORECASE),
 ]
 _CLOCK_UNIT = re.compile(r"(?<!per)[ _\[(]+(?:([kmg]?)hz|([mnuµμ]?s))[\])]?\s*[:=]", re.IGNORECASE)
-_METRIC = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
+_METRIC = {"": 1.0, "k": 1e3, "kilo": 1e3, "m": 1e6, "mega": 1e6, "g": 1e9}
 # Names of what describes readings in words.
 _DESCRIBES = re.compile(
     r"(channel[_ ])?(desc(ription)?|comments?|notes?|remarks?|columns|label|title|quantity|"
@@ -150,7 +151,8 @@ _OF_COLUMNS = re.compile(
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
 # What a comment, or a line above the samples, says of all readings.
 _IN_UNIT = re.compile(
-    r"(?:all )?(times?|(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
+    r"(?:all )?(times?(?! ?base)|"
+    r"(?:\w+ ){0,3}(?:values?|readings?|data|signals?|sensors?|channels?|"
     r"pressures?|forces?|voltages?|resistances?))\b"
     r"(?:.* in (?:(?:unit|step|tick)s? of )?|[^,;|\t(\[:=]*[(\[:=] *)"
     r"([^\s,;()\[\]]+?|[0-9./e-]+ ?[a-zµμ]+)[)\]]?(?: (?:unit|step|tick)s?)?\.?",
@@ -159,8 +161,6 @@ _IN_UNIT = re.compile(
 _UNIT_LINE = re.compile(
     r"\W*((?:vertical |y[ _-]?)?units?|einheit)\s*[:=,;\s]\s*(\S+?)\W*", re.IGNORECASE
 )
-# The step of a counter, which is the unit of a time that names none.
-_TIME_BASE = re.compile(r"(?:time ?base|tick) *[:=] *(.+)", re.IGNORECASE)
 _TIME_AXIS = re.compile("time|zeit|x|horizontal", re.IGNORECASE)
 # Lines with these keys may not contradict each other.
 _DECISIVE = {*DECISIVE, "source", "started"}
@@ -170,15 +170,10 @@ _LONGEST_REMARK = 5000
 _MOST_VALUES = 256
 
 
-def nearest(scopes: Iterable[Mapping[str, Any]], *names: str) -> Any:
-    """Return the value of the nearest statement with one of the names, which are in lower case."""
-    found = (said[key] for said in scopes for name in names for key in said if key.lower() == name)
-    return next(found, "")
-
-
-def attribute(scopes: Iterable[Mapping[str, Any]], *names: str) -> str:
-    """Return the nearest statement with one of the names as a text; empty if there is none."""
-    return as_text(nearest(scopes, *names))
+def attribute(scopes: Iterable[Mapping[str, Any]], name: str) -> str:
+    """Return the nearest statement with a name, in lower case, as a text; empty for none."""
+    values = (said[key] for said in scopes for key in said if key.lower() == name)
+    return as_text(next(values, ""))
 
 
 def stated_unit(
@@ -349,27 +344,27 @@ def bare_unit(text: str) -> str:
     return words[0] if is_unit(words[0]) else ""
 
 
-def ticks_per_second(remark: str) -> float:
-    """Return the rate in Hz that a remark tells of a clock or a timer; 0 if it tells none."""
-    text = remark[:_LONGEST_REMARK].replace("kilohertz", "kHz").replace("megahertz", "MHz")
+def said_of_clock(remark: str) -> tuple[str, float] | None:
+    """Return what a remark says of the unit of a time, and this unit in s; None for nothing.
+
+    It says the unit's word, or all of the remark. The unit is NaN if it is not understood.
+    """
+    text = remark[:_LONGEST_REMARK].strip()
+    match = _TIME_BASE.fullmatch(text) or _TIME_MENTION.search(text)
+    if match and is_unit(match[1]):
+        return match[1], SECONDS.get(unit_of(match[1]) or "", np.nan)
+    if _TIME_STEP.fullmatch(text):
+        return text[:60], np.nan
     clock = _CLOCK.search(text)
     told = next(filter(None, (way.search(text) for way in _QUANTITIES)), None)
-    if not (clock and told):
-        return 0.0
-    number, prefix, unit = float(told[1].replace(",", "")), told[2] or "", told[3]
+    if not (clock and told and (number := float(told[1].replace(",", "")))):
+        return None
+    prefix, unit = (told[2] or "").lower(), told[3]
     if named := _CLOCK_UNIT.search(clock["name"]):
-        prefix, unit = named[1] or "", named[2]
+        prefix, unit = (named[1] or "").lower(), named[2]
     if unit:
-        return 1 / (number * SECONDS[unit_of(unit) or "s"]) if number else 0.0
-    return number * _METRIC[prefix.lower()]
-
-
-def mentioned_time_unit(text: str) -> str:
-    """Return the word for a unit that words tell of a time; empty if there is none."""
-    match = _TIME_MENTION.search(text[:_LONGEST_REMARK])
-    if match and is_unit(match[1]):
-        return match[1]
-    return text.strip()[:60] if _TIME_STEP.fullmatch(text[:_LONGEST_REMARK].strip()) else ""
+        return text[:60], number * SECONDS[unit_of(unit) or "s"]
+    return text[:60], 1 / (number * _METRIC[prefix])
 
 
 def as_remarks(scopes: Iterable[Mapping[str, Any]]) -> list[str]:
@@ -386,9 +381,7 @@ def scaling_remarks(remarks: Iterable[str]) -> list[str]:
     """Return the remarks that tell a scaling of the readings, each once."""
     return [
         *dict.fromkeys(
-            text[:60]
-            for text in remarks
-            if _tells_scaling(text) and not (mentioned_time_unit(text) or ticks_per_second(text))
+            text[:60] for text in remarks if _tells_scaling(text) and not said_of_clock(text)
         )
     ]
 
@@ -400,7 +393,8 @@ def _tells_scaling(text: str) -> bool:
     words = note[3] if note and _DESCRIBES.fullmatch(note[1]) else text
     if plain := _NAME_AND_NUMBER.fullmatch(words[:_LONGEST_REMARK]):
         is_symbol = _SYMBOL.fullmatch(plain[1]) and not re.fullmatch("[+]?[01]([.]0*)?", plain[2])
-        return bool(is_symbol) or scales(plain[1], plain[2])
+        if is_symbol or scales(plain[1], plain[2]):
+            return True
     return speaks_of_scaling(text)
 
 
@@ -409,9 +403,7 @@ def notes_of(comments: Mapping[int, str]) -> dict[str, str]:
     notes: dict[str, tuple[str, int]] = {}
     units: dict[str, list[str]] = {"unit": [], "time unit": []}
     for number, text in comments.items():
-        if (match := _TIME_BASE.fullmatch(text)) and is_unit(match[1]):
-            notes["time base"] = match[1], number
-        elif (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
+        if (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
             units["time unit" if match[1].lower().startswith("time") else "unit"].append(match[2])
         elif (match := _UNIT_LINE.fullmatch(text)) and is_unit(match[2]):
             units["unit"].append(match[2])

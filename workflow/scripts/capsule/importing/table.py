@@ -245,7 +245,6 @@ def choose_tables(tables: Sequence[Table], keys: Keys) -> list[Table]:
         channels = [each for part in timed for each in part]
         if all(timed) and len(channels) >= keys.sensor_count:
             return [replace(tables[0], channels=with_stamps(channels), label=", ".join(labels))]
-    if not fitting:
         as_text = "; if its numbers are stored as text, save it as CSV, and import that"
         raise CapsuleError(
             f"no {kind} holds {keys.sensor_count} columns of numbers; {held}"

@@ -10,7 +10,7 @@ from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise, zip_longest
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,6 @@ from capsule.importing.stated import (
     different,
     facts,
     notes_of,
-    speaks_of_scaling,
     stated_rates,
     states_much,
     states_unit,
@@ -62,8 +61,6 @@ _STAMP = re.compile(
 _LEAST_SHARE = 0.5
 # Words of a column that are looked through for a unit.
 _MOST_WORDS = 20
-# Number and cells of each row.
-_Rows: TypeAlias = Iterable[tuple[int, list[str]]]
 
 
 def read_text(content: bytes, keys: Keys) -> Table:
@@ -95,14 +92,12 @@ def read_text(content: bytes, keys: Keys) -> Table:
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
         above = [dialect.split(line) for _, line in known[: dialect.first]]
         words = [cell for cells in above for cell in cells]
-        below = known[dialect.first :]
-        samples = (dialect.split(line) for _, line in below)
-        check_thousands("line", [*words, *comments.values()], below, samples, dialect, keys)
+        below = ((number, dialect.split(line)) for number, line in known[dialect.first :])
+        check_thousands("line", [*words, *comments.values()], below, dialect, keys)
         for (number, line), cells in zip(known, above, strict=False):
             plain, text = line.strip(), ": ".join(filter(None, cells))
-            is_prose = speaks_of_scaling(plain) or bool(bare_unit(plain))
-            is_prose = states_unit(plain) or (len(cells) < dialect.cells and is_prose)
-            if (much := states_much(text)) or is_prose:
+            is_unit_alone = len(cells) < dialect.cells and bare_unit(plain)
+            if (much := states_much(text)) or states_unit(plain) or is_unit_alone:
                 comments[number] = text if much else plain
         heads, said = above, _labview(above, dialect)
         above = _above(known, above, comments, dialect, is_log=is_log)
@@ -219,11 +214,11 @@ def _sheet(
     remarks: Sequence[str],
 ) -> Table:
     """Return the table in the rows of a sheet, and what the rows of other sheets say of it."""
-    above, below = rows[: way.first], rows[way.first :]
+    above = rows[: way.first]
     # Empty cells that have a format make rows wider.
-    width = max(at for _, cells in below for at, cell in enumerate(cells, 1) if cell)
+    width = max(at for _, cells in rows[way.first :] for at, cell in enumerate(cells, 1) if cell)
+    below = [(number, cells[:width]) for number, cells in rows[way.first :]]
     named = [cells[:width] for _, cells in above if sum(map(bool, cells[:width])) > width / 2]
-    samples = ((number, cells[:width]) for number, cells in below)
     said = {
         n: ": ".join(dict.fromkeys(filter(None, cells))) for n, cells in above if len({*cells}) <= 3
     }
@@ -242,10 +237,10 @@ def _sheet(
     notes = merged | notes_of(said)
     way = way._replace(cells=width)
     heads = [*words, *(cell for row in named for cell in row)]
-    check_thousands("row", heads, below, (cells[:width] for _, cells in below), way, keys)
+    check_thousands("row", heads, below, way, keys)
     return _table(
         named,
-        samples,
+        iter(below),
         way,
         keys,
         said=[{"unit": unit} if unit else {} for unit in units[:width]],

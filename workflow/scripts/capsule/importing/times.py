@@ -9,7 +9,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
-from capsule.importing.stated import UNSURE_RATE, mentioned_time_unit, ticks_per_second
+from capsule.importing.stated import UNSURE_RATE, said_of_clock
 from capsule.importing.table import Channel, QuestionError, Table, naming
 from capsule.importing.units import SECONDS, is_time_unit, is_unit, split_unit, unit_of
 
@@ -243,11 +243,10 @@ def _unit(
     bare, in_name = split_unit(stamps.name)
     # As in "seconds since 2026-03-04".
     in_units = stamps.unit.partition(" since ")[0].strip("[]()<> ")
-    said = (in_units, in_name, table.notes.get("time unit", ""))
-    texts = [text for text in said if text and not _NO_UNITS.fullmatch(text.lower())]
+    texts = [in_units, in_name, table.notes.get("time unit", "")]
+    texts = [text for text in texts if text and not _NO_UNITS.fullmatch(text.lower())]
     if not any(map(is_time_unit, texts)):
         texts += [bare] if is_time_unit(bare) or (len(bare) > 1 and is_unit(bare)) else []
-    texts = texts or list(filter(None, [table.notes.get("time base")]))
     units = {unit_of(text) or "": text for text in texts if is_time_unit(text)}
     # Beside a unit, other words are names.
     unknown = [
@@ -268,7 +267,8 @@ def _unit(
         return told, reason
     known = keys.rate or channel.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
-    fitting = [unit for unit in _TRIED if low <= rates[unit] <= high]
+    said = _said_of_clock(table, stamps, channel, numbers)
+    fitting = [unit for unit in (SECONDS if said else _TRIED) if low <= rates[unit] <= high]
     # Other programs count 100 ns, from the year 1 or 1601 on.
     if _YEAR_S < numbers[0] * SECONDS["ns"] < _EPOCH_S[0]:
         fitting = [unit for unit in fitting if unit != "ns"]
@@ -280,28 +280,16 @@ def _unit(
         )
     configured = [unit for unit in fitting if _same(rates[unit], keys.rate_hz)]
     fitting = configured if len(configured) == 1 else fitting
-    own = {} if stamps.rates_hz == channel.rates_hz else dict(stamps.rates_hz)
-    own |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
-    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
-    ticks = {text.strip()[:60]: ticks_per_second(text) for text in table.remarks}
-    ticks |= {f"{name} = {hz:g}": hz for name, hz in own.items()}
-    words = filter(None, map(mentioned_time_unit, table.remarks))
-    told_s = {word: SECONDS.get(unit_of(word) or "", np.nan) for word in words}
-    told_s |= {
-        text: 1 / hz
-        for text, hz in ticks.items()
-        if is_whole and _PLAUSIBLE_HZ[0] <= hz / step <= _PLAUSIBLE_HZ[1]
-    }
-    for text, seconds in told_s.items():
+    for text, seconds in said:
         fitting = [
-            unit for unit in fitting if np.isclose(SECONDS[unit], seconds, rtol=1e-3, atol=0)
+            each for each in fitting if np.isclose(SECONDS[each], seconds, rtol=1e-3, atol=0)
         ]
         if not fitting:
             raise QuestionError(_OTHER_UNIT.format(text))
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
     if np.all(steps == 1.0) and (keys.rate or not configured):
         options["sample"] = "numbers of samples (--time-unit sample --rate HZ)"
-    if fitting and not (known or told_s):
+    if fitting and not (known or said):
         options |= _other_clocks(numbers, step, fitting[0], keys.rate_hz)
     if not options and channel.rate_hz and not keys.rate:
         raise QuestionError(
@@ -321,6 +309,26 @@ def _unit(
     if unit == "sample":
         return unit, "counts"
     return unit, f"a step of {step:.6g} {unit} is {rates[unit]:.4g} Hz"
+
+
+def _said_of_clock(
+    table: Table, stamps: Channel, channel: Channel, numbers: np.ndarray
+) -> list[tuple[str, float]]:
+    """Return what the file says of the unit of times (K,), in words and in s; NaN if unclear.
+
+    A clock that can hardly count these times is another one, as that of the processor.
+    """
+    rates_hz = {} if stamps.rates_hz == channel.rates_hz else dict(stamps.rates_hz)
+    rates_hz |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
+    said = [*filter(None, map(said_of_clock, table.remarks))]
+    said += [(f"{name} = {hz:g}", 1 / hz) for name, hz in rates_hz.items()]
+    step, (low, high) = float(np.median(np.diff(numbers))), _PLAUSIBLE_HZ
+    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
+    return [
+        (text, seconds)
+        for text, seconds in said
+        if is_unit(text) or np.isnan(seconds) or (is_whole and low <= 1 / (step * seconds) <= high)
+    ]
 
 
 def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -> dict[str, str]:
