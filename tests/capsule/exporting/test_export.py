@@ -492,6 +492,7 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
     index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
     none = gathering.gather(results, CONFIG, "recordings")
     assert not any(readings.size for readings in none.arrays["readings"].values())
+    assert none.long_table("readings").attrs["unit"] == "1"
     written = command.write(none, kind, tmp_path / "out", force=False)
     assert len(written) == len(list((tmp_path / "out").iterdir()))
 
