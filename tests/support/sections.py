@@ -9,7 +9,7 @@ import yaml
 from capsule.evaluation import columns, learning
 from capsule.page import sections
 from capsule.page.files import read_frame
-from capsule.page.render import PAGE, environment
+from capsule.page.render import environment
 from capsule.page.tables import Tables
 from capsule.store import files
 from support.evaluated import index_of, read_paper
@@ -52,7 +52,7 @@ def section(name, **page):
     """Return a section as the browser shows its texts, with its tags."""
     templates, _, _ = read_frame(REPORT)
     # The frame imports the macros for all sections.
-    frame = templates[PAGE].splitlines()
+    frame = templates["report.html.j2"].splitlines()
     imports = [line for line in frame if line.startswith("{% from ")]
     text = "\n".join([*imports, f'{{% include "sections/{name}.html.j2" %}}'])
     return html.unescape(environment(templates).from_string(text).render(page=page))
