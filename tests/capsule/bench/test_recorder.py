@@ -82,6 +82,8 @@ def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
     state, known = bench.recorder.state, [bool(row[1]) for row in bench.rows()]
     gaps = sum(here and not there for here, there in pairwise(known))
     assert (state.missing, state.gaps) == (known.count(False), gaps)
+    # The board says that it runs, and so it is not told to start.
+    assert "start" not in bench.sent
 
 
 # Kills: a switch whose wire is broken, taken for one that the capsule has pressed.

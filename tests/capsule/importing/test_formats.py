@@ -457,6 +457,7 @@ def test_what_a_file_says_counts(tmp_path, kind):
 UNITS = {
     "XDF": (xdf((TIME_S, [*SENSORS]), unit="uV"), "names uV of"),
     "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
+    "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
     "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
     "HDF5": (attributed("V", "units", value="kPa"), "names kPa of"),
     "a group": (attributed("/", "unit", value="kPa"), "names kPa of"),
@@ -513,6 +514,7 @@ SCALES = {
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
     "a symbol": (timed(k=0.5), "'k: 0.5'"),
+    "of a converter": (attributed("V", "bit_volts", value=0.01), "'bit_volts: 0.01'"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
 TIMED_RATES = {
