@@ -260,6 +260,7 @@ MILLIVOLTS = {
     "words for millivolts": named("P{} (mVolt)"),
     "comment in millivolts": above("# Units: mV"),
     "two words for one unit": above("# unit: mV\n# Units: millivolts"),
+    "unit of each sensor": above("# S1: mV\n# S2 in mV\n# channels 3 to 4: mV"),
     "words in a comment": above("# all readings in millivolts"),
     "row of units": lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4\ns,mV,mV,mV,mV"),
 }
@@ -475,6 +476,7 @@ QUOTED = """
     # values x 10 | # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts
     # true = raw * 0.5 + 3 | # 1 LSB = 4.88 mV | All values multiplied by 100
     # supplied by 5 V, with a gain of 2
+    # S1: mV | # S1 in mV | # S1, S2: mV | # S2..S4: kPa | # unit of S1: V | # channel 1: mV
     # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
 """
 # Names of sensors, by what the refusal names of the first and all others.

@@ -12,6 +12,8 @@ from capsule.importing.stated import (
     NOTE,
     described_unit,
     mentioned_unit,
+    named_columns,
+    notes_of,
     scales,
     scaling_remarks,
     speaks_of_scaling,
@@ -208,7 +210,10 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
     if keys.unit:
         return keys.unit, "given"
     _check_scaling(table, sensors)
-    texts = _named_units(table, sensors)
+    texts = [_named(table, index) for index in sensors]
+    if not all(texts):
+        _check_each_has_unit(table, sensors)
+    texts = _named_units(table, sensors, texts)
     units = [unit_of(text) or "" for text in texts]
     if mentions := [] if any(texts) and "" in units else _mentions(table, sensors, texts, units):
         named = f"names {displayed(texts[0])[:60]} and " if any(texts) else ""
@@ -260,9 +265,30 @@ def _check_scaling(table: Table, sensors: Sequence[int]) -> None:
         )
 
 
-def _named_units(table: Table, sensors: Sequence[int]) -> list[str]:
-    """Return the unit that the file names for each sensor, known or not; empty if it names none."""
-    texts = [_named(table, index) for index in sensors]
+def _check_each_has_unit(table: Table, sensors: Sequence[int]) -> None:
+    """Raise a question if remarks such as ``S1: mV`` name the unit of some of the sensors only."""
+    names = {split_unit(table.names[index])[0].strip().lower() for index in sensors}
+    names = {name for name in names if not (name[-1:].isdecimal() or is_unit(name))}
+    told = defaultdict(list)
+    for text in table.remarks if "unit" in table.notes else ():
+        if unit := notes_of({0: text}).get("unit"):
+            numbers = {at for at in named_columns(text) if at <= len(table.names)}
+            words = {*re.findall(r"\w+", text.lower())}
+            told[unit_of(unit) or unit].append((text, numbers | (words & names)))
+    for lines in told.values():
+        columns = [named for _, named in lines]
+        if all(columns) and len(set().union(*columns)) < len(sensors):
+            raise QuestionError(
+                f"the file says {displayed(lines[0][0])[:60]!r}, and not that each sensor has this "
+                "unit; give the unit of all readings with --unit, or convert them first"
+            )
+
+
+def _named_units(table: Table, sensors: Sequence[int], texts: list[str]) -> list[str]:
+    """Return the unit that the file names for each sensor, known or not; empty if it names none.
+
+    `texts` holds what it names for the column alone.
+    """
     # A letter behind the number of each sensor tells no two of them apart, so it is a unit.
     letters = [_LETTER.fullmatch(table.names[index]) for index in sensors]
     behind = [match[1] for match in letters if match]

@@ -147,6 +147,12 @@ MARK = re.compile(
 _OF_COLUMNS = re.compile(
     r"[A-Za-z]+_?[0-9]+|all|each|every|sensors?|channels?|to|in", re.IGNORECASE
 )
+# Columns of numbers that a remark names, as in "S1..S4" and "channel 1".
+_COLUMNS = re.compile(
+    r"(?<![\w.])(?:[A-Za-z]+_?|(?:sensor|channel|column)s? )([0-9]{1,3})"
+    r"(?:\s*(?:\.\.+|-|to)\s*(?:[A-Za-z]+_?)?([0-9]{1,3}))?(?![A-Za-z0-9]|\.[0-9])",
+    re.IGNORECASE,
+)
 # A remark of the form ``key: value``.
 NOTE = re.compile(r"\s*([A-Za-zµ][\w /.µ-]{0,40}?)\s*([\[(][^\])]{1,20}[\])])?\s*[:=]\s*(.+)")
 # What a comment, or a line above the samples, says of all readings.
@@ -342,6 +348,12 @@ def bare_unit(text: str) -> str:
     if len(words) != 1 or words[0] in ("r", "R", "k", "K") or unit_of(words[0]) == "sample":
         return ""
     return words[0] if is_unit(words[0]) else ""
+
+
+def named_columns(remark: str) -> set[int]:
+    """Return the numbers of the columns that a remark names; empty if it names none."""
+    ranges = _COLUMNS.findall(remark[:_LONGEST_REMARK])
+    return {at for begin, end in ranges for at in range(int(begin), int(end or begin) + 1)}
 
 
 def said_of_clock(remark: str) -> tuple[str, float] | None:
