@@ -95,6 +95,7 @@ def test_a_missing_sample_keeps_its_place():
         (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
         (b"# session: a\n# session: b\n" + BARE, "line 2: .* session 'a' above, and 'b' here"),
         (b"#\n# Unit: V\n" + BARE, "line 2: the header says 'Unit'; write 'unit'"),
+        (b"# kPa\n# wave 2\n" + BARE, "line 1: '# kPa' can be the unit of the readings"),
         (b"# nodule at mm: 3\n" + BARE, "says 'nodule at mm'; write 'nodule_at_mm'"),
         (b"# Set-ups: a\n" + BARE, "says 'Set-ups'; write 'setup'"),
         (b"x" * 10_001, "line 1 has 10001 characters; .* at most 10000"),

@@ -48,6 +48,10 @@ def _bare(key: str) -> str:
 
 
 _MEANT = {_bare(key): key for key in (*DECISIVE, "rate_hz")}
+# A remark that is nothing but a unit.
+_UNIT_ALONE = re.compile(
+    r"[\[(]?([kmuµμ]?(pa|n|v|ω|ohms?|bar|gf?)|psi|mmhg|counts?)[\])]?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -392,8 +396,8 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     Raises
     ------
     RecordingError
-        The header is too long to be one, says two things of the same key, or spells the key of a
-        line that decides something otherwise.
+        The header is too long to be one, says two things of the same key, spells the key of a line
+        that decides something otherwise, or has a unit without a key.
     """
     header: dict[str, str] = {}
     characters = 0
@@ -416,6 +420,11 @@ def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
                     "here; keep the line that is true"
                 )
             header[key] = value
+        elif _UNIT_ALONE.fullmatch(key.strip()):
+            raise RecordingError(
+                f"line {index + 1}: {_shorten(stripped)!r} can be the unit of the readings; write "
+                "'# unit: ' and counts, V, ohm or kohm if it is, or else take the line out"
+            )
         characters += len(stripped)
         if characters > _MOST_HEADER_CHARACTERS:
             raise RecordingError(
