@@ -10,12 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from capsule.figures.draw_survey import (
-    draw_survey,
-    frame_of,
-    spread_out,
-    track_table,
-)
+from capsule.figures.draw_survey import draw_survey, frame_of, spread_out, track_table
 from capsule.figures.style import BLUE, INK, ORANGE, render_figure
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
@@ -46,14 +41,13 @@ def lines_of(axes, colour, dashed):
 
 
 def test_the_table_is_the_stream_from_judgement_to_judgement(session):
-    table = track_table(track_of(session)).to_dict("records")
-    head, rows = surveys.stream_rows()
-    judged = [dict(zip(head, row, strict=True)) for row in rows if row[head.index("threshold")]]
-    assert [row["time_s"] for row in table] == [float(row["time_s"]) for row in judged]
-    assert [row["measured"] for row in table] == [row["head_mm"] != "" for row in judged]
-    for name in ("head_mm", "score"):
-        told = [float(row[name]) for row in judged if row[name]]
-        assert [row[name] for row in table if row["measured"]] == told
+    table, judged = track_table(track_of(session)), ~np.isnan(session.threshold)
+    measured = ~np.isnan(session.head_mm[judged])
+    assert table["measured"].tolist() == measured.tolist()
+    for name in ("time_s", "head_mm", "score"):
+        assert (
+            table.loc[measured, name].tolist() == getattr(session, name)[judged][measured].tolist()
+        )
 
 
 def test_the_path_lies_where_the_head_was(figure):

@@ -15,30 +15,8 @@ from capsule.evaluation.columns import COLUMNS, RATES
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
-from capsule.figures.draw_rates import (
-    detection_drawing,
-    learning_drawing,
-    negatives_drawing,
-    roc_drawing,
-    series_rows,
-    sizing_drawing,
-)
-from capsule.figures.draw_signals import (
-    contour_levels,
-    draw_preprocessing,
-    draw_templates,
-    example_table,
-    template_table,
-    typical_recordings,
-)
+from capsule.figures import draw_rates, draw_signals, style
 from capsule.figures.registry import FIGURES
-from capsule.figures.style import (
-    COLUMN_WIDTH_IN,
-    DETECTOR_LOOKS,
-    PAGE_WIDTH_IN,
-    PAPER_LOOK,
-    render_figure,
-)
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from capsule.store.files import read_csv
@@ -49,7 +27,7 @@ from support.verdicts import verdicts
 pytestmark = pytest.mark.takes(0.1)
 
 SCHEMES = ["leave_one_out", "resubstitution"]
-WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
+WIDTHS = [style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN]
 
 
 def judged(pairs, detector="template"):
@@ -62,7 +40,6 @@ def tables_of(predictions, sizes_mm):
     return measure_tables(predictions, sizes_mm, rules, names=[*RATES, "summary"])
 
 
-VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]
 SIZES = [0.0, 2.5, 6.0]
 
 
@@ -79,26 +56,18 @@ def texts(figure):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width):
-    figure = draw_preprocessing([None, example], 1.0, width)
+    figure = draw_signals.draw_preprocessing([None, example], 1.0, width)
     assert figure.get_figwidth() == width
     assert texts(figure).count("no such recording") == 3
-    shown = {
-        "(B) 3 mm nodule",
-        "readings",
-        "RMS envelope (SD)",
-        "sensor 1",
-        "sensor 3",
-        "height (SD)",
-    }
-    assert shown <= set(texts(figure))
+    assert {"(B) 3 mm nodule", "sensor 1", "sensor 3"} <= set(texts(figure))
     # The bar of the matrices, which stands last, reaches its highest value.
     assert 1 < example.matrix.max() <= figure.axes[-1].get_ylim()[1]
-    table = example_table([None, example])
+    table = draw_signals.example_table([None, example])
     assert list(table["envelope_2"]) == list(example.envelope[1])
     assert (table["matrix_1"] >= 0).all()
     # Missing samples leave a gap.
     assert table["reading_1"].isna().sum() == 10
-    assert render_figure(figure, "svg", "gap")
+    assert style.render_figure(figure, "svg", "gap")
 
 
 @pytest.mark.parametrize(
@@ -118,7 +87,7 @@ def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nod
         for size in sizes_mm
         for run, distance in (("b", 0.9), ("a", 0.2), ("c", 0.1), ("d", 1.5))
     ]
-    assert typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
+    assert draw_signals.typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -128,7 +97,7 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     particle = Particle(ones, 0.4 * ones, 60.0 * ones[1:], 20.0 * ones)
     matrices = np.zeros((sensors, 500)), render(particle, 60, 500), np.full((sensors, 500), np.nan)
     templates = dict(zip(SIZES, matrices, strict=True))
-    figure = draw_templates(templates, [0, 3, 0], width)
+    figure = draw_signals.draw_templates(templates, [0, 3, 0], width)
     shown = texts(figure)
     assert "zero everywhere" in shown
     assert "not known: no accepted recording" in shown
@@ -136,16 +105,16 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     # Kills: a size without a template takes the ticks of all the others.
     assert len(figure.axes[1].get_xticks()) > 1
     assert {axes.get_xlim() for axes in figure.axes[:3]} == {(1, 500)}
-    table = template_table(templates)
+    table = draw_signals.template_table(templates)
     assert len(table) == 3 * 500
     assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
 
 
 def test_contour_levels_reach_the_highest_value():
-    levels = contour_levels(1.37)
+    levels = draw_signals.contour_levels(1.37)
     assert levels[0] == 0 and levels[-1] >= 1.37
-    assert np.all(np.diff(contour_levels(0.0)) > 0)
-    faint = contour_levels(1.37, with_faint=True)
+    assert np.all(np.diff(draw_signals.contour_levels(0.0)) > 0)
+    faint = draw_signals.contour_levels(1.37, with_faint=True)
     assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
@@ -175,42 +144,31 @@ def rates_inputs(lead, sizes_mm=(0.0, 2.5), **of_detectors):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    _, draw = sizing_drawing(rates_inputs("template", SIZES, template=VERDICTS))
+    _, draw = draw_rates.sizing_drawing(
+        rates_inputs("template", SIZES, template=[(size, size) for size in SIZES])
+    )
     exact, within = draw(width).axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
     assert exact.get_yticklabels()[-1].get_text() == "100 %"
 
 
-@pytest.mark.parametrize(
-    ("lead", "others", "expected"),
-    [
-        ("best", {"taught": ALL_RIGHT}, ["taught", "template"]),
-        ("template", {"taught": ALL_RIGHT}, ["template"]),
-        ("best", {"taught": HALF_RIGHT}, ["template"]),
-        ("best", {}, ["template"]),
-    ],
-)
-def test_rates_show_the_leading_detector_the_papers_and_the_paper(lead, others, expected):
-    rows = series_rows(rates_inputs(lead, template=HALF_RIGHT, **others), "detection")
-    series = list(rows[["detector", "scheme"]].drop_duplicates().itertuples(index=False, name=None))
-    assert series == [*((each, "leave_one_out") for each in expected), ("paper", "paper")]
-
-
+# Kills: the paper's detector a second time where it leads.
 @pytest.mark.parametrize("width", WIDTHS)
-def test_the_legend_names_detector_and_scheme(width):
-    inputs = rates_inputs("best", template=HALF_RIGHT, taught=ALL_RIGHT)
-    table, draw = detection_drawing(inputs)
+@pytest.mark.parametrize(
+    ("lead", "shown"), [("best", ["taught", "template"]), ("template", ["template"])]
+)
+def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, shown):
+    inputs = rates_inputs(lead, template=HALF_RIGHT, taught=ALL_RIGHT)
+    table, draw = draw_rates.detection_drawing(inputs)
     figure = draw(width)
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        "taught (leave-one-out)",
-        "template (leave-one-out)",
-        "paper, as printed",
-    ]
-    assert table.loc[table["measure"] == "recall", "hits"].tolist() == [2, 1, 17, 20]
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == [*(f"{name} (leave-one-out)" for name in shown), "paper, as printed"]
+    recall = table.loc[table["measure"] == "recall", "hits"].tolist()
+    assert recall == [2, 1, 17, 20][-len(shown) - 2 :]
     # They stand beside each other, and no size that the archive has not is drawn.
     positions = [series.lines[0].get_xdata().tolist() for series in figure.axes[0].containers]
-    assert positions == [[-0.2], [0.0], [0.2]]
+    assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(shown) + 1)]
 
 
 def inputs_of(detectors, tables=None, learning=None):
@@ -221,19 +179,21 @@ def inputs_of(detectors, tables=None, learning=None):
 
 def curves(detectors, sizes=(np.nan, 1.0)):
     """Return the drawing of curves, and of rates with the baseline's."""
-    key = {"scheme": "leave_one_out"}
-    roc = [
-        key | {"detector": name, "size_mm": size}
-        | {"false_positive_rate": rate, "true_positive_rate": rate**power}
-        for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
-    ]  # fmt: skip
-    summary = [
-        key | {"detector": name, "size_mm": size, "specificity": 0.75, "sensitivity": 0.5}
+    rows = [
+        {"scheme": "leave_one_out", "detector": name, "size_mm": size}
         for name in [*detectors, ALWAYS]
         for size in sizes
     ]
+    summary = [row | {"specificity": 0.75, "sensitivity": 0.5} for row in rows]
+    roc = [
+        row | {"false_positive_rate": rate, "true_positive_rate": rate ** detectors[name]}
+        for row in rows
+        if (name := row["detector"]) in detectors
+        for rate in (0.0, 0.5, 1.0)
+    ]
     table = pd.DataFrame(roc, columns=None if roc else COLUMNS["roc"])
-    return roc_drawing(inputs_of(detectors, {"roc": table, "summary": pd.DataFrame(summary)}))
+    tables = {"roc": table, "summary": pd.DataFrame(summary)}
+    return draw_rates.roc_drawing(inputs_of(detectors, tables))
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -247,11 +207,9 @@ def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
     assert "score of template" in shown and "verdicts of beats" in shown
     curve = figure.axes[0].get_lines()[1]
     assert (curve.get_xdata()[0], curve.get_ydata()[0]) == (0, 0)
-    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
-        "any nodule",
-        "1 mm",
-    ]
-    assert render_figure(figure, "svg", "roc")
+    titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()]
+    assert titles == ["any nodule", "1 mm"]
+    assert style.render_figure(figure, "svg", "roc")
 
 
 def learned(*ranges):
@@ -266,7 +224,7 @@ def learned(*ranges):
 
 
 def learning_curves(table):
-    return learning_drawing(inputs_of(["template", "taught"], learning=table))
+    return draw_rates.learning_drawing(inputs_of(["template", "taught"], learning=table))
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -285,7 +243,7 @@ def rates_of_no_healthy():
     inputs = rates_inputs("template", SIZES, template=[(2.5, 2.5), (6, 6)])
     printed = {name: table[:0] for name, table in inputs.evaluation.paper.items()}
     inputs.evaluation = replace(inputs.evaluation, paper=printed)
-    return negatives_drawing(inputs)
+    return draw_rates.negatives_drawing(inputs)
 
 
 @pytest.mark.parametrize(
@@ -299,16 +257,16 @@ def rates_of_no_healthy():
 )
 def test_without_a_recording_the_figure_says_so(drawing):
     _, draw = drawing()
-    assert "no recording to count" in texts(draw(PAGE_WIDTH_IN))
+    assert "no recording to count" in texts(draw(style.PAGE_WIDTH_IN))
 
 
 def test_files_are_vectors_that_need_no_font_from_elsewhere(example):
-    figure = draw_preprocessing([example], 1.0, COLUMN_WIDTH_IN)
-    svg = render_figure(figure, "svg", "preprocessing").decode("utf-8")
+    figure = draw_signals.draw_preprocessing([example], 1.0, style.COLUMN_WIDTH_IN)
+    svg = style.render_figure(figure, "svg", "preprocessing").decode("utf-8")
     assert "<image" not in svg and "<text" not in svg
     width = re.search(r'width="([\d.]+)pt"', svg)
-    assert float(width[1]) == pytest.approx(72 * COLUMN_WIDTH_IN)
-    pdf = render_figure(figure, "pdf", "preprocessing")
+    assert float(width[1]) == pytest.approx(72 * style.COLUMN_WIDTH_IN)
+    pdf = style.render_figure(figure, "pdf", "preprocessing")
     assert b"/FontFile2" in pdf and b"/CreationDate" not in pdf
 
 
@@ -340,6 +298,6 @@ def test_a_line_leads_to_what_makes_the_figure(name):
 
 # Shapes differ, so that the colour blind and readers in grey tell the series apart.
 def test_every_detector_and_the_paper_have_a_shape_of_their_own():
-    looks = [*DETECTOR_LOOKS, PAPER_LOOK]
+    looks = [*style.DETECTOR_LOOKS, style.PAPER_LOOK]
     shapes = {(look["marker"], look.get("markerfacecolor")) for look in looks}
     assert len(DETECTORS) < len(shapes) == len(looks)

@@ -11,13 +11,7 @@ from capsule.detectors.search import WINDOWS_A_WAVE, passage_of
 from capsule.detectors.wave import wave_of
 from capsule.method.particle import Particle, render
 from capsule.method.sliding import rmse_at_lag
-from capsule.page.evidence import (
-    EVIDENCE,
-    archive_evidence,
-    in_words,
-    nearest_nodule_mm,
-    surface,
-)
+from capsule.page.evidence import EVIDENCE, archive_evidence, in_words, nearest_nodule_mm, surface
 from capsule.page.packing import inflated, unpack
 from capsule.page.plot_data import along_gut, peaks, plot_data
 from capsule.seeding import generator
@@ -47,8 +41,7 @@ def tables_of(verdicts, described, lag):
     return SimpleNamespace(
         settings=CONFIG,
         templates=[
-            {"size_mm": 0.0, "parameters": None},
-            {"size_mm": 3.0, "parameters": PARAMETERS},
+            {"size_mm": size, "parameters": PARAMETERS if size else None} for size in (0, 3)
         ],
         described=described,
         fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
@@ -147,11 +140,8 @@ def test_a_particle_is_drawn_where_the_comparison_found_it():
     drawn = surface(particle, 30, lag, length)
     assert drawn["peak"] == matrix.argmax(axis=1).tolist()
     assert (drawn["from"], drawn["to"]) == (25, 25 + length)
-    assert [drawn[name] for name in ("amplitude", "vertical", "horizontal")] == [
-        [1.0, 0.8],
-        [0.3, 0.4],
-        [8.0, 9.0],
-    ]
+    shapes = [drawn[name] for name in ("amplitude", "vertical", "horizontal")]
+    assert shapes == [[1.0, 0.8], [0.3, 0.4], [8.0, 9.0]]
 
 
 def drawn_of(values, check=CHECK, stretches=None, **shape):
@@ -230,9 +220,6 @@ def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_pl
     assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
     assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)
     assert depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
-
-
-def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
     # The run ends before the fourth sensor reaches the place where the first three were pressed.
     *passed, last = gut_of(samples=520, deeper=1.5)[0]["passed_s"]
     assert None not in passed and last is None

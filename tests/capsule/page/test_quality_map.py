@@ -1,10 +1,11 @@
-"""The quality of each sensor is measured, and the one that stands out is named."""
+"""The quality of each sensor is measured, what stands out is named, and faults are told."""
 
 import numpy as np
 import pytest
 
 from capsule.detectors.wave import wave_of
-from capsule.page.quality_map import MEASURES, SHADES, quality_cells, sensor_measures
+from capsule.page.quality_map import MEASURES, SHADES, quality_cells, quality_words, sensor_measures
+from capsule.recordings.units import shares_at_ends
 from support.sections import CONFIG
 from support.synthetic import make_recording
 
@@ -64,3 +65,21 @@ def test_a_recording_without_a_wave_and_an_archive_of_none_have_empty_cells():
     cells = quality_cells({"0mm/r01": {"measures": {"rail": [0.0]}}})["0mm/r01"]["cells"]
     assert [cell["text"] for cell in cells] == ["", "", "0", ""]
     assert quality_cells({}) == {}
+
+
+def test_gaps_are_told_by_their_share_and_the_longest_and_loose_sensors_by_name():
+    def quality():
+        return quality_words(values, shares_at_ends(values, {"adc_bits": "10"}), 10.0)
+
+    values = 400.0 + np.arange(800).reshape(4, 200) % 37
+    assert quality() == ""
+    values[:, 10:14] = values[:, 50:62] = np.nan
+    gaps = "gaps: 8 % of the samples, the longest 1.2 s"
+    assert quality() == gaps
+    values[2, 100:140] = 0.0
+    values[3, :3] = values[1, 0] = 1023.0
+    # Of the samples that are there: 40 and 3 of 184.
+    assert quality().split("; ") == [gaps] + [
+        f"sensor {sensor} loose: at the end of its range in {share} % of the samples"
+        for sensor, share in ((3, 21.7), (4, 1.6))
+    ]

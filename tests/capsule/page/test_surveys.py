@@ -6,15 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capsule.page import surveys
 from capsule.page.packing import unpack
-from capsule.page.surveys import (
-    MOST_JUDGEMENTS,
-    MOST_SAMPLES,
-    page_values,
-    player,
-    survey_values,
-    title_of,
-)
 from capsule.survey.cycle import STATES
 from capsule.survey.files import parse_session
 from capsule.survey.track import pins_of, track_of
@@ -28,7 +21,7 @@ def session():
 
 @pytest.fixture(scope="module")
 def played(session):
-    return player(session, track_of(session))
+    return surveys.player(session, track_of(session))
 
 
 def unpacked(packed):
@@ -46,11 +39,11 @@ def unpacked(packed):
     ],
 )
 def test_a_simulated_survey_is_called_simulated(about, title):
-    assert title_of(parse_session("demo", session_contents(**about))) == title
+    assert surveys.title_of(parse_session("demo", session_contents(**about))) == title
 
 
 def values_of(session):
-    return survey_values(session, track_of(session), pins_of(session))
+    return surveys.survey_values(session, track_of(session), pins_of(session))
 
 
 def test_the_places_are_those_of_the_file_in_words(session):
@@ -66,10 +59,9 @@ def test_the_places_are_those_of_the_file_in_words(session):
 
 
 def test_a_strange_place_says_so_before_its_size_and_one_that_may_be_off_where_else(session):
-    strange = replace(
-        session.places[0], familiar="no", unfamiliar_because="noise", may_be_off_mm=80.0
-    )
-    (first,) = values_of(replace(session, places=[strange]))["places"]
+    unlike = {"familiar": "no", "unfamiliar_because": "noise", "may_be_off_mm": 80.0}
+    strange = replace(session, places=[replace(session.places[0], **unlike)])
+    (first,) = values_of(strange)["places"]
     assert first["size"] == "unlike the recordings that teach (noise); 3.1 mm (2.4 to 3.9)"
     assert first["where"] == "36.4 mm, or off by 80 mm"
 
@@ -116,15 +108,14 @@ def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
         lines[at] = ",".join([cells[0], "", "", "", "", "", *cells[6:]])
     contents["stream.csv"] = "\n".join(lines).encode()
     gap = parse_session("gap", contents)
-    signals = player(gap, track_of(gap))["signals"]
+    signals = surveys.player(gap, track_of(gap))["signals"]
     missing = signals["every_s"] * np.flatnonzero(np.isnan(unpacked(signals["rows"][0])))
     assert (missing[0], missing[-1]) == (pytest.approx(50), pytest.approx(55.8))
 
 
-def test_what_is_not_shown_is_named(session):
-    values = page_values(
-        [{"name": "broken", "problem": "places.csv: line 2", "frame": {}}], {"a b": "rename"}
-    )
+def test_what_is_not_shown_is_named():
+    broken = {"name": "broken", "problem": "places.csv: line 2", "frame": {}}
+    values = surveys.page_values([broken], {"a b": "rename"})
     assert values["shown"] == []
     assert values["problems"] == [("broken", "places.csv: line 2"), ("a b", "rename")]
 
@@ -137,14 +128,12 @@ def test_a_long_survey_is_thinned(session):
         time_s=time_s,
         values=numbers.normal(512, 40, (4, time_s.size)),
         wave_mm=25 * time_s,
-        head_mm=judged,
-        score=judged,
-        threshold=judged,
+        **dict.fromkeys(("head_mm", "score", "threshold"), judged),
     )
-    made = player(long, track_of(long))
+    made = surveys.player(long, track_of(long))
     shown = [made["score"], *made["signals"]["rows"]]
     sizes = [unpacked(row).size for row in shown]
-    assert sizes == [MOST_JUDGEMENTS + 1, *[MOST_SAMPLES + 1] * 4]
+    assert sizes == [surveys.MOST_JUDGEMENTS + 1, *[surveys.MOST_SAMPLES + 1] * 4]
     # A byte holds each value.
     steps = [np.nanmax(unpacked(row) - row["low"]) / row["scale"] for row in shown]
     assert steps == pytest.approx([254] * 5)
