@@ -88,12 +88,10 @@ def test_crests_run_forward_at_the_speed_of_the_wave(figure):
 
 
 def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(figure):
-    texts = [text.get_text() for text in figure.findobj(Text)]
-    assert "demo, simulated" in texts
-    assert "1 nodule, 3.1 mm (2.4 to 3.9)" in texts
-    assert "2 uncertain: pass again" in texts
-    assert "position not measured" in texts
-    assert {"time (min)", "distance along the gut (mm)", "score"} <= set(texts)
+    texts = {text.get_text() for text in figure.findobj(Text)}
+    assert {"demo, simulated", "position not measured"} <= texts
+    assert {"1 nodule, 3.1 mm (2.4 to 3.9)", "2 uncertain: pass again"} <= texts
+    assert {"time (min)", "distance along the gut (mm)", "score"} <= texts
 
 
 def test_the_frame_tells_where_a_place_and_a_time_are(figure):

@@ -21,6 +21,7 @@ from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from capsule.store.files import read_csv
 from draw import write_figure
+from support.evaluated import RULES, read_paper
 from support.synthetic import make_recording
 from support.verdicts import verdicts
 
@@ -28,16 +29,6 @@ pytestmark = pytest.mark.takes(0.1)
 
 SCHEMES = ["leave_one_out", "resubstitution"]
 WIDTHS = [style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN]
-
-
-def judged(pairs, detector="template"):
-    """Return verdicts on pairs of true and predicted size, the same under both schemes."""
-    return pd.concat([verdicts(pairs, detector, scheme, threshold=0.0) for scheme in SCHEMES])
-
-
-def tables_of(predictions, sizes_mm):
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95, "specificity": 0.95, "prevalence": 0.1}
-    return measure_tables(predictions, sizes_mm, rules, names=[*RATES, "summary"])
 
 
 SIZES = [0.0, 2.5, 6.0]
@@ -118,36 +109,28 @@ def test_contour_levels_reach_the_highest_value():
     assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
-PRINTED = {
-    "recordings_per_size": 20,
-    "sizing_tolerance_mm": 1,
-    "detection": [
-        {"size_mm": 2.5, "recall_percent": 85, "precision_percent": 85},
-        {"size_mm": 4, "recall_percent": 100, "precision_percent": 100},
-    ],
-    "sizing": [{"size_mm": 2.5, "exact_percent": 30, "within_percent": 85, "one_sided": False}],
-}
-HALF_RIGHT = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0)]
-ALL_RIGHT = [(0, 0), (0, 0), (2.5, 2.5), (2.5, 2.5)]
+HALF_RIGHT = [(0, 0), (0, 2), (2, 2), (2, 0)]
+ALL_RIGHT = [(0, 0), (0, 0), (2, 2), (2, 2)]
 
 
-def rates_inputs(lead, sizes_mm=(0.0, 2.5), **of_detectors):
+def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
-    predictions = pd.concat([judged(pairs, name) for name, pairs in of_detectors.items()])
-    predictions = predictions.assign(**{f"rmse_{size_mm:g}mm": 0.0 for size_mm in sizes_mm})
-    tables = tables_of(predictions, list(sizes_mm))
-    evaluation = Evaluation(predictions, tables, printed_tables(PRINTED, 0.95))
-    rules = {"schemes": SCHEMES, "confidence": 0.95, "tolerance_mm": 1.0}
-    settings = {"evaluation": rules, "report": {"lead": lead}}
+    judged = [
+        verdicts(pairs, name, scheme, threshold=0.0)
+        for name, pairs in of_detectors.items()
+        for scheme in SCHEMES
+    ]
+    predictions = pd.concat(judged).assign(**{f"rmse_{size:g}mm": 0.0 for size in sizes_mm})
+    tables = measure_tables(predictions, list(sizes_mm), RULES, names=[*RATES, "summary"])
+    evaluation = Evaluation(predictions, tables, printed_tables(read_paper(), 0.95))
+    settings = {"evaluation": RULES | {"schemes": SCHEMES}, "report": {"lead": lead}}
     return SimpleNamespace(evaluation=evaluation, settings=settings)
 
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    _, draw = draw_rates.sizing_drawing(
-        rates_inputs("template", SIZES, template=[(size, size) for size in SIZES])
-    )
-    exact, within = draw(width).axes
+    inputs = rates_inputs("template", SIZES, template=[(size, size) for size in SIZES])
+    exact, within = draw_rates.sizing_drawing(inputs)[1](width).axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
     assert exact.get_yticklabels()[-1].get_text() == "100 %"
@@ -164,11 +147,11 @@ def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, s
     figure = draw(width)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == [*(f"{name} (leave-one-out)" for name in shown), "paper, as printed"]
-    recall = table.loc[table["measure"] == "recall", "hits"].tolist()
-    assert recall == [2, 1, 17, 20][-len(shown) - 2 :]
+    at_2_mm = table[(table["measure"] == "recall") & (table["size_mm"] == 2)]
+    assert at_2_mm["hits"].tolist() == [2, 1, 17][-len(names) :]
     # They stand beside each other, and no size that the archive has not is drawn.
     positions = [series.lines[0].get_xdata().tolist() for series in figure.axes[0].containers]
-    assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(shown) + 1)]
+    assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(names))]
 
 
 def inputs_of(detectors, tables=None, learning=None):

@@ -71,12 +71,6 @@ def said_of(card):
     return " ".join(section("cards", **page, most_cards=6).split())
 
 
-def shown(name):
-    """Return the words of a patient's card."""
-    (card,) = [each for each in made_of(**CHANGES) if each["patient"] == name]
-    return said_of(card)
-
-
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -88,16 +82,14 @@ def shown(name):
         ("doubtful", "the probability is 7 %. If a nodule: 2.5 mm, 6 mm from the start"),
         ("doubtful", "1 of 3 healthy recordings exceed the threshold too; none"),
         ("quiet", '<p class="verdict">No nodule</p>'),
-        (
-            "strange",
-            "From sample to sample a reading bends by 50.0 % of a wave's depth, but 10.0 to",
-        ),
+        ("strange", "a reading bends by 50.0 % of a wave's depth, but 10.0 to"),
         ("strange", "; 1 other trait deviates too. Judged all the same: a nodule."),
         ("bad", "Rejected: the file is empty."),
     ],
 )
 def test_a_card_says_what_to_do_and_why(name, words):
-    assert words in shown(name)
+    (card,) = [each for each in made_of(**CHANGES) if each["patient"] == name]
+    assert words in said_of(card)
 
 
 def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():

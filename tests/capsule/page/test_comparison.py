@@ -152,15 +152,6 @@ def test_only_benches_that_judged_and_had_no_other_part_are_shown():
     assert "<td>judged only</td><td>95 %</td><td>10 %</td><td>40 %</td>" in text
 
 
-@pytest.mark.parametrize("scheme", ["held_out", "leave_one_out", "resubstitution"])
-def test_the_page_names_the_scheme_that_it_stands_on(scheme):
-    values = page_of(
-        evaluated([("0mm/a", 0.0, 0.0)], (0.0,), scheme=scheme),
-        ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
-    )
-    assert values["figure_series"] == f"template ({words.scheme(scheme)}) and the paper"
-
-
 def test_recordings_without_a_verdict_have_a_cell_of_their_own():
     counts = [(0.0, 0.0, 8), (0.0, 2.0, 1), (0.0, UNKNOWN, 1), (2.0, 0.0, 0), (2.0, 2.0, 5)]
     table = pd.DataFrame(counts, columns=["size_mm", "predicted_mm", "count"])

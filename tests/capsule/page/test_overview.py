@@ -83,6 +83,13 @@ def nodules(value, each=20):
     return [(value, size) for size in SIZES_MM[1:] for _ in range(each)]
 
 
+def on_days(*counts):
+    """Return the nodules of a bench, and healthy recordings of so many on each day."""
+    healthy = [(f"day {n}", 0.0) for n, count in enumerate(counts) for _ in range(count)]
+    return nodules("bench") + healthy
+
+
+BENCH = {"bench": [0, 20, 20]}
 OF_DAYS = [(f"day {size}", kind) for size in SIZES_MM[1:] for kind in (0.0, size) for _ in range(9)]
 OF_SOURCES = [*nodules("phantom"), *[("fabric", 0.0)] * 20]
 OF_RATES = [*nodules("10"), *[("", 0.0)] * 20]
@@ -100,27 +107,17 @@ def test_the_warning_says_what_follows():
         ("source", OF_SOURCES, {"phantom": [0, 20, 20], "fabric": [20, 0, 0]}),
         ("rate_hz", OF_RATES, {"10 Hz": [0, 20, 20], "not said": [20, 0, 0]}),
         # Kills: a row of rarer values that stands for a single one.
+        ("session", on_days(9, 8, 7, 6, 5), BENCH | {f"day {n}": [9 - n, 0, 0] for n in range(5)}),
         (
             "session",
-            nodules("bench") + [(f"day {day}", 0.0) for day in range(5) for _ in range(9 - day)],
-            {"bench": [0, 20, 20]} | {f"day {day}": [9 - day, 0, 0] for day in range(5)},
+            on_days(*range(10, 1, -1)),
+            BENCH | {f"day {n}": [10 - n, 0, 0] for n in range(4)} | {"5 rarer values": [20, 0, 0]},
         ),
-        (
-            "session",
-            nodules("bench") + [(f"day {day}", 0.0) for day in range(9) for _ in range(10 - day)],
-            {"bench": [0, 20, 20]}
-            | {f"day {day}": [10 - day, 0, 0] for day in range(4)}
-            | {"5 rarer values": [20, 0, 0]},
-        ),
-        (
-            "session",
-            nodules("bench") + [(f"day {day}", 0.0) for day in range(9)],
-            {"bench": [0, 20, 20], "another value at each place": [9, 0, 0]},
-        ),
+        ("session", on_days(*[1] * 9), BENCH | {"another value at each place": [9, 0, 0]}),
         (
             "source",
-            nodules("b" * 10_000) + [("bench", 0.0)] * 20,
-            {"b" * (LONGEST - 1) + "…": [0, 20, 20], "bench": [20, 0, 0]},
+            [*nodules("b" * 10_000), *[("fabric", 0.0)] * 20],
+            {"b" * (LONGEST - 1) + "…": [0, 20, 20], "fabric": [20, 0, 0]},
         ),
     ],
 )

@@ -11,8 +11,14 @@ from hypothesis import strategies as st
 from capsule.page.packing import deflated, inflated, pack, rounded, to_json, unpack
 
 
-def test_counts_of_an_adc_come_through_exactly_with_their_gaps():
-    values = np.array([[0.0, 512.0, np.nan, 1023.0], [3.0, np.nan, 7.0, 65533.0]])
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([[0.0, 512.0, np.nan, 1023.0], [3.0, np.nan, 7.0, 65533.0]]),
+        *(np.full((2, 3), fill) for fill in (np.nan, 0.0, 2.5)),
+    ],
+)
+def test_counts_of_an_adc_with_gaps_and_a_signal_that_never_changes_come_through_exactly(values):
     assert np.array_equal(unpack(pack(values)), values, equal_nan=True)
 
 
@@ -22,12 +28,6 @@ def test_other_values_come_through_to_half_a_step(values, bits):
     packed = pack(array, bits)
     assert np.allclose(unpack(packed), array, rtol=0, atol=0.5001 * packed["scale"] + 1e-9)
     assert packed["scale"] <= max(1.0, np.ptp(array) / (2**bits - 3))
-
-
-@pytest.mark.parametrize("fill", [np.nan, 0.0, 2.5])
-def test_a_signal_that_never_changes_or_is_missing(fill):
-    values = np.full((2, 3), fill)
-    assert np.array_equal(unpack(pack(values)), values, equal_nan=True)
 
 
 def test_numbers_keep_five_digits():

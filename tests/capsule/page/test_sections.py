@@ -42,6 +42,7 @@ def small():
 def test_every_accepted_recording_is_listed_and_carried(small):
     assert [row["recording"] for row in small["recordings"]] == ["0mm/a", "2mm/a", "2mm/bad"]
     assert [name for name, _ in small["evidence"]] == ["0mm/a", "2mm/a"]
+    assert small["figure_series"] == "template (leave-one-out) and the paper"
     # A nodule says more at first sight.
     assert small["first_shown"] == "2mm/a"
     assert small["outcomes"] == ["within tolerance", "rightly none", "rejected"]
