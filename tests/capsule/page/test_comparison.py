@@ -13,21 +13,11 @@ from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison, detector_sections
 from capsule.page.cells import rate_table, retest_rows
 from capsule.seeding import generator
-from support.evaluated import evaluated
+from support.evaluated import RULES, evaluated
 from support.sections import page_of, section
 from support.verdicts import index_of, verdicts
 
-SETTINGS = {
-    "detectors": ["template", "diagonal"],
-    "evaluation": {
-        "tolerance_mm": 1.0,
-        "confidence": 0.95,
-        "specificity": 0.95,
-        "prevalence": 0.1,
-        "calibration_bins": 2,
-        "passes": [1],
-    },
-}
+SETTINGS = {"detectors": ["template", "diagonal"], "evaluation": RULES}
 UNKNOWN = float("nan")
 SCHEMES = ["leave_one_out", "resubstitution"]
 

@@ -21,6 +21,7 @@ from support.stored import Described
 from support.synthetic import make_recording
 
 DIAGONAL = CONFIG["diagonal"]
+FIRST_PEAK, LENGTH = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
 CHECK = {"header": {}, "sha256": "0" * 64, "at_ends": [0.0] * 4}
 PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
 PARAMETERS = {name: getattr(PARTICLE, name).tolist() for name in PARTICLE.__dataclass_fields__}
@@ -36,8 +37,7 @@ def plotted(values, check=CHECK, stretches=None, **shape):
 
 def tables_of(verdicts, described, lag):
     """Return tables with verdicts, and with a fit of 3mm/r01 at a lag."""
-    first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
-    fit = {"parameters": PARAMETERS, "first_peak": first_peak, "lag": lag}
+    fit = {"parameters": PARAMETERS, "first_peak": FIRST_PEAK, "lag": lag}
     return SimpleNamespace(
         settings=CONFIG,
         templates=[
@@ -45,7 +45,7 @@ def tables_of(verdicts, described, lag):
         ],
         described=described,
         fits={"3mm/r01": fit | {"rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}},
-        matrix=lambda name: render(PARTICLE, first_peak, length),
+        matrix=lambda name: render(PARTICLE, FIRST_PEAK, LENGTH),
         by_recording=verdicts,
     )
 
@@ -75,13 +75,12 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         ROW | {"recording": "0mm/r01", "size_mm": 0.0, "size": "no nodule", "nodule_at_mm": None},
         ROW | {"recording": "3mm/r01"},
     ]
-    first_peak, length = CONFIG["fit"]["first_peak"], CONFIG["preprocessing"]["length"]
     verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": 15.0}
     said = dict.fromkeys(EVIDENCE) | {"detector": "template", "scheme": "leave-one-out"}
     said |= {"said": "3 mm", "distances": [0.2, 0.1], "details": "place 15.0 s"}
     verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
-    tables = tables_of(verdicts, Described(), lag=length + 1)
+    tables = tables_of(verdicts, Described(), lag=LENGTH + 1)
     made = dict(archive_evidence(rows, tables))
     assert list(made) == ["0mm/r01", "3mm/r01"]
     assert inflated(json.loads(made["3mm/r01"])["drawn"])["facts"] == {"File": "raw/3mm/r01.csv"}
@@ -92,10 +91,10 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     assert nodule["verdicts"] == [said | {"outcome": "exact"}] * 2
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
     for drawn in (nodule["template"], nodule["fitted"]):
-        assert drawn["peak"][0] == first_peak - 1
+        assert drawn["peak"][0] == FIRST_PEAK - 1
     assert nodule["template"]["size"] == "3 mm"
     assert nodule["fit"].startswith("RMSE 0.1000; ")
-    assert nodule["fit"].endswith(f"; lag {length + 1}")
+    assert nodule["fit"].endswith(f"; lag {LENGTH + 1}")
     assert healthy["fitted"] is healthy["fit"] is None
     tables.by_recording = {}
     without = dict(archive_evidence(rows, tables))

@@ -13,13 +13,10 @@ from support.project import ROOT
 REPORT = ROOT / "workflow" / "report"
 
 
-def test_no_script_and_no_style_is_left_out():
+def test_the_frame_holds_every_script_style_and_template_but_no_hidden_file(tmp_path):
     own = {path.relative_to(REPORT).as_posix() for path in REPORT.glob("scripts/*.js")}
     assert own == {name for name in page_files.SCRIPTS if not name.startswith("vendor/")}
     assert {path.name for path in REPORT.glob("*.css")} < set(page_files.STYLES)
-
-
-def test_the_frame_holds_every_template_that_is_used_but_no_hidden_file(tmp_path):
     folder = shutil.copytree(REPORT, tmp_path / "report")
     # Such files lie in every folder that has been on a Mac.
     (folder / "sections" / "._answer.html.j2").write_bytes(b"\0\xff")
@@ -56,8 +53,6 @@ def test_the_policy_allows_this_script_and_no_other():
     assert "<script>a < b && c</script>" in page
     assert "default-src 'none'" in page and "unsafe" not in page
     assert page.count("'sha256-") == 2
-
-
-def test_an_end_tag_in_the_script_is_refused():
+    # An end tag in the script would end it.
     with pytest.raises(ValueError, match="end tag"):
         filled("", script="x = '</script>'")

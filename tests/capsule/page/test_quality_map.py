@@ -9,32 +9,24 @@ from capsule.recordings.units import shares_at_ends
 from support.sections import CONFIG
 from support.synthetic import make_recording
 
+ON_SENSOR_3 = np.array([[0], [0], [1], [0]])
+OTHER_WAVE = 60 * np.sin(2 * np.pi * np.arange(700) / 12)
 RUN = np.linspace(-0.5, 0.5, 700)
 NOISE = np.random.default_rng(1).normal(0, 40, 700)
 
 
 def measured(spoil=lambda values: values, at_ends=(0.0, 0.0, 0.0, 0.0), name="0mm/r01"):
-    values = spoil(make_recording(0, name).values.copy())
+    values = spoil(make_recording(0, name).values)
     return sensor_measures(wave_of(values, 10.0, CONFIG["diagonal"]), at_ends)
-
-
-def on_sensor_3(disturbance):
-    """Return a function that adds a disturbance to the readings of the third sensor."""
-
-    def spoil(values):
-        values[2] += disturbance
-        return values
-
-    return spoil
 
 
 @pytest.mark.parametrize(
     ("key", "spoilt"),
     [
-        ("drift", {"spoil": on_sensor_3(400 * RUN)}),
-        ("noise", {"spoil": on_sensor_3(NOISE)}),
+        ("drift", {"spoil": lambda values: values + ON_SENSOR_3 * 400 * RUN}),
+        ("noise", {"spoil": lambda values: values + ON_SENSOR_3 * NOISE}),
         ("rail", {"at_ends": (0.0, 0.0, 0.05, 0.0)}),
-        ("wave", {"spoil": on_sensor_3(60 * np.sin(2 * np.pi * np.arange(700) / 12))}),
+        ("wave", {"spoil": lambda values: values + ON_SENSOR_3 * OTHER_WAVE}),
     ],
 )
 def test_a_sensor_that_is_worse_than_those_of_the_other_recordings_is_named(key, spoilt):
