@@ -3,13 +3,13 @@
 `tests/capsule/phantom` makes the recordings that teach again.
 """
 
-import argparse
 from collections import Counter
 
 from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recordings.recording import format_recording, read_recording
+from support.command import parsers
 from support.project import ROOT
 
 RAW = ROOT / "raw"
@@ -19,11 +19,7 @@ def test_the_held_out_session_is_what_the_documented_command_makes_and_twenty_a_
     """Two of its recordings are made again, to the byte; the first lines of the others agree."""
     text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8").replace("\\\n", " ")
     (command,) = (line.split() for line in text.splitlines() if "--prefix h" in line)
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--seed", type=int)
-    for option in ("--sizes", "--runs", "--setups"):
-        parser.add_argument(option, nargs="+", type=int, default=[*range(6)])
-    asked, _ = parser.parse_known_args(command)
+    asked = parsers()["simulate"].parse_args(command[2:])
     session = f"simulated-{asked.seed}"
     assert read_config_file(ROOT / "config/config.yaml")["evaluation"]["held_out"] == [session]
     headers = {}
@@ -31,7 +27,7 @@ def test_the_held_out_session_is_what_the_documented_command_makes_and_twenty_a_
         with path.open("rb") as stream:
             name = f"{path.parent.name}/{path.stem}"
             headers[name] = read_recording(stream, sensors=4).header
-    planned = planned_runs(asked.sizes, asked.runs, 1, asked.setups, "h")
+    planned = planned_runs(asked.sizes, asked.runs, asked.passes, asked.setups, asked.prefix)
     held_out = {name for name, header in headers.items() if header["session"] == session}
     assert held_out == {each.name for each in planned}
     for each in planned:

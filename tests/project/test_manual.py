@@ -1,4 +1,4 @@
-"""The manual builds without a warning, and its links have targets."""
+"""The manual builds without a warning, its links have targets, and it says what the code does."""
 
 import re
 import sys
@@ -6,13 +6,18 @@ import sys
 import pytest
 import yaml
 
+from capsule.engine.configuration import allowed_values, read_schema
 from capsule.engine.keys import imported_files
+from capsule.evaluation.intervals import new_specificity, recordings_needed
+from capsule.store.files import read_csv
 from support.command import output_of
 from support.documents import documents
 from support.project import ROOT
 
 DOCS = ROOT / "docs"
-NAMES = [path.relative_to(ROOT).as_posix() for path in documents()]
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
+STUDIES = sorted((ROOT / "workflow/studies").rglob("*.md"))
+NAMES = [path.relative_to(ROOT).as_posix() for path in [*documents(), *STUDIES]]
 
 
 @pytest.mark.slow
@@ -78,3 +83,55 @@ def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
             for path in (workflow / folder / name for name in names):
                 assert path.exists()
                 assert path in used or "scripts/capsule" not in path.as_posix(), (step, path)
+
+
+def described_keys(schema, path=""):
+    """Yield every key that holds a value, with its part of the schema."""
+    for name, part in schema["properties"].items():
+        key = f"{path}.{name}" if path else name
+        if "properties" in part:
+            yield from described_keys(part, key)
+        else:
+            yield key, part
+
+
+def row(key, part):
+    cells = [f"`{key}`", part.get("symbol", ""), part.get("unit", "")]
+    cells.append(allowed_values(part, SCHEMA))
+    return "| " + " | ".join([*cells, part["description"]]) + " |"
+
+
+def test_every_key_is_explained_as_the_schema_has_it_and_no_other():
+    readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
+    explained = [line for line in readme.splitlines() if line.startswith("| `")]
+    assert explained == [row(key, part) for key, part in described_keys(SCHEMA)]
+
+
+def test_report_page_and_study_give_the_range_that_the_benchmark_measured():
+    rows = read_csv(ROOT / "workflow/report/benches.csv")
+    lines = []
+    for row in rows:
+        *words, specificity, small, large = row.values()
+        rates = [f"{100 * float(rate):.1f} %" for rate in (specificity, small, large)]
+        lines.append(f"| {' | '.join([*words, *rates])} |\n")
+    for page in ("docs/detection.md", "workflow/studies/results/detection-benches.md"):
+        assert f"---|\n{''.join(lines)}\n" in (ROOT / page).read_text(encoding="utf-8")
+
+
+def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():
+    rows = [
+        [f"{rate} %"]
+        + [str(recordings_needed(rate / 100, each, 0.95)) for each in (0.15, 0.1, 0.05)]
+        for rate in (50, 60, 70, 80, 85, 90, 95, 100)
+    ]
+    head = "| expected rate | ±15 points | ±10 points | ±5 points |\n|---|---|---|---|\n"
+    table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    assert f"{head}{table}\n" in (ROOT / "docs/your-bench.md").read_text(encoding="utf-8")
+
+
+def test_the_page_on_intervals_tells_what_is_computed():
+    page = " ".join((ROOT / "docs/intervals.md").read_text(encoding="utf-8").split())
+    low, high = (f"{100 * share:.1f}" for share in new_specificity(20, 0.95))
+    assert f"At n = 20 the central 90 % are {low} to {high} %." in page
+    needed = recordings_needed(0.95, 0.05, 0.95)
+    assert f"95 % to +-5 points takes {needed} healthy recordings" in page
