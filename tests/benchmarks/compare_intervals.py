@@ -18,6 +18,7 @@ from scipy.special import ndtr, ndtri
 from tables import table
 
 from capsule.arguments import natural
+from capsule.detectors.calibrate import rank_threshold
 from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of
 from capsule.seeding import generator
 
@@ -153,23 +154,14 @@ def specificities(archives: int) -> list[dict]:
             numbers = generator(each, "new", str(healthy), str(patients), str(share))
             scores = _scores(numbers, patients, healthy // patients, share)
             own = np.sqrt(share) * numbers.normal()
-            reached.append(float(ndtr((_threshold(scores) - own) / np.sqrt(1 - share))))
+            threshold = rank_threshold(scores, np.arange(healthy), 0.95)
+            reached.append(ndtr((threshold - own) / np.sqrt(1 - share)))
+        low, high = new_specificity(healthy, 0.95)
+        inside = [low <= value <= high for value in reached]
         places = f"of one more patient than {patients}" if share else "of the same mix"
-        rows.append(_range_row(healthy, places, reached))
+        row = {"healthy places": str(healthy), "new places": places, "range from": low, "to": high}
+        rows.append(row | {"held": np.mean(inside), "mean specificity": np.mean(reached)})
     return sorted(rows, key=lambda row: row["held"])
-
-
-def _threshold(scores: np.ndarray) -> float:
-    """Return the healthy score whose rank stands for a specificity of 95 %."""
-    rank = min(int(np.ceil((scores.size + 1) * 0.95 - 1e-9)), scores.size)
-    return float(np.sort(scores)[rank - 1])
-
-
-def _range_row(healthy: int, places: str, reached: Sequence[float]) -> dict:
-    low, high = new_specificity(healthy, 0.95)
-    inside = float(np.mean([low <= value <= high for value in reached]))
-    row = {"healthy places": str(healthy), "new places": places, "range from": low, "to": high}
-    return row | {"held": inside, "mean specificity": float(np.mean(reached))}
 
 
 if __name__ == "__main__":

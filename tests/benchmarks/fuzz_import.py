@@ -11,6 +11,7 @@ import contextlib
 import io
 import os
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -56,27 +57,17 @@ def import_apart(file: Path) -> tuple[str, float, int]:
 
 
 def _import(file: Path) -> int:
-    """Return 0 if a file was imported, 1 if it was refused, 2 after a traceback."""
+    """Return 0 if a file was imported, 1 if it was refused, 2 after a traceback, which is shown."""
     words = ["import", str(given_path(file)), "--size", "3", "--dry-run"]
     words += ["--raw", str(file.parent / "raw")]
     importer = Importer(build_parser(["import"]).parse_args(words))
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         try:
             importer.run()
-        except BaseException:  # noqa: BLE001 (any traceback is a fault, and is shown)
-            (file.parent / "traceback.txt").write_text(traceback.format_exc())
+        except BaseException:  # noqa: BLE001 (any traceback is a fault)
+            traceback.print_exc(file=sys.__stderr__)
             return 2
     return int(importer.refused > 0)
-
-
-def keep(kept: Path, file: Path, number: int, outcome: str) -> None:
-    """Keep a file, and its traceback if there is one."""
-    kept.mkdir(exist_ok=True)
-    name = f"{number}-{outcome.replace(' ', '-')}-{file.name}"
-    (kept / name).write_bytes(file.read_bytes())
-    told = file.parent / "traceback.txt"
-    if told.exists():
-        told.rename(kept / f"{name}.txt")
 
 
 def main() -> None:
@@ -98,7 +89,9 @@ def main() -> None:
                 file.write_bytes(damaged(whole, numbers))
                 outcome, seconds, used = import_apart(file)
                 if outcome in FAULTS:
-                    keep(options.keep, file, number, outcome)
+                    options.keep.mkdir(exist_ok=True)
+                    name = f"{number}-{outcome.replace(' ', '-')}-{file.name}"
+                    shutil.copyfile(file, options.keep / name)
                 counted[outcome] += 1
                 longest, most = max(longest, seconds), max(most, used)
             cells = {outcome: str(counted[outcome]) for outcome in (*OUTCOMES, *FAULTS)}

@@ -13,7 +13,8 @@ tables into the documents that show them, and the range for the report.
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
 from itertools import islice, product
 from pathlib import Path
@@ -34,11 +35,11 @@ from capsule.detectors.wave_traits import WaveTraits
 from capsule.engine.configuration import read_config_file
 from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG
-from capsule.method.templates import TemplateSet, no_nodule_template
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.recordings.names import size_mm
 from capsule.store.files import write_csv
+from support.training import NO_TEMPLATES
 
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
 USUAL = "usual"
@@ -73,24 +74,17 @@ def part_of(bench: str) -> str:
     return TAUGHT if bench == USUAL else CHOSE
 
 
-def simulator(bench: str) -> Callable[[float, int, str], np.ndarray]:
-    """Return a function of size, seed and place that simulates the readings of one pass, (S, K)."""
-    usual = bench == USUAL or bench in judged_only.BENCHES
-    phantom = read_phantom(DEFAULT_TABLE, [], None if usual else bench)
+def simulated(bench: str, number: int) -> tuple[Readings, list[np.ndarray]]:
+    """Simulate an archive by its number from 0, and fresh healthy recordings."""
+    trouble = judged_only.BENCHES.get(bench)
+    phantom = read_phantom(DEFAULT_TABLE, [], None if trouble or bench == USUAL else bench)
 
     def readings(nodule_mm: float, seed: int, site: str) -> np.ndarray:
         run = simulate_run(phantom, nodule_mm, seed, site)
-        if bench in judged_only.BENCHES:
-            trouble = judged_only.BENCHES[bench]
-            return trouble(judged_only.Passed(phantom, run, seed, site)).astype(float)
-        return run.counts.astype(float)
+        passed = judged_only.Passed(phantom, run, seed, site)
+        return (trouble(passed) if trouble else run.counts).astype(float)
 
-    return readings
-
-
-def simulated(bench: str, number: int) -> tuple[Readings, list[np.ndarray]]:
-    """Simulate an archive by its number from 0, and fresh healthy recordings."""
-    readings, runs = simulator(bench), planned_runs(SIZES_MM, RUNS, 1)
+    runs = planned_runs(SIZES_MM, RUNS, 1)
     archive = {run.name: readings(run.size_mm, FIRST_SEED + number, run.site) for run in runs}
     first = FIRST_FRESH_SEED + FRESH * number
     return archive, [readings(0, seed, "fresh") for seed in range(first, first + FRESH)]
@@ -103,11 +97,9 @@ def stored(paths: Sequence[Path], number: int) -> tuple[Readings, list[np.ndarra
         with np.load(path) as archive:
             return {name: archive[name].astype(float) for name in archive.files}
 
-    def healthy() -> Iterator[np.ndarray]:
-        for path in [*paths[number + 1 :], *paths[:number]]:
-            yield from (values for name, values in read(path).items() if size_mm(name) == 0)
-
-    return read(paths[number]), list(islice(healthy(), FRESH))
+    others = map(read, [*paths[number + 1 :], *paths[:number]])
+    healthy = (values for each in others for name, values in each.items() if size_mm(name) == 0)
+    return read(paths[number]), list(islice(healthy, FRESH))
 
 
 def judge(readings: Readings, fresh: Sequence[np.ndarray]) -> tuple[list[dict], Traits]:
@@ -117,15 +109,14 @@ def judge(readings: Readings, fresh: Sequence[np.ndarray]) -> tuple[list[dict], 
     archive = TrainingArchive(
         {name: size_mm(name) for name in readings},
         recordings,
-        TemplateSet((0.0,), (), (no_nodule_template(1, 1),), 1),
+        NO_TEMPLATES,
         {},
         CONFIGURATION,
         {name: each.no_verdict for name, each in recordings.items()},
     )
     rows = [{"detector": each} | rates(archive, each, list(readings)) for each in DETECTORS]
-    return rows, {
-        name: recordings[name].traits for name in readings if not archive.no_verdict[name]
-    }
+    judged = [name for name in readings if not archive.no_verdict[name]]
+    return rows, {name: recordings[name].traits for name in judged}
 
 
 def rates(archive: TrainingArchive, detector: str, labelled: Sequence[str]) -> dict[str, float]:
@@ -241,9 +232,8 @@ def main() -> None:
     add("--write", action="store_true", help="write the tables into documents and report")
     arguments = parser.parse_args()
     folders = {folder.name: sorted(folder.glob("*.npz")) for folder in arguments.folders}
-    archives = dict.fromkeys(arguments.benches, arguments.archives)
-    archives |= {bench: len(paths) for bench, paths in folders.items() if paths}
-    tasks = [(bench, number) for bench, count in archives.items() for number in range(count)]
+    tasks = list(product(arguments.benches, range(arguments.archives)))
+    tasks += [(bench, number) for bench, paths in folders.items() for number in range(len(paths))]
 
     def judged_archive(task: tuple[str, int]) -> tuple[list[dict], Traits]:
         bench, number = task
@@ -251,7 +241,7 @@ def main() -> None:
         return judge(*(stored(folders[bench], number) if of_folder else simulated(bench, number)))
 
     made: list[dict] = []
-    traits: dict[str, list[Traits]] = {bench: [] for bench in archives}
+    traits: dict[str, list[Traits]] = defaultdict(list)
     of_tasks = forked(judged_archive, tasks, arguments.processes)
     for done, ((bench, _), (rows, of_archive)) in enumerate(zip(tasks, of_tasks, strict=True), 1):
         made += [{"part": part_of(bench), "bench": bench, **row} for row in rows]

@@ -31,14 +31,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).parents[2]
+from tables import ROOT
+
 LIBRARY = Path("workflow/scripts/capsule")
 TESTS = Path("tests/capsule")
+ROOMS = [".", "method", "recordings", "detectors", "evaluation"]
 # Modules that import one of these know files or programs.
 SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing", "fcntl"}
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "__pycache__", ".snakemake", "build", "results")
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
+# What a comparison or an operator may become.
+CHANGES: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
     ast.LtE: (ast.Lt, ast.GtE),
     ast.Gt: (ast.GtE, ast.Lt),
@@ -49,8 +52,6 @@ COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.IsNot: (ast.Is,),
     ast.In: (ast.NotIn,),
     ast.NotIn: (ast.In,),
-}
-OPERATORS: dict[type[ast.AST], tuple[type[ast.AST], ...]] = {
     ast.Add: (ast.Sub,),
     ast.Sub: (ast.Add,),
     ast.Mult: (ast.Div,),
@@ -91,17 +92,11 @@ def modules(rooms: list[str]) -> list[Path]:
 
 
 def skipped(tree: ast.AST) -> set[int]:
-    """Return the identities of all nodes in annotations, in `__all__` and in decorators."""
+    """Return the identities of all nodes in annotations and in decorators."""
     left: list[ast.AST | None] = []
     for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            left += [node.returns, *node.decorator_list]
-        elif isinstance(node, ast.ClassDef):
-            left += node.decorator_list
-        elif isinstance(node, ast.arg | ast.AnnAssign):
-            left.append(node.annotation)
-        elif isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            left.append(node)
+        left += [getattr(node, "returns", None), getattr(node, "annotation", None)]
+        left += getattr(node, "decorator_list", [])
     return {id(inner) for node in left if node for inner in ast.walk(node)}
 
 
@@ -115,7 +110,7 @@ def places(module: Path) -> Iterator[Place]:
         if isinstance(node, ast.Compare):
             yield from (Place(module, number, turn) for turn in range(len(node.ops)))
         elif isinstance(node, ast.BinOp | ast.BoolOp | ast.UnaryOp | ast.AugAssign):
-            if type(node.op) in OPERATORS:
+            if type(node.op) in CHANGES:
                 yield Place(module, number)
         elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
             yield Place(module, number)
@@ -128,12 +123,12 @@ def mutant(place: Place, draw: random.Random) -> Mutant:
     node = list(ast.walk(tree))[place.node]
     if isinstance(node, ast.Compare):
         old = type(node.ops[place.operator])
-        node.ops[place.operator] = draw.choice(COMPARISONS[old])()
-    elif isinstance(node, ast.BinOp | ast.BoolOp | ast.UnaryOp | ast.AugAssign):
-        node.op = draw.choice(OPERATORS[type(node.op)])()
-    elif isinstance(node, ast.Constant) and isinstance(node.value, int):
+        node.ops[place.operator] = draw.choice(CHANGES[old])()
+    elif not isinstance(node, ast.Constant):
+        node.op = draw.choice(CHANGES[type(node.op)])()
+    elif isinstance(node.value, int):
         node.value += draw.choice((-1, 1)) if node.value else 1
-    elif isinstance(node, ast.Constant) and isinstance(node.value, float):
+    else:
         node.value = node.value * draw.choice((0.5, 1.5)) if node.value else 1.0
     after = ast.unparse(tree)
     differing = list(difflib.ndiff(before.splitlines(), after.splitlines()))
@@ -160,18 +155,11 @@ def run_tests(
         files = sorted(tests.glob("test_*.py"))
         files.sort(key=lambda path: module.stem not in path.stem)
         command = [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
-        command += ["-m", "not slow", "--hypothesis-seed=0"]
+        command += ["-m", "not slow", "--hypothesis-seed=0", *map(str, files)]
         start = time.perf_counter()
         try:
-            ended = subprocess.run(
-                [*command, *(path.relative_to(project).as_posix() for path in files)],
-                cwd=project,
-                env=ENVIRONMENT,
-                capture_output=True,
-                text=True,
-                timeout=seconds,
-                check=False,
-            )
+            settings = {"cwd": project, "env": ENVIRONMENT, "timeout": seconds}
+            ended = subprocess.run(command, capture_output=True, text=True, check=False, **settings)
         except subprocess.TimeoutExpired:
             return "time", time.perf_counter() - start
     took = time.perf_counter() - start
@@ -203,12 +191,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="draws the mutants (default: 1)")
     parser.add_argument("--count", type=int, default=40, help="mutants (default: 40)")
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time (default: 2)")
-    parser.add_argument(
-        "--rooms",
-        nargs="+",
-        default=[".", "method", "recordings", "detectors", "evaluation"],
-        help="folders of the library, . for the modules in none (default: those of the maths)",
-    )
+    rooms = "folders of the library, . for the modules in none (default: those of the maths)"
+    parser.add_argument("--rooms", nargs="+", default=ROOMS, help=rooms)
     options = parser.parse_args()
     draw = random.Random(options.seed)
     every = [place for module in modules(options.rooms) for place in places(module)]

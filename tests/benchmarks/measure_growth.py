@@ -16,7 +16,6 @@ that `make report` has made.
 import argparse
 import os
 import platform
-import shutil
 import statistics
 import subprocess
 import sys
@@ -30,25 +29,12 @@ from typing import NamedTuple
 from tables import table
 
 from support.browser import MISSING, Browser
-from support.command import CAPSULE
+from support.command import CAPSULE, output_of
 from support.project import Project
 
+CORES = 2
 SIZES = ["0", "1", "2", "3", "4", "5"]
 ONE_RULE = 'rule all:\n    output:\n        "made",\n    shell:\n        "touch {output}"\n'
-
-# Tells when the first recording has been drawn, in ms since the page was asked for.
-WATCH = """
-new MutationObserver((_, observer) => {
-  if (!document.querySelector("#viewer canvas")) return;
-  observer.disconnect();
-  requestAnimationFrame(() => setTimeout(() => { window.drawnAt = performance.now(); }));
-}).observe(document, { childList: true, subtree: true });
-"""
-DRAWN = """
-const done = arguments[0];
-const wait = () => (window.drawnAt === undefined ? setTimeout(wait, 20) : done(window.drawnAt));
-wait();
-"""
 
 
 class Cost(NamedTuple):
@@ -59,12 +45,12 @@ class Cost(NamedTuple):
     memory_mb: float
 
 
-def cost_of(folder: Path, *arguments: str, cores: int) -> Cost:
+def cost_of(folder: Path, *arguments: str) -> Cost:
     """Call snakemake in a folder; it must succeed."""
     with tempfile.TemporaryFile("w+") as output:
         start = time.perf_counter()
         process = subprocess.Popen(
-            [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments],
+            [sys.executable, "-m", "snakemake", f"-c{CORES}", *arguments],
             cwd=folder, stdout=output, stderr=output,
         )  # fmt: skip
         _, status, usage = os.wait4(process.pid, 0)
@@ -89,69 +75,50 @@ def row_of(calls: Mapping[str, list[Cost]]) -> dict[str, str]:
     return cells | {"largest process": f"{most:.0f} MB"}
 
 
+def simulate(project: Project, runs: int, sizes: list[str], seed: int, prefix: str = "r") -> None:
+    """Add simulated recordings of a session to a project."""
+    command = [*CAPSULE, "simulate", "--out", project.raw, "--runs", runs, "--seed", seed]
+    output_of(*command, "--prefix", prefix, "--sizes", *sizes)
+
+
 def make_project(folder: Path, recordings: int, fit: Mapping[str, int]) -> Project:
     """Copy the project, and simulate an archive of six sizes."""
     project = Project.create(folder, **fit)
-    simulate(project, recordings // len(SIZES))
+    simulate(project, recordings // len(SIZES), SIZES, seed=1)
     return project
 
 
-def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 1) -> None:
-    """Add simulated recordings to a project."""
-    command = [*CAPSULE, "simulate", "--force"]
-    command += ["--out", str(project.raw), "--runs", str(runs), "--seed", str(seed)]
-    subprocess.run([*command, "--sizes", *sizes], check=True, capture_output=True)
-
-
-def add_recording(folder: Path, number: int) -> None:
-    """Add one recording of another session at another site."""
-    other = Project(folder / "other")
-    simulate(other, 1, ["3"], seed=1 + number)
-    shutil.copyfile(other.raw / "3mm" / "r01.csv", folder / f"raw/3mm/one-more-{number}.csv")
-    shutil.rmtree(other.folder)
-
-
-def measure(project: Project, one_rule: Path, rounds: int, cores: int) -> dict[str, dict[str, str]]:
+def measure(project: Project, one_rule: Path, rounds: int) -> dict[str, dict[str, str]]:
     """Measure the calls of both workflows, in turn, so that a busy moment meets both."""
     folders = {"one rule": one_rule, "ours": project.folder}
     costs: dict[str, dict[str, list[Cost]]] = {name: defaultdict(list) for name in folders}
     for number in range(rounds + 1):
         for name, folder in folders.items():
             call = "nothing to do" if number else "cold run"
-            costs[name][call].append(cost_of(folder, cores=cores))
+            costs[name][call].append(cost_of(folder))
             if number and folder is not one_rule:
-                add_recording(folder, number)
-                costs[name]["one more"].append(cost_of(folder, cores=cores))
+                simulate(project, 1, ["3"], seed=1 + number, prefix=f"one-more-{number}-")
+                costs[name]["one more"].append(cost_of(folder))
     return {name: row_of(each) for name, each in costs.items()}
-
-
-def open_browser(profile: Path) -> Browser:
-    """Open a browser that tells when a recording is drawn, and counts CPU time."""
-    browser = Browser(profile)
-    for command, parameters in (
-        ("Page.enable", {}),
-        ("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH}),
-        ("Performance.enable", {"timeDomain": "threadTicks"}),
-    ):
-        browser.driver.execute_cdp_cmd(command, parameters)
-    return browser
 
 
 def open_page(browser: Browser, page: Path) -> tuple[float, float]:
     """Open the page; return seconds until a recording is drawn, and those of the thread's CPU."""
+    call = browser.driver.execute_cdp_cmd
+    call("Performance.enable", {"timeDomain": "threadTicks"})
     browser.open(page)
-    drawn = browser.driver.execute_async_script(DRAWN)
-    told = browser.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
-    return drawn / 1000, next(each["value"] for each in told if each["name"] == "ThreadTime")
+    told = call("Performance.getMetrics", {})["metrics"]
+    cpu = next(each["value"] for each in told if each["name"] == "ThreadTime")
+    return browser.run("return performance.now()") / 1000, cpu
 
 
 def measure_page(folder: Path, recordings: int, opened: int) -> dict[str, str]:
     """Measure the page of an archive of so many recordings; return its row."""
     project = make_project(folder / "project", recordings, {"particles": 20, "iterations": 20})
     page = project.results / "report.html"
-    cost_of(project.folder, cores=2)
-    made = cost_of(project.folder, "--forcerun", "report", "--", "results/report.html", cores=2)
-    browser = open_browser(folder / "browser")
+    cost_of(project.folder)
+    made = cost_of(project.folder, "--forcerun", "report", "--", "results/report.html")
+    browser = Browser(folder / "browser")
     try:
         each = [open_page(browser, page) for _ in range(opened)]
     finally:
@@ -175,7 +142,6 @@ def main() -> None:
     parser.add_argument("--particles", type=int, default=2000, help="N of the fit")
     parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
     parser.add_argument("--rounds", type=int, default=3, help="of the calls after the cold run")
-    parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--opened", type=int, default=0, metavar="N", help="times of the report")
     arguments = parser.parse_args()
     fit = {"particles": arguments.particles, "iterations": arguments.iterations}
@@ -192,12 +158,12 @@ def main() -> None:
             one_rule = folder / "one-rule"
             one_rule.mkdir()
             (one_rule / "Snakefile").write_text(ONE_RULE, encoding="utf-8")
-            measured = measure(project, one_rule, arguments.rounds, arguments.cores)
+            measured = measure(project, one_rule, arguments.rounds)
         label = {"recordings": f"{recordings:,}"}
         rows += [label | {"workflow": name} | row for name, row in measured.items()]
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     if not arguments.opened:
-        print(f"-c{arguments.cores}, N = {arguments.particles}, M = {arguments.iterations}\n")
+        print(f"-c{CORES}, N = {arguments.particles}, M = {arguments.iterations}\n")
         print("Seconds by the clock, in brackets seconds of CPU; medians.")
     print(f"\n{table(rows)}")
 

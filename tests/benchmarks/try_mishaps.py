@@ -164,14 +164,14 @@ class Sequence:
         return f"kill of {what}{'' if process.returncode else ', too late'}"
 
     def _kill_job(self, process: subprocess.Popen[str]) -> None:
-        with contextlib.suppress(psutil.NoSuchProcess):
-            # A run of few recordings starts its next job soon, or has no job left.
-            for _ in range(400):
+        while process.poll() is None:
+            # A process of the list may end before it is asked.
+            with contextlib.suppress(psutil.NoSuchProcess):
                 children = psutil.Process(process.pid).children(recursive=True)
                 if at_work := list(filter(is_job, children)):
                     self.numbers.choice(at_work).kill()
                     return
-                time.sleep(0.005)
+            time.sleep(0.005)
 
     def end(self) -> str:
         """Run snakemake as a user does; return the fault, or an empty text."""
@@ -207,9 +207,7 @@ def kill_run(process: subprocess.Popen[str]) -> None:
 
 def is_job(process: psutil.Process) -> bool:
     """Return whether a process runs a script; its shell names one in the midst of a command."""
-    with contextlib.suppress(psutil.NoSuchProcess):
-        return any(word.endswith(".py") and "/scripts/" in word for word in process.cmdline())
-    return False
+    return any(word.endswith(".py") and "/scripts/" in word for word in process.cmdline())
 
 
 def main() -> None:
