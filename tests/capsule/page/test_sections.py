@@ -32,7 +32,7 @@ def filled(page):
 @pytest.fixture(scope="module")
 def small():
     return page_of(
-        evaluated([("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)]),
+        evaluated([("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)], scheme="held_out"),
         ["0mm/a", 0.0, "accepted", UNKNOWN, EVIL, "aa", 70.0],
         ["2mm/a", 2.0, "accepted", UNKNOWN, EVIL, "bb", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, UNKNOWN, UNKNOWN],
@@ -42,7 +42,7 @@ def small():
 def test_every_accepted_recording_is_listed_and_carried(small):
     assert [row["recording"] for row in small["recordings"]] == ["0mm/a", "2mm/a", "2mm/bad"]
     assert [name for name, _ in small["evidence"]] == ["0mm/a", "2mm/a"]
-    assert small["figure_series"] == "template (leave-one-out) and the paper"
+    assert small["figure_series"] == "template (held-out sessions) and the paper"
     # A nodule says more at first sight.
     assert small["first_shown"] == "2mm/a"
     assert small["outcomes"] == ["within tolerance", "rightly none", "rejected"]
@@ -50,7 +50,7 @@ def test_every_accepted_recording_is_listed_and_carried(small):
     assert data["sizes"] == ["no nodule", "2 mm", "3 mm"]
     assert [each["name"] for each in data["detectors"]] == ["template"]
     assert [each["scores"] for each in data["detectors"][0]["scores"]] == [[0.0], [3.0]]
-    assert data["schemes"] == ["leave_one_out"]
+    assert data["schemes"] == ["held_out"]
     assert [row["predicted_mm"] for row in small["recordings"]] == [0.0, 3.0, None]
     # Kills: scores of nodules for those of healthy ones; nodules of 2 mm counted as small ones.
     assert [card["strip"]["above"] for card in small["cards"]] == [0, 0]
