@@ -131,21 +131,13 @@ def test_the_documents_name_each_command_options_that_there_are_and_the_targets_
 def lines_to_type(document):
     """Yield each line that a reader types, with the lines that the document shows below it."""
     for block in BLOCKS:
-        if block.document != document or block.is_python or block.language:
-            continue
-        lines = block.text.replace("\\\n", " ").splitlines()
-        prompted = False  # Below a line with a prompt stands what it prints.
-        for number, line in enumerate(lines):
-            prompted |= line.startswith("$ ")
-            typed = line.removeprefix("$ ")
-            if typed.lstrip("(").partition(" ")[0] not in PROGRAMS or (typed == line and prompted):
-                continue
-            shown = []
-            for below in lines[number + 1 :]:
-                if not line.startswith("$ ") or below.startswith("$ ") or not below:
-                    break
-                shown.append(below)
-            yield typed, shown
+        if block.document == document and not block.is_python and not block.language:
+            text = block.text.replace("\\\n", " ") + "\n"
+            # Only below a line with a prompt stands what it prints, up to an empty line.
+            call = re.compile(r"^(\$ )?(.+)\n((?(1)(?:(?!\$ ).+\n)*))", re.MULTILINE)
+            for _, typed, shown in call.findall(text):
+                if typed.lstrip("(").partition(" ")[0] in PROGRAMS:
+                    yield typed, shown.removesuffix("\n")
 
 
 def run_lines(folder, lines):
@@ -155,16 +147,15 @@ def run_lines(folder, lines):
             continue
         command = REPORT if line == "capsule report" else line
         script = f"cd {shlex.quote(str(folder))}\n{command}\npwd > {folder.parent}/here"
-        call, settings = ["bash", "-e", "-c", script], {"env": ENVIRONMENT, "text": True}
-        told = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-        done = subprocess.run(call, check=False, **told, **settings)
-        refused = any(each.startswith("refused: ") for each in shown)
+        told = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        call = ["bash", "-e", "-c", script]
+        done = subprocess.run(call, check=False, env=ENVIRONMENT, **told)
+        refused = re.search("^refused: ", shown, re.MULTILINE) is not None
         assert done.returncode == refused, f"{line}\n{done.stdout}"
-        printed = [each.rstrip() for each in done.stdout.splitlines()]
-        # A line of dots stands for any others.
-        parts = "\n".join(shown).split("...")
-        expected = ".*".join(map(re.escape, parts)) if shown else ".*"
-        assert re.fullmatch(expected, "\n".join(printed), re.DOTALL), f"{line}\n{printed}"
+        printed = "\n".join(each.rstrip() for each in done.stdout.splitlines())
+        # A line of dots stands for any others, and so does nothing at all.
+        expected = ".*".join(map(re.escape, (shown or "...").split("...")))
+        assert re.fullmatch(expected, printed, re.DOTALL), f"{line}\n{printed}"
         folder = Path((folder.parent / "here").read_text().strip()) if "cd " in line else folder
     return folder
 
