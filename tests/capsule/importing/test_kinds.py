@@ -568,6 +568,9 @@ ASKED = {
         line: Case(above(line), re.sub(",(?=[-0-9])", ": ", line.strip("# ")), COUNTED)
         for line in entries(QUOTED)
     },
+    "unit of a sensor in a recording": Case(
+        above("# format_version: 1\n# S1: mV"), "says 'S1: mV', and not", COUNTED
+    ),
     "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
     **{
         names: Case(named(names, sign=";"), f"names {what} of {names.format(1)!r} and all", COUNTED)

@@ -10,6 +10,7 @@ from capsule.errors import CapsuleError
 from capsule.importing.lab_yaml import Keys
 from capsule.importing.stated import (
     NOTE,
+    bare_unit,
     described_unit,
     mentioned_unit,
     named_columns,
@@ -211,7 +212,7 @@ def reading_unit(table: Table, sensors: Sequence[int], keys: Keys) -> tuple[str,
         return keys.unit, "given"
     _check_scaling(table, sensors)
     texts = [_named(table, index) for index in sensors]
-    if not all(texts):
+    if not all(split_unit(table.names[index])[1] for index in sensors):
         _check_each_has_unit(table, sensors)
     texts = _named_units(table, sensors, texts)
     units = [unit_of(text) or "" for text in texts]
@@ -270,8 +271,12 @@ def _check_each_has_unit(table: Table, sensors: Sequence[int]) -> None:
     names = {split_unit(table.names[index])[0].strip().lower() for index in sensors}
     names = {name for name in names if not (name[-1:].isdecimal() or is_unit(name))}
     told = defaultdict(list)
-    for text in table.remarks if "unit" in table.notes else ():
-        if unit := notes_of({0: text}).get("unit"):
+    for text in table.remarks:
+        note = NOTE.fullmatch(text)
+        described = described_unit(text) if note and bare_unit(note[3]) else ""
+        unit = notes_of({0: text}).get("unit") or described
+        # S2 alone is a column, and no square of a second.
+        if unit and not named_columns(unit):
             numbers = {at for at in named_columns(text) if at <= len(table.names)}
             words = {*re.findall(r"\w+", text.lower())}
             told[unit_of(unit) or unit].append((text, numbers | (words & names)))

@@ -87,6 +87,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
     dialect = guess_dialect(known, plain_dialect(keys)._replace(labels=labels), keys)
     reading = {"encoding": re.sub("-(sig|le|be)$", "", encoding)}
     above, first, heads, said = [list(labels)], 0, list[list[str]](), list[dict[str, Any]]()
+    warnings = list[str]()
     if not labels:  # Otherwise, what stands above the samples is no head of a table.
         decimal, thousands = dialect.style
         reading |= {"delimiter": dialect.delimiter, "decimal": decimal, "thousands": thousands}
@@ -100,7 +101,7 @@ def read_text(content: bytes, keys: Keys) -> Table:
             if (much := states_much(text)) or states_unit(plain) or is_unit_alone:
                 comments[number] = text if much else plain
         heads, said = above, _labview(above, dialect)
-        above = _above(known, above, comments, dialect, is_log=is_log)
+        above, warnings = _above(known, above, comments, dialect, is_log=is_log)
         first = known[dialect.first][0]
     rows = ((number, dialect.split(line)) for number, line in again if number >= first)
     notes = notes_of(comments)
@@ -121,10 +122,10 @@ def read_text(content: bytes, keys: Keys) -> Table:
         heads=heads,
         said=said,
         notes=notes,
-        # A recording of this project tells all that was done to it.
-        remarks=[] if "format_version" in notes else remarks,
+        # A recording of this project tells all that was done to it; another hand adds units.
+        remarks=list(filter(bare_unit, remarks)) if "format_version" in notes else remarks,
         reading=reading,
-        warnings=[] if labels else _partial_first(known, dialect),
+        warnings=warnings,
     )
     # Behind a quote, the last number is whole, too.
     ends = content.rstrip(b" \t\0")[-1:] in (b"", b"\r", b"\n", b'"')
@@ -312,10 +313,11 @@ def _above(
     dialect: Dialect,
     *,
     is_log: bool,
-) -> list[list[str]]:
-    """Return which rows above the first sample of a text may hold the names.
+) -> tuple[list[list[str]], list[str]]:
+    """Return which rows above the first sample of a text may hold the names, and notes.
 
-    A broken sample between the names and the first whole one is an error, except in a log.
+    A broken sample between the names and the first whole one is an error, except in a log. Without
+    names above it, or in a log, the one just before the first whole one gets a note.
     """
     first = lines[dialect.first][0]
     # Commas are delimiters and decimal signs if there are half as many names as cells.
@@ -328,23 +330,16 @@ def _above(
     rows = [dialect.split(text) for number, text in comments.items() if number < first]
     if above and dialect.names_columns(above[-1]):
         # Below or above the names, a comment can hold their units.
-        return above + [row for row in rows if all(map(is_unit, filter(None, row)))][-1:]
-    is_below_names = False
-    for (number, _), row in zip(lines, above, strict=False):
+        return above + [row for row in rows if all(map(is_unit, filter(None, row)))][-1:], []
+    is_below_names, notes = False, list[str]()
+    for (number, line), row in zip(lines, above, strict=False):
         if is_below_names and not is_log and 2 * dialect.count_numbers(row) > len(row):
             raise _incomplete(f"line {number}", row, dialect)
         is_below_names |= dialect.names_columns(row)
+        told = f"line {number}, {line.strip()[:60]!r}, is passed over: it is no whole sample"
+        notes = [told] if 2 * dialect.count_numbers(row) >= len(row) else []
     # np.savetxt writes the names as a comment.
-    return rows[-1:]
-
-
-def _partial_first(lines: Sequence[Line], dialect: Dialect) -> list[str]:
-    """Return the note on a line above the first sample that seems to be a part of one."""
-    number, line = lines[max(0, dialect.first - 1)]
-    row = dialect.split(line)
-    if not dialect.first or dialect.names_columns(row) or 2 * dialect.count_numbers(row) < len(row):
-        return []
-    return [f"line {number}, {line.strip()[:60]!r}, is passed over: it is no whole sample"]
+    return rows[-1:], notes
 
 
 def _incomplete(line: str, row: Sequence[str], dialect: Dialect) -> CapsuleError:
