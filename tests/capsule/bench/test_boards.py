@@ -3,7 +3,6 @@
 import errno
 import itertools
 import os
-import signal
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -228,9 +227,12 @@ def test_a_board_that_is_unplugged_before_it_answers_leaves_no_open_port(monkeyp
 
 
 def test_ctrl_c_while_a_board_says_nothing_leaves_no_open_port(monkeypatch):
+    def pressed(_):
+        raise KeyboardInterrupt
+
     silent = FakeLine("silent")
     monkeypatch.setattr(board, "Line", lambda *_: silent)
-    monkeypatch.setattr(board.time, "sleep", lambda _: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(board.time, "sleep", pressed)
     with pytest.raises(KeyboardInterrupt):
         Board("silent", 115200, "logger", print)
     assert silent.closed
