@@ -201,7 +201,9 @@ def test_the_needed_recordings_are_the_fewest_whose_interval_is_narrow_enough(
     expected, wanted, confidence
 ):
     least = next(n for n in count(1) if half_width(expected, n, confidence) <= wanted)
-    assert recordings_needed(expected, wanted, confidence) == least
+    exactly = half_width(expected, least, confidence)
+    needed = [recordings_needed(expected, width, confidence) for width in (wanted, exactly)]
+    assert needed == [least, least]
 
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():

@@ -30,6 +30,7 @@ def reading(full_scale, lowers=True):
         (lambda scale, lowers: reading(4096, lowers), {"unit": "counts", "adc_bits": "12"}),
         (lambda scale, lowers: reading(5.0, lowers), {"vref_v": "5"}),
         (lambda scale, lowers: reading(3.3, lowers), {"unit": "V", "vref_v": "3.3"}),
+        (lambda scale, lowers: reading(0.9, lowers), {"unit": "V", "vref_v": "0.9"}),
         (lambda scale, lowers: OHM, {"unit": "ohm", "series_ohm": "12000"}),
         (lambda scale, lowers: OHM / 1000, {"unit": "kohm", "series_ohm": "12000"}),
     ],
