@@ -151,6 +151,8 @@ def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
     ("changes", "targets_mm", "head_mm", "before"),
     [
         ({"folding__speed_mm_s": -0.8}, [100.0, 60.0], 60.0, "approaching"),
+        # The last one lies where the first was reached.
+        ({"folding__speed_mm_s": -0.8}, [100.0, 60.0, 100.0], 100.0, "approaching"),
         # Reckoned from the start, where nothing is felt.
         ({}, [60.0, 1.0], 1.0, "finding"),
     ],
@@ -161,6 +163,8 @@ def test_it_goes_back_to_a_target_and_stays(changes, targets_mm, head_mm, before
     assert happened(pilot)[-2:] == ["arrived", "tick"]
     assert pilot.log[-2].before == before
     assert bench.bench.head_mm[-1][-1] == pytest.approx(head_mm, abs=5 if head_mm > 5 else 3)
+    way_mm = np.concatenate(bench.bench.head_mm)
+    assert way_mm[np.argmax(way_mm > targets_mm[0] - 5) :].min() < targets_mm[1] + 5
     # The wave is stopped, so the capsule stays.
     wave_mm, stands_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
     assert bench.bench.read(80).wave_mm[-1] == wave_mm
