@@ -267,7 +267,7 @@ def _unit(
         return told, reason
     known = keys.rate or channel.rate_hz
     low, high = (known * (1 - _SAME_RATE), known * (1 + _SAME_RATE)) if known else _PLAUSIBLE_HZ
-    said = _said_of_clock(table, stamps, channel, numbers)
+    said = _said_of_clock(table, stamps, channel, numbers, step)
     fitting = [unit for unit in (SECONDS if said else _TRIED) if low <= rates[unit] <= high]
     # Other programs count 100 ns, from the year 1 or 1601 on.
     if _YEAR_S < numbers[0] * SECONDS["ns"] < _EPOCH_S[0]:
@@ -312,7 +312,7 @@ def _unit(
 
 
 def _said_of_clock(
-    table: Table, stamps: Channel, channel: Channel, numbers: np.ndarray
+    table: Table, stamps: Channel, channel: Channel, numbers: np.ndarray, step: float
 ) -> list[tuple[str, float]]:
     """Return what the file says of the unit of times (K,), in words and in s; NaN if unclear.
 
@@ -322,8 +322,7 @@ def _said_of_clock(
     rates_hz |= {name: hz for name, hz in channel.rates_hz.items() if UNSURE_RATE.fullmatch(name)}
     said = [*filter(None, map(said_of_clock, table.remarks))]
     said += [(f"{name} = {hz:g}", 1 / hz) for name, hz in rates_hz.items()]
-    step, (low, high) = float(np.median(np.diff(numbers))), _PLAUSIBLE_HZ
-    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
+    is_whole, (low, high) = _are_whole(numbers), _PLAUSIBLE_HZ
     return [
         (text, seconds)
         for text, seconds in said
@@ -348,12 +347,17 @@ def _other_clocks(numbers: np.ndarray, step: float, unit: str, rate_hz: float) -
         abs(np.log(mean * length * rate_hz))
         for length in (SECONDS[unit], _BINARY.get(unit, np.inf))
     )
-    is_whole = np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4) and mean > 1
+    is_whole = _are_whole(numbers) and mean > 1
     is_epoch = _EPOCH_S[0] < numbers[0] * SECONDS[unit] < _EPOCH_S[1]
     if is_whole and not is_epoch and (off > _FAR or 10 * binary_off < off):
         length = f"steps of {1 / (mean * rate_hz):.4g} s"
         options[length] = f"{length}, {rate_hz:g} Hz (--time none --rate {rate_hz:g})"
     return options
+
+
+def _are_whole(numbers: np.ndarray) -> bool:
+    """Return whether times (K,) are whole numbers, as those of a counter."""
+    return np.allclose(numbers, np.rint(numbers), rtol=0, atol=1e-4)
 
 
 def _same(rate_hz: float, other_hz: float) -> bool:
