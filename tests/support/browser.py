@@ -12,8 +12,8 @@ AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
 # Width of A4 between Chromium's margins, in CSS pixels.
 PAPER = 718
-
-
+SWITCHES = ["headless=new", "no-sandbox", "disable-gpu", "no-first-run", "hide-scrollbars"]
+SWITCHES += ["disable-background-networking", "disable-component-update", "disable-sync"]
 # The recordings in the report that is opened, and what stands in the header of one.
 SIZES = (0, 1, 2.5, 6)
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in SIZES for run in (1, 2, 3)] + ["unlabelled/u1"]
@@ -24,30 +24,15 @@ needed = needs(MISSING)
 
 
 class Browser:
-    """Chromium with one page.
+    """Chromium with one page; an empty folder takes its files."""
 
-    Parameters
-    ----------
-    profile : Path
-        An empty folder for its files.
-    """
-
-    def __init__(self, profile: Path) -> None:
+    def __init__(self, profile):
         selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
         options = selenium.ChromeOptions()
         options.binary_location = shutil.which("chromium")
-        for switch in (
-            "headless=new",
-            "no-sandbox",
-            "disable-gpu",
-            "no-first-run",
-            "disable-background-networking",
-            "disable-component-update",
-            "disable-sync",
-            "hide-scrollbars",
-            f"user-data-dir={profile}",
-        ):
+        for switch in SWITCHES:
             options.add_argument(f"--{switch}")
+        options.add_argument(f"--user-data-dir={profile}")
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         service = selenium.ChromeService(shutil.which("chromedriver"))
         self.driver = selenium.Chrome(options=options, service=service)
@@ -55,7 +40,7 @@ class Browser:
         offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
         self._command("Network.emulateNetworkConditions", **offline)
 
-    def open(self, page: Path, fragment: str = "", *, width: int = DESKTOP, dark: bool = False):
+    def open(self, page, fragment="", *, width=DESKTOP, dark=False):
         """Open a page from disk at a width, light or dark."""
         self._resize(width)
         self.prefer(dark=dark)
@@ -64,61 +49,59 @@ class Browser:
         self.driver.get(page.as_uri() + fragment)
         self.wait_for_drawing()
 
-    def visit(self, address: str) -> None:
+    def visit(self, address):
         """Open a page that a server on this computer sends."""
         online = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
         self._command("Network.emulateNetworkConditions", **online)
         self._resize(DESKTOP)
         self.driver.get(address)
 
-    def wait_until(self, condition: str) -> None:
-        """Wait until JavaScript that returns a value returns a true one."""
+    def wait_until(self, condition):
+        """Wait until JavaScript that returns a value, or a function, returns a true one."""
         wait = pytest.importorskip("selenium.webdriver.support.wait")
-        wait.WebDriverWait(self.driver, 20, 0.05).until(lambda _: self.run(condition))
+        holds = condition if callable(condition) else lambda: self.run(condition)
+        wait.WebDriverWait(self.driver, 20, 0.05).until(lambda _: holds())
 
-    def wait_for_drawing(self) -> None:
+    def wait_for_drawing(self):
         """Wait until the page has unpacked and drawn the chosen recording."""
         self.run(
             "return new Promise((done) => { const wait = () =>"
             " document.querySelector('[aria-busy]') ? setTimeout(wait, 5) : done(); wait(); })"
         )
 
-    def prefer(self, *, dark: bool, on_paper: bool = False) -> None:
+    def prefer(self, *, dark, on_paper=False):
         """Set the theme, as in the settings of the system, and the medium: screen or paper."""
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         media = "print" if on_paper else ""
         self._command("Emulation.setEmulatedMedia", media=media, features=scheme)
 
-    def lay_on_paper(self, *, dark: bool = False) -> None:
+    def lay_on_paper(self, *, dark=False):
         """Show the open page as for printing, after the event that a browser sends before it."""
         self.run("window.dispatchEvent(new Event('beforeprint'))")
         self._resize(PAPER)
         self.prefer(dark=dark, on_paper=True)
 
-    def save_into(self, folder: Path) -> None:
+    def save_into(self, folder):
         """Save what the page offers in a folder, without a question."""
         self._command("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
 
-    def wait_until_there(self, path: Path) -> None:
+    def wait_until_there(self, path):
         """Wait until a file is saved; before it is whole, an empty one can have its name."""
-        wait = pytest.importorskip("selenium.webdriver.support.wait")
-        wait.WebDriverWait(self.driver, 20, 0.05).until(
-            lambda _: path.exists() and path.stat().st_size
-        )
+        self.wait_until(lambda: path.exists() and path.stat().st_size)
 
-    def run(self, script: str, *arguments: object) -> object:
+    def run(self, script, *arguments):
         """Run JavaScript in the page, and return its result."""
         return self.driver.execute_script(script, *arguments)
 
-    def messages(self) -> list[str]:
+    def messages(self):
         """Return the messages of the console since the page was opened."""
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
-    def find(self, selector: str):
+    def find(self, selector):
         """Return the first element that a CSS selector finds."""
         return self.driver.find_element("css selector", selector)
 
-    def texts(self, selector: str) -> list[str]:
+    def texts(self, selector):
         """Return the text of every visible element that a CSS selector finds."""
         return self.run(
             "return [...document.querySelectorAll(arguments[0])]"
@@ -126,7 +109,7 @@ class Browser:
             selector,
         )
 
-    def violations(self, selector: str = "html") -> list[str]:
+    def violations(self, selector="html"):
         """Return the accessibility faults that axe-core finds in an element, one line each."""
         self.run(AXE.read_text(encoding="utf-8"))
         found = self.driver.execute_async_script(
@@ -141,41 +124,33 @@ class Browser:
             for node in fault.get("nodes", [{"target": ""}])
         ]
 
-    def picture(self, target: Path) -> None:
-        """Write a picture of the whole page to a file."""
-        height = self.run("return document.documentElement.scrollHeight")
-        width = self.run("return document.documentElement.clientWidth")
-        clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
-        shot = self._command("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(base64.b64decode(shot["data"]))
-
-    def wait_for_frame(self) -> None:
+    def wait_for_frame(self):
         """Wait until the browser is about to draw the page again."""
         self.run("return new Promise((done) => requestAnimationFrame(() => done()))")
 
-    def wait_for_images(self) -> None:
-        """Wait until the browser can draw all images of the page, which it prepares beside."""
+    def picture_at_rest(self):
+        """Return a picture of the whole page as PNG, once two pictures in a row are the same."""
+        # The browser prepares images beside the page.
         self.run("return Promise.all([...document.images].map((image) => image.decode()))")
-
-    def picture_at_rest(self, target: Path) -> None:
-        """Write a picture of the whole page to a file, once two pictures in a row are the same."""
-        self.wait_for_images()
+        clip = self.run(
+            "const { clientWidth, scrollHeight } = document.documentElement;"
+            "return { x: 0, y: 0, width: clientWidth, height: scrollHeight, scale: 1 }"
+        )
         before = None
         for _ in range(10):
             self.wait_for_frame()
-            self.picture(target)
-            if before == (before := target.read_bytes()):
-                return
+            shot = self._command("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
+            if before == (before := base64.b64decode(shot["data"])):
+                return before
         raise AssertionError("the page does not come to rest")
 
-    def close(self) -> None:
+    def close(self):
         """End the browser."""
         self.driver.quit()
 
-    def _resize(self, width: int) -> None:
+    def _resize(self, width):
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
         self._command("Emulation.setDeviceMetricsOverride", **size)
 
-    def _command(self, name: str, **parameters: object) -> dict:
+    def _command(self, name, **parameters):
         return self.driver.execute_cdp_cmd(name, parameters)

@@ -414,7 +414,7 @@ def test_a_survey_is_replayed_by_keys_buttons_and_a_mark_in_its_picture(browser,
     assert browser.messages() == []
 
 
-def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, page, tmp_path):
+def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, page):
     printed = []
     widths = "return [...document.querySelectorAll('#viewer .canvas canvas')].map((c) => c.width)"
     sides = """
@@ -434,8 +434,7 @@ def test_paper_holds_the_whole_page_in_one_theme_and_nothing_folded(browser, pag
         browser.lay_on_paper(dark=dark)
         assert [row for row in browser.run(sides) if row[1] < 0 or row[2] > PAPER] == []
         assert browser.run("return document.querySelectorAll('main details[open]').length") == 0
-        browser.picture_at_rest(tmp_path / f"{dark}.png")
-        printed.append(imread(tmp_path / f"{dark}.png")[..., :3])
+        printed.append(imread(io.BytesIO(browser.picture_at_rest()))[..., :3])
         browser.run("window.dispatchEvent(new Event('afterprint'))")
     # Edges may be smoothed otherwise; a colour of the other theme is farther away.
     assert printed[0].shape == printed[1].shape
