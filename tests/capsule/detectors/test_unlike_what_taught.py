@@ -17,10 +17,12 @@ from support.project import ROOT
 pytestmark = [pytest.mark.slow, pytest.mark.takes(8)]
 
 
-def kind_of(traits):
-    rows = np.array([astuple(each) for each in traits])
+def answers_of(teach, judged):
+    rows = np.array([astuple(each) for each in teach])
     assert np.isfinite(rows).all()
-    return learn_familiar(rows, np.arange(len(rows)))
+    answers = learn_familiar(rows, np.arange(len(rows))).judge_all(list(judged))
+    assert all(each.traits for each in answers if each.familiar is False)
+    return [each.familiar for each in answers]
 
 
 @pytest.fixture(scope="module")
@@ -40,26 +42,20 @@ def shipped(archive):
     index = archive.index(archive.labelled)
     teach = teaching(index, archive.settings["evaluation"]["held_out"])
     traits = {name: traits_of(archive.readings[name], archive.settings) for name in index}
-    return (
-        {name: traits[name] for name in teach},
-        {name: each for name, each in traits.items() if name not in teach},
-    )
+    apart = {name: each for name, each in traits.items() if name not in teach}
+    return {name: traits[name] for name in teach}, apart
 
 
-def test_held_out_recordings_of_other_set_ups_are_familiar(shipped):
+def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(shipped):
     teach, held_out = shipped
-    answers = [kind_of(teach.values()).judge(each).familiar for each in held_out.values()]
-    assert len(answers) == 160
-    assert answers.count(False) <= 0.05 * len(answers)
-
-
-def test_larger_nodules_than_those_that_teach_are_familiar(shipped):
-    teach, held_out = shipped
-    small = kind_of(each for name, each in teach.items() if size_mm(name) < 4)
+    small = [each for name, each in teach.items() if size_mm(name) < 4]
     largest = [each for name, each in (teach | held_out).items() if size_mm(name) == 5]
-    unlike = [small.judge(each).familiar is False for each in largest]
-    assert len(unlike) == 40
-    assert sum(unlike) <= 0.05 * len(unlike)
+    for answers, count in (
+        (answers_of(teach.values(), held_out.values()), 160),
+        (answers_of(small, largest), 40),
+    ):
+        assert len(answers) == count
+        assert answers.count(False) <= 0.05 * count
 
 
 def shared_noise(numbers):
@@ -81,8 +77,7 @@ def ridges(numbers):
     path = numbers.choice(sorted((ROOT / "tests/data/fabricslide").glob("*.csv")))
     channels = np.loadtxt(path, delimiter=",", skiprows=1)[:, 3:].T
     first, speed = int(numbers.integers(13)), float(numbers.choice([1.0, 1.2, 1.5]))
-    at = np.arange(0, channels.shape[1] - 1, speed)
-    every = np.arange(channels.shape[1])
+    at, every = np.arange(0, channels.shape[1] - 1, speed), np.arange(channels.shape[1])
     return np.stack([np.interp(at, every, row) for row in channels[first : first + 4]])
 
 
@@ -90,10 +85,8 @@ def ridges(numbers):
     ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
 )
 def test_foreign_readings_that_would_get_a_verdict_are_unlike(archive, shipped, foreign, runs):
-    kind = kind_of(shipped[0].values())
     made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
     judged = [each for each in (traits_of(v, archive.settings) for v in made) if each]
-    answers = [kind.judge(each) for each in judged]
-    assert len(judged) >= 5
-    assert sum(each.familiar is not False for each in answers) <= 0.05 * len(answers)
-    assert all(each.traits for each in answers if each.familiar is False)
+    answers = answers_of(shipped[0].values(), judged)
+    assert len(answers) >= 5
+    assert len(answers) - answers.count(False) <= 0.05 * len(answers)

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from capsule.detectors.base import TrainingArchive, Verdict
+from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
 from capsule.evaluation import learning
-from capsule.evaluation.cross_validation import Fold
+from capsule.evaluation.cross_validation import Fold, grouped
 from capsule.evaluation.learning import deal, draw_splits, mean_taught
 from capsule.seeding import generator
 from support.training import NO_TEMPLATES
@@ -20,30 +20,25 @@ SCORES = {
     "1mm/a": 0.3, "1mm/b": 0.5, "2mm/a": 0.7, "2mm/b": 0.15,
 }  # fmt: skip
 SIZES_MM = {name: float(name[0]) for name in SCORES}
+ALONE = dict(zip(SIZES_MM, SIZES_MM, strict=True))
+SHARES = [0.25, 0.5, 0.75]
 
 
-class Loudest:
+class Loudest(SimpleNamespace):
     """A detector: a nodule is what scores above all healthy recordings that taught it."""
 
-    def __init__(self, sizes_mm):
-        self.healthy = [name for name, size in sizes_mm.items() if size == 0]
-        self.threshold = float("nan")
-
-    def taught(self, archive, left_out):
+    @classmethod
+    def taught(cls, archive, left_out):
         """Learn from the others."""
-        model = Loudest({})
-        taught = [SCORES[name] for name in self.healthy if name not in left_out]
-        model.threshold = max(taught, default=float("nan"))
-        return model
+        healthy = [name for name, size in archive.sizes_mm.items() if size == 0]
+        return cls(limit=max((SCORES[each] for each in healthy if each not in left_out), default=9))
 
     def verdict(self, recording):
         """Judge one recording."""
-        if np.isnan(self.threshold):
-            return Verdict(self.threshold, 0.0, self.threshold)
         score = SCORES[recording.name]
-        if score is None:
-            return Verdict(float("nan"), 0.0, self.threshold)
-        return Verdict(2.0 * (score > self.threshold), score, self.threshold)
+        if self.limit == 9 or score is None:
+            return NO_VERDICT
+        return Verdict(2.0 * (score > self.limit), score, self.limit)
 
 
 def archive_of(sizes_mm, places=None):
@@ -54,46 +49,41 @@ def archive_of(sizes_mm, places=None):
 
 def rows_of(sizes_mm, places=None, apart=(), scheme="leave_one_out"):
     """Return the rows of the detector; leave-one-out is judged as the evaluation does."""
-    archive, detector = archive_of(sizes_mm, places), Loudest(sizes_mm)
+    archive = archive_of(sizes_mm, places)
     verdicts = [
-        detector.taught(archive, [name]).verdict(archive.recordings[name]).predicted_mm
+        Loudest.taught(archive, [name]).verdict(archive.recordings[name]).predicted_mm
         for name in sizes_mm
     ]
     predictions = pd.DataFrame({"recording": list(sizes_mm), "predicted_mm": verdicts})
     predictions = predictions.assign(detector="loudest", scheme=scheme)
-    members = {}
-    for name in sizes_mm:
-        if name not in apart:
-            members.setdefault((places or {}).get(name, name), []).append(name)
-    folds = [Fold("leave_one_out", tuple(each), frozenset(each)) for each in members.values()]
+    alone = {name: (places or {}).get(name, name) for name in sizes_mm}
+    members = grouped((name for name in sizes_mm if name not in apart), alone).values()
+    folds = [Fold("leave_one_out", tuple(each), frozenset(each)) for each in members]
     folds += [Fold("held_out", (name,), frozenset({name})) for name in apart]
-    return learning.learning_rows({"loudest": detector}, archive, predictions, folds)
+    return learning.learning_rows({"loudest": Loudest}, archive, predictions, folds)
 
 
 def last_of(rows):
     return [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
 
 
-def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly():
+def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly(monkeypatch):
     names = set(SIZES_MM)
     splits = [sorted(names - {*taught}) for taught in combinations(SIZES_MM, 4)]
-    right = learning.mean_right(Loudest(SIZES_MM), archive_of(SIZES_MM), splits)
+    right = learning.mean_right(Loudest, archive_of(SIZES_MM), splits)
     for name, size_mm in SIZES_MM.items():
         verdicts = []
         for taught in combinations(names - {name}, 4):
             healthy = [SCORES[other] for other in taught if SIZES_MM[other] == 0]
+            # Without a healthy recording there is no threshold, and no verdict at all.
             if healthy:
                 verdicts.append((SCORES[name] > max(healthy)) == (size_mm > 0))
         assert right[name] == pytest.approx(np.mean(verdicts))
-
-
-def test_no_verdict_is_not_a_right_one_unless_the_split_teaches_too_little_for_any(monkeypatch):
-    monkeypatch.setitem(SCORES, "2mm/a", None)  # The detector is silent on it.
-    # Without a healthy recording there is no threshold, and no verdict at all.
-    splits = [["0mm/c", "2mm/a"], ["0mm/a", "0mm/b", "0mm/c", "0mm/d", "1mm/b"]]
-    right = learning.mean_right(Loudest(SIZES_MM), archive_of(SIZES_MM), splits)
+    # The detector is silent on it, which is not right.
+    monkeypatch.setitem(SCORES, "2mm/a", None)
+    right = learning.mean_right(Loudest, archive_of(SIZES_MM), [["0mm/c", "2mm/a"]])
     assert (right["0mm/c"], right["2mm/a"]) == (1.0, 0.0)
-    assert np.isnan(right["1mm/b"]) and np.isnan(right["0mm/a"])
+    assert np.isnan(right["1mm/b"])
 
 
 @pytest.mark.parametrize(
@@ -117,7 +107,7 @@ def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
     rows = rows_of(SIZES_MM)
     assert all(row.keys() == set(learning.COLUMNS) for row in rows)
     assert [(row["share"], row["size_from_mm"]) for row in rows] == [
-        (share, size) for share in (0.25, 0.5, 0.75, 1.0) for size in (0.0, 1.0, 2.0)
+        (share, size) for share in (*SHARES, 1.0) for size in (0.0, 1.0, 2.0)
     ]
     assert [row["taught"] for row in rows if row["size_from_mm"] == 0] == [2.0, 4.0, 6.0, 7.0]
     # Only 0mm/d is louder than the other healthy ones; only 2mm/a is louder than 0mm/d.
@@ -131,20 +121,17 @@ def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
         assert row["rate"] + row["gain"] == pytest.approx(whole["rate"])
         assert row["gain_low"] < row["gain"] < row["gain_high"]
     without = rows_of(SIZES_MM, scheme="resubstitution")
-    assert {row["share"] for row in without} == {0.25, 0.5, 0.75}
+    assert {row["share"] for row in without} == {*SHARES}
     assert all(np.isnan(row["gain"]) for row in without)
 
 
-def test_the_intervals_are_over_places():
+def test_places_are_the_clusters_and_what_is_held_out_neither_teaches_nor_is_judged():
     places = {name: name[:3] + str("ab".count(name[-1])) for name in SIZES_MM}
     rows = rows_of(SIZES_MM, places)
     assert all(row["clusters"] <= 2 for row in rows if row["size_from_mm"] == row["size_to_mm"])
     assert all(np.isnan(row["rate_low"]) for row in rows if row["judged"] > row["clusters"])
     # Two healthy places of two recordings: two of four teach.
     assert [row["taught_healthy"] for row in last_of(rows)] == [3.0] * 3
-
-
-def test_held_out_recordings_neither_teach_nor_are_judged():
     # Were "0mm/d" to teach, nothing but 2mm/a would be louder.
     rows = rows_of(SIZES_MM, apart=["0mm/d"])
     assert [(row["judged"], row["taught"]) for row in last_of(rows)] == [(3, 6), (2, 6), (2, 6)]
@@ -152,76 +139,57 @@ def test_held_out_recordings_neither_teach_nor_are_judged():
     assert three_quarters[1.0] > 0
 
 
-def test_in_a_large_archive_not_every_recording_is_judged_at_every_share(monkeypatch):
-    sizes_mm = {f"{number % 3}mm/{number}": float(number % 3) for number in range(1200)}
+@pytest.mark.parametrize("sizes", [[], [0], [2], [0, 1], [0, 0], [1, 2], [0, 1, 2] * 400], ids=len)
+def test_of_any_number_of_recordings_the_rates_are_those_of_what_is_judged(sizes, monkeypatch):
+    sizes_mm = {f"{size}mm/{number}": float(size) for number, size in enumerate(sizes)}
     scores = {name: place * 7 % 31 / 31 for place, name in enumerate(sizes_mm)}
     monkeypatch.setattr(f"{__name__}.SCORES", scores)
-    judged = dict.fromkeys((0.25, 0.5, 0.75, 1.0), 0)
+    judged = Counter()
     for row in rows_of(sizes_mm):
-        if row["size_from_mm"] == row["size_to_mm"]:
-            judged[row["share"]] += row["judged"]
-            assert 0 <= row["rate_low"] <= row["rate"] <= row["rate_high"] <= 1
-    assert judged[0.75] < 1200 == judged[1.0]
-
-
-@pytest.mark.parametrize(
-    "names",
-    [[], ["0mm/a"], ["2mm/a"], ["0mm/a", "1mm/a"], ["0mm/a", "0mm/b"], ["1mm/a", "2mm/a"]],
-    ids=" ".join,
-)
-def test_an_archive_with_hardly_a_recording_has_rows_without_error(names):
-    sizes_mm = {name: SIZES_MM[name] for name in names}
-    rows = rows_of(sizes_mm)
-    assert len(rows) == 4 * len(set(sizes_mm.values()))
-    assert all(np.isnan(row["rate"]) == (row["judged"] == 0) for row in rows)
-
-
-# The splits.
-
-ALONE = dict(zip(SIZES_MM, SIZES_MM, strict=True))
+        judged[row["share"]] += row["judged"] * (row["size_from_mm"] == row["size_to_mm"])
+        assert np.isnan(row["rate"]) == (row["judged"] == 0)
+        assert not row["judged"] or 0 <= row["rate_low"] <= row["rate"] <= row["rate_high"] <= 1
+    assert judged[1.0] == len(sizes)
+    # In a large archive not every recording is judged at every share.
+    assert judged[0.75] < judged[1.0] or len(sizes) < 1200
 
 
 @pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 2000])
 def test_every_share_has_as_many_splits_and_large_archives_are_split_less_often(recordings):
     sizes_mm = {f"{place % 3}mm/{place}": float(place % 3) for place in range(recordings)}
     by_share = draw_splits(sizes_mm, 1, dict(zip(sizes_mm, sizes_mm, strict=True)))
-    assert list(by_share) == [0.25, 0.5, 0.75]
+    assert list(by_share) == SHARES
     (splits,) = {len(each) for each in by_share.values()}
     assert splits <= 40
     assert splits * recordings < 960 + 4 * recordings or splits == 40
     for share, of_share in by_share.items():
-        assert all(len(set(judged)) == len(judged) for judged in of_share)
         times = Counter(chain(*of_share))
-        assert set(times) <= sizes_mm.keys()
+        assert set(times) <= sizes_mm.keys() and max(times.values()) <= splits
         # Where all parts take their turn, every recording is judged equally often.
         assert splits < 40 or set(times.values()) == {splits * (1 - share)}
 
 
-def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
-    splits = draw_splits(SIZES_MM, 1, ALONE)
+@pytest.mark.parametrize("seed", range(5))
+def test_splits_follow_from_order_and_seed_part_no_place_and_deal_every_size_evenly(seed):
     # The names are in reverse order; the recordings keep their order.
     called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
     renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
-    assert draw_splits(renamed, 1, dict(zip(renamed, renamed, strict=True))) == {
+    splits = draw_splits(SIZES_MM, seed, ALONE)
+    assert draw_splits(renamed, seed, dict(zip(renamed, renamed, strict=True))) == {
         share: [[called[name] for name in judged] for judged in of_share]
         for share, of_share in splits.items()
     }
-    assert splits != draw_splits(SIZES_MM, 2, ALONE)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_no_place_is_on_both_sides_and_every_size_is_dealt_evenly(seed):
+    assert splits != draw_splits(SIZES_MM, seed + 1, ALONE)
     sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
     places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}
     places["1mm/0"] = places["2mm/0"]  # A place may be passed with and without a nodule.
     for judged in chain(*draw_splits(sizes_mm, seed, places).values()):
         taught = sizes_mm.keys() - set(judged)
         assert taught and not {places[name] for name in taught} & {places[name] for name in judged}
-    parts = deal(sizes_mm, generator(seed, "deal"), places)
-    assert sorted(chain(*parts)) == sorted(sizes_mm)
-    assert {sum(sizes_mm[name] == 0 for name in part) for part in parts} == {3}
-    parts = deal(SIZES_MM, generator(seed, "deal"), ALONE)
-    assert {sum(SIZES_MM[name] == 0 for name in part) for part in parts} == {1}
+    for of_all, where, healthy in ((sizes_mm, places, 3), (SIZES_MM, ALONE, 1)):
+        parts = deal(of_all, generator(seed, "deal"), where)
+        assert sorted(chain(*parts)) == sorted(of_all)
+        assert {sum(of_all[name] == 0 for name in part) for part in parts} == {healthy}
 
 
 def test_the_counts_that_teach_are_weighted_means():

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from capsule.detectors.familiar import Familiarity
+from capsule.detectors.verdicts import VerdictWord
 from capsule.evaluation.columns import SITES
 from capsule.evaluation.sites import detections_by_passes, site_table, site_verdicts
 
@@ -12,32 +13,22 @@ UNKNOWN = float("nan")
 OF_A_PASS = ("score", "estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm")
 
 
-def passes(size_mm, *scores, estimates=None, locations=None, low=None, high=None):
+def passes(size_mm, *scores, **columns):
     """Make the passes over a site; the size is None if it is not known."""
-    parts = (scores, estimates, locations, low, high)
-    columns = {
-        name: UNKNOWN if part is None else part for name, part in zip(OF_A_PASS, parts, strict=True)
-    }
-    return pd.DataFrame(
-        {"size_mm": UNKNOWN if size_mm is None else size_mm, **columns}, dtype=float
-    )
+    made = dict.fromkeys(OF_A_PASS, UNKNOWN) | {"size_mm": size_mm, "score": scores} | columns
+    return pd.DataFrame(made, dtype=float)
 
 
 def by_site(sites):
     """Return passes over sites; a key may name the site with a mark that is cut off."""
-    return pd.concat([each.assign(site=key.partition("#")[0]) for key, each in sites.items()])
+    made = [each.assign(site=key.partition("#")[0]) for key, each in sites.items()]
+    return pd.concat(made, ignore_index=True)
 
 
 def verdicts_of(sites, specificity, detector="diagonal"):
     """Return the verdicts by the key of the site."""
-    verdicts = site_verdicts(by_site(sites).reset_index(), detector, specificity)
+    verdicts = site_verdicts(by_site(sites), detector, specificity)
     return dict(zip(sites, verdicts.to_dict("records"), strict=True))
-
-
-def detected_at(sites, count, detector="diagonal"):
-    """Return the sizes of the sites, and what is detected there by their first passes."""
-    verdicts = detections_by_passes(by_site(sites).reset_index(), detector, count, 0.9)
-    return [verdicts[name].tolist() for name in ("size_mm", "detected")]
 
 
 def table_of(verdicts, sites, specificity):
@@ -95,14 +86,9 @@ def test_a_site_is_judged_by_the_mean_of_its_passes_against_means_of_as_many(
 
 
 def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
-    found = passes(
-        3.0,
-        *(9.0, 0.0, 9.0),
-        estimates=[3.0, UNKNOWN, 4.0],
-        locations=[5.0, UNKNOWN, 9.0],
-        low=[2.0, UNKNOWN, 3.5],
-        high=[3.5, UNKNOWN, 5.0],
-    )
+    ends = {"estimate_low_mm": [2.0, UNKNOWN, 3.5], "estimate_high_mm": [3.5, UNKNOWN, 5.0]}
+    sizes = {"estimate_mm": [3.0, UNKNOWN, 4.0], "location_mm": [5.0, UNKNOWN, 9.0]}
+    found = passes(3.0, 9.0, 0.0, 9.0, **sizes, **ends)
     verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
     assert [verdict[name] for name in OF_A_PASS[1:]] == [3.5, 7.0, 2.75, 4.25]
     # A site whose mean is below the threshold has neither.
@@ -112,29 +98,31 @@ def test_sizes_and_locations_are_those_of_the_passes_that_found_it():
     assert np.isnan([overruled[name] for name in OF_A_PASS[1:]]).all()
 
 
-def test_the_first_passes_over_every_place_are_judged_together():
-    sites = {
-        "h1": passes(0.0, 0.0, 0.4, 9.0),
-        "h2": passes(0.0, 0.3, 0.1),
-        "h3": passes(0.0, 0.9),
-        "n1": passes(1.0, 0.1, 0.9),
-    }
-    # h3 was passed only once.
-    assert detected_at(sites, 2) == [[0, 0, 1], [False, False, True]]
-    # If one pass has no verdict, the other one counts.
-    partly = sites | {"h1": passes(0.0, UNKNOWN, 0.4)}
-    assert detected_at(partly, 2)[1] == [True, False, True]
-    shifted = {key: each.assign(score=each["score"] - 0.15) for key, each in sites.items()}
-    assert detected_at(shifted, 2, "template")[1] == [True, True, True]
+ONCE_OR_MORE = {"h1": passes(0.0, 0.0, 0.4, 9.0), "h2": passes(0.0, 0.3, 0.1)}
+ONCE_OR_MORE |= {"h3": passes(0.0, 0.9), "n1": passes(1.0, 0.1, 0.9)}
+LOWER = {key: each.assign(score=each["score"] - 0.15) for key, each in ONCE_OR_MORE.items()}
+ONE_SILENT = HEALTHY | {"n": passes(2.0, 30.0), "silent": passes(2.0, UNKNOWN)}
+LOUD = dict.fromkeys(ONE_SILENT, False) | {"h8": True, "n": True}
+HALF_SILENT = ONCE_OR_MORE | {"h1": passes(0.0, UNKNOWN, 0.4)}
 
 
-def test_a_site_without_a_verdict_is_not_detected():
-    sites = HEALTHY | {"n": passes(2.0, 30.0), "silent": passes(2.0, UNKNOWN)}
-    true_mm, detected = detected_at(sites, 1)
-    assert (true_mm[-2:], detected[-2:]) == ([2.0, 2.0], [True, False])
-    # No healthy site was passed three times: nothing can be judged by three passes.
-    few = HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}
-    assert detected_at(few, 3) == [[], []]
+@pytest.mark.parametrize(
+    ("sites", "detector", "count", "found"),
+    [
+        # h3 was passed only once.
+        (ONCE_OR_MORE, "diagonal", 2, {"h1": False, "h2": False, "n1": True}),
+        # If one pass has no verdict, the other one counts.
+        (HALF_SILENT, "diagonal", 2, {"h1": True, "h2": False, "n1": True}),
+        (LOWER, "template", 2, {"h1": True, "h2": True, "n1": True}),
+        (ONE_SILENT, "diagonal", 1, LOUD),
+        # No healthy site was passed three times: nothing can be judged by three passes.
+        (HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}, "diagonal", 3, {}),
+    ],
+)
+def test_the_first_passes_over_every_place_are_judged_together(sites, detector, count, found):
+    verdicts = detections_by_passes(by_site(sites), detector, count, 0.9)
+    assert dict(zip(verdicts["site"], verdicts["detected"], strict=True)) == found
+    assert all(verdicts["size_mm"] == [sites[name]["size_mm"][0] for name in verdicts["site"]])
 
 
 @pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
@@ -147,53 +135,28 @@ def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
     assert table["threshold"][table["site"] == "q"].tolist() == [0.5]
 
 
-def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
+def test_sites_of_several_passes_are_listed_by_detector_and_label_and_say_which_pass_is_strange():
     sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
-    predictions = [
-        {"recording": name, "detector": detector, "size_mm": float(name[0]), "score": score}
-        | UNTOLD
-        | {"estimate_mm": 2.0, "estimate_low_mm": 1.5, "estimate_high_mm": 2.25}
-        for detector in ("template", "diagonal")
-        for score, name in enumerate(list(sites)[:4])
-    ]
-    # Without a label, as in detections.csv, it is not a pass over the labelled site.
-    unlabelled = dict(predictions[-1], recording="unlabelled/c")
-    del unlabelled["size_mm"]
-    # A site that was passed once is not listed, but teaches.
-    made = table_of(pd.DataFrame([*predictions, unlabelled]), sites, 0.6)
-    by_rule, by_threshold = made.to_dict("records")
-    assert list(made) == SITES
-    assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
-    assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
-    # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
-    assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
-    assert (by_rule["estimate_low_mm"], by_rule["estimate_high_mm"]) == (1.5, 2.25)
-
-
-def test_a_place_is_strange_if_a_pass_is_and_says_which():
-    kinds = {
-        "unlabelled/a": ("yes", ""),
-        "unlabelled/b": ("no", "noise"),
-        "unlabelled/c": ("yes", ""),
-        "unlabelled/d": ("yes", ""),
-        "unlabelled/e": ("", "too_few_places"),
-        "unlabelled/f": ("", "too_few_places"),
-    }
-    sites = dict(zip(kinds, "ppqqrr", strict=True))
-    predictions = [
-        {"recording": name, "detector": "template", "size_mm": UNKNOWN, "score": 1.0, **UNTOLD}
-        | {"familiar": answer, "unfamiliar_because": traits}
-        for name, (answer, traits) in kinds.items()
-    ]
-    table = table_of(pd.DataFrame(predictions), sites, 0.9)
-    found = table.set_index("site").to_dict("index")
-    assert {site: row["familiar"] for site, row in found.items()} == {
-        "p": "no",
-        "q": "yes",
-        "r": "",
-    }
-    columns = ["recording", "detector", "size_mm", "score", *UNTOLD]
-    assert table_of(pd.DataFrame(columns=columns), {}, 0.9).empty
-    strange = found["p"]["unlike_recording"], found["p"]["unfamiliar_because"]
-    assert strange == ("unlabelled/b", "noise")
-    assert pd.isna([found[site]["unlike_recording"] for site in "qr"]).all()
+    sites |= {"2mm/q": "q", "2mm/r": "q", "2mm/s": "r", "2mm/t": "r"}
+    told = UNTOLD | {"estimate_mm": 2.0, "estimate_low_mm": 1.5, "estimate_high_mm": 2.25}
+    made = pd.DataFrame({"recording": list(sites), "size_mm": 2.0, **told})
+    made["size_mm"] = [0.0, 0.0, 2.0, 2.0, UNKNOWN, *[2.0] * 4]
+    # Nobody tells of r; of q, both passes are familiar.
+    made["familiar"] = ["", "", "yes", "no", "yes", "yes", "yes", "", ""]
+    made.loc[3, "unfamiliar_because"] = "noise"
+    scored = [made.assign(detector=name, score=range(9)) for name in ("template", "diagonal")]
+    # The unlabelled pass is none over the labelled site; what was passed once teaches.
+    table = table_of(pd.concat(scored), sites, 0.6)
+    assert list(table) == SITES
+    assert table["site"].tolist() == ["p", "q", "r"] * 2
+    assert table["detector"].tolist() == ["template"] * 3 + ["diagonal"] * 3
+    first, *_ = table.to_dict("records")
+    assert (first["size_mm"], first["recordings"], first["score"]) == (2.0, 2, 2.5)
+    assert (first["estimate_low_mm"], first["estimate_high_mm"]) == (1.5, 2.25)
+    # The rule's own threshold is 0, the other is a healthy score.
+    assert table["threshold"].tolist() == [0.0] * 3 + [1.0] * 3
+    assert table["familiar"].tolist() == ["no", "yes", ""] * 2
+    assert table["unlike_recording"].dropna().tolist() == ["2mm/b"] * 2
+    assert table["unfamiliar_because"].dropna().tolist() == ["noise"] * 2
+    assert [str(word) for word in table["verdict"][:2]] == [VerdictWord.UNLIKE, VerdictWord.NODULE]
+    assert table_of(made.iloc[:0].assign(detector="", score=0.0), {}, 0.9).empty

@@ -1,26 +1,43 @@
-"""The taught detector: what it sees, and the ridge that adapts the network's score."""
+"""What detectors of scores see of a recording, and the ridge that adapts the network's score."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
+from capsule.detectors.base import StoredRecording
 from capsule.detectors.network import EMBEDDED
-from capsule.detectors.search import UNKNOWN
-from capsule.detectors.shipped import Taught
+from capsule.detectors.search import UNKNOWN, Passage
+from capsule.detectors.shipped import Diagonal, Taught
 from capsule.seeding import generator
 from support.training import TAUGHT, features_of
+
+
+def seen_by(detector, passage, features):
+    return detector.seen(StoredRecording(None, passage, features=features))
+
+
+def test_diagonal_sees_the_evidence_the_channels_the_time_and_logarithms():
+    known = Passage(0.5, 0.1, 0.2, 0.01, 12.0, 200.0, 130.0, 0.3, 0.4, 0.5)
+    # A channel below 0.03 counts as 0.03, so that it has a logarithm.
+    logarithms = np.log([0.2, 0.03, 0.3, 0.4, 0.5])
+    seen = seen_by(Diagonal, known, None)
+    np.testing.assert_allclose(seen, [0.5, 0.1, 0.2, 0.01, 130.0, *logarithms])
+    assert np.isnan(seen_by(Diagonal, UNKNOWN, None)[0])
+    assert Diagonal.sized_by == slice(1, None)
+    # The evidence is the score, which nothing teaches.
+    learned, scores = Diagonal.learn(np.tile(seen, (2, 1)), np.zeros(2), np.arange(2), {})
+    assert learned is None and scores.tolist() == [0.5, 0.5]
 
 
 @pytest.mark.parametrize(
     ("evidence", "seen"), [(float("nan"), 0), (-3, -1), (-0.5, -0.5), (3.9, 3.9), (4.1, 4)]
 )
-def test_it_sees_score_evidence_from_minus_1_to_4_gradient_and_embedding(evidence, seen):
-    features, passage = features_of(1.5, [2.0], [3.0]), replace(UNKNOWN, evidence=evidence)
-    row = Taught.seen(SimpleNamespace(features=features, passage=passage))
+def test_taught_sees_score_evidence_from_minus_1_to_4_gradient_and_embedding(evidence, seen):
+    features = features_of(1.5, [2.0], [3.0])
+    row = seen_by(Taught, replace(UNKNOWN, evidence=evidence), features)
     np.testing.assert_allclose(row, [1.5, seen, *features.gradient, *features.embedding])
     assert Taught.sized_by == slice(-EMBEDDED, None)
 
@@ -30,20 +47,17 @@ def test_the_score_is_the_ridge_of_scikit_learn_on_evidence_and_gradient(passes_
     numbers = generator(1, "taught ridge")
     seen, sizes_mm = numbers.normal(size=(24, 4)), np.arange(24.0) % 4
     places = np.arange(24) // passes_of
-    settings = TAUGHT | {"evidence_weight": 3.0}
     rows = np.column_stack([seen, numbers.normal(size=(24, EMBEDDED))])
-    learned, without_place = Taught.learn(rows, sizes_mm, places, settings)
+    learned, without_place = Taught.learn(rows, sizes_mm, places, TAUGHT | {"evidence_weight": 3.0})
     # The evidence is penalised by its own weight.
     score, features = seen[:, 0], seen[:, 1:] * [3, 1, 1]
     wanted = TAUGHT["height"] * np.array([0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - score
     ridge, leave = Ridge(alpha=TAUGHT["penalty"]), LeaveOneGroupOut()
     expected = cross_val_predict(ridge, features, wanted, groups=places, cv=leave)
     np.testing.assert_allclose(without_place, score + expected)
-    model, expected = (
-        Taught(0.0, learned, None, None),
-        ridge.fit(features, wanted).predict(features),
-    )
-    np.testing.assert_allclose([model.score(row) for row in rows], score + expected)
+    model, ridge = Taught(0.0, learned, None, None), ridge.fit(features, wanted)
+    scores = [model.score(row) for row in rows]
+    np.testing.assert_allclose(scores, score + ridge.predict(features))
 
 
 @pytest.mark.parametrize(
@@ -53,14 +67,11 @@ def test_the_score_is_the_ridge_of_scikit_learn_on_evidence_and_gradient(passes_
 def test_the_wanted_score_rises_with_the_size_and_not_beyond_3_mm(size_mm, rise):
     # Features that do not vary teach nothing but the mean of what is wanted.
     seen, sizes_mm = np.zeros((4, 3 + EMBEDDED)), np.full(4, float(size_mm))
-    learned, without_place = Taught.learn(seen, sizes_mm, np.arange(4), TAUGHT)
-    assert learned.of(np.zeros(3)) == pytest.approx(TAUGHT["height"] * rise)
-    np.testing.assert_allclose(without_place, TAUGHT["height"] * rise)
-
-
-def test_recordings_of_a_single_place_teach_no_score():
-    seen, sizes_mm = np.zeros((4, 3 + EMBEDDED)), np.arange(4.0)
+    for places in (np.arange(4), np.array([0, 0, 0, 1])):
+        learned, without_place = Taught.learn(seen, sizes_mm, places, TAUGHT)
+        assert learned.of(np.zeros(3)) == pytest.approx(TAUGHT["height"] * rise)
+        np.testing.assert_allclose(without_place, TAUGHT["height"] * rise)
+    # A single place teaches no score.
     learned, without_place = Taught.learn(seen, sizes_mm, np.zeros(4, dtype=int), TAUGHT)
     assert learned is None and np.isnan(without_place).all()
     assert np.isnan(Taught(0.0, None, None, None).score(seen[0]))
-    assert Taught.learn(seen, sizes_mm, np.array([0, 0, 0, 1]), TAUGHT)[0] is not None
