@@ -30,20 +30,30 @@ SENSORS = ["S1", "S2", "S3", "S4"]
 NOON = datetime(2024, 5, 6, 12)
 
 
+COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
 PLAIN = lines(TIME_S, *COUNTS)
-NO_TIME = lines(*COUNTS, head="")
+NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
 BARE = lines(*COUNTS, head="S1,S2,S3,S4")
 
 
 def entries(text):
-    """Return the entries of a text, several in each row of it."""
+    """Return what stands between bars, or between the rows of a text."""
     return [entry.strip() for row in text.strip().splitlines() for entry in row.split(" | ")]
 
 
-def told(text):
-    """Return what stands before the arrow of a row, by each entry behind it."""
-    rows = (row.split(" => ") for row in text.strip().splitlines())
-    return {entry: what.strip() for what, named in rows for entry in entries(named)}
+def rows(text, case):
+    """Return cases by entry, made of the entry and of the words before the last arrow above."""
+    made, words = {}, ""
+    for each in entries(text):
+        before, arrow, entry = each.rpartition("=> ")
+        words = before.strip() if arrow else words
+        made[entry] = case(entry, words)
+    return made
+
+
+def good(text, values=COUNTS, options="", words="", **more):
+    """Return a case that is read."""
+    return Case(text, words, options=options, values=values, **more)
 
 
 def above(line, table=PLAIN):
@@ -77,6 +87,10 @@ def wrapped(bits, per_second, *, scale=1, low=0):
     """Return times of a counter of some bits that begins again at the 201st sample."""
     ticks = np.rint(TIME_S * per_second).astype(int) - round(20 * per_second) + 2**bits + low
     return ((ticks - low) % 2**bits + low) / scale
+
+
+def counter(unit, bits, per_second, low):
+    return timed(f"t ({unit})", wrapped(int(bits), float(per_second), low=int(low)))
 
 
 def stamped(form, between, sign=","):
@@ -244,15 +258,16 @@ ODD_REFUSED = {
 READ_ABOVE = """
     # time base: 10 us | # dt: 100 | # inflated to 20 kPa | # operator: N
     # clock: 16 MHz | # step 3 | # calibrated: yes | # calibrated: 2026-03-04 | # baseline: 10 s
-    # resolution: 10 bit
-    # 12 kohm in series | # supply (V): 5 | # gain: 1 | # offset: 0 | # scale_factor: 1.0
+    # resolution: 10 bit | # 12 kohm in series | # supply (V): 5 | # gain: 1 | # offset: 0
+    # scale_factor: 1.0
 """
 # Names of sensors that hold no unit, or ohm.
 READ_NAMED = """
     S{}_\u03a9 | S{} in \u2126 | S (left),S (right),S (up),S (down) | N,E,S,W | S1_L,S2_R,S3_T,S4_B
     T{} | A,B,C,D | in_{} | gain{} | left index 1,left index 2,S_min 3,S_min 4 | 0,1,2,3
 """
-RATES = """
+# Lines above a table without times.
+READ_RATES = """
     # fs: 10 | % Sampling rate (kHz) = 0.01 | sample_rate,10 Hz | # fs_khz: 0,01 | # dt_ms: 100
     # Sample Interval: 100 ms
 """
@@ -271,14 +286,9 @@ LABELLED = lines(
     sign=" ",
 )
 # Counters of so many bits in a unit of time, from the lowest value on.
-COUNTERS = [
-    ("us", 32, 1_000_000, 0),
-    ("us", 32, 1_000_000, -(2**31)),
-    ("ms", 31, 1000, 0),
-    ("ms", 16, 1000, 0),
-    ("ms", 16, 1000, -(2**15)),
-    ("ms", 15, 1000, 0),
-]
+COUNTERS = """
+    us 32 1e6 0 | us 32 1e6 -2147483648 | ms 31 1e3 0 | ms 16 1e3 0 | ms 16 1e3 -32768 | ms 15 1e3 0
+"""
 # Stamps that a terminal writes before each line, and what it writes between.
 STAMPS = {
     "CoolTerm": (millis, " "),
@@ -291,147 +301,119 @@ STAMPS = {
     "brackets": (lambda moment: f"({moment:%H:%M:%S.%f}"[:-3], ") "),
     "a word": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], " INFO "),
 }
-EACH_NAMES = [
-    "time,S1,time,S2,time,S3,time,S4",
-    "time,S1,time.1,S2,time.2,S3,time.3,S4",
-    "t1,S1,t2,S2,t3,S3,t4,S4",
-    "S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4",
-]
+# Names of a time for each sensor.
+EACH_NAMES = """
+    time,S1,time,S2,time,S3,time,S4 | time,S1,time.1,S2,time.2,S3,time.3,S4
+    t1,S1,t2,S2,t3,S3,t4,S4 | S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4
+"""
 PAUSED = TIME_S + 300 * (TIME_S > 20)
+TRUNCATED = np.where(TIME_S > 0, TIME_S + 20, 0)
 STUCK = np.array([*COUNTS[:2], 7 + 0 * TIME_S, COUNTS[3]])
 TABBED = lines(TIME_S, *COUNTS, head="TIME:\t1\t2\t3\t4", sign="\t")
+QUOTES = [[f'"{cell:.3f}"' for cell in row] for row in (TIME_S, *COUNTS)]
+EMPTY_QUOTES = lines(TIME_S, *COUNTS, head="t a b c d", sign=" ").replace("\n4 ", '\n4 "" ')
+EMPTY_QUOTES = EMPTY_QUOTES.replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 ")
+HELD_FIRST = np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS)
 HOUR = "jumps by an hour, as with summer time"
+RISING = "--sensors 1 2 3 4 --rate 10 --unit counts"
+V, RATED = "--unit V", "--rate 10"
 READ = {
-    **{line: Case(above(line)) for line in entries(READ_ABOVE)},
-    **{names: Case(named(names)) for names in entries(READ_NAMED)},
-    **{line: Case(above(line, BARE)) for line in entries(RATES)},
-    **{kind: Case(text, values=COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
-    **{
-        f"counter of {bits} bits from {low}, {unit}": Case(
-            timed(f"t ({unit})", wrapped(bits, per_second, low=low)), "the clock jumps by "
-        )
-        for unit, bits, per_second, low in COUNTERS
-    },
-    "micros() in seconds": Case(
-        timed("t (s)", wrapped(32, 1e6, scale=1e6)), "the clock jumps by 4294.967296"
+    **rows(READ_ABOVE, lambda line, _: good(above(line))),
+    **rows(READ_NAMED, lambda names, _: good(named(names))),
+    **rows(READ_RATES, lambda line, _: good(above(line, BARE))),
+    **{kind: good(text, COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
+    **rows(COUNTERS, lambda each, _: good(counter(*each.split()), words="the clock jumps by ")),
+    "micros() in seconds": good(
+        timed("t (s)", wrapped(32, 1e6, scale=1e6)), words="the clock jumps by 4294.967296"
     ),
-    "autumn": Case(autumn(), HOUR),
-    "spring": Case(autumn(-3600), HOUR),
-    "no hours": Case(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
-    "past 24 h": Case(timed("t", elapsed())),
-    **{f"stamps, {kind}": Case(stamped(*how)) for kind, how in STAMPS.items()},
-    "numbers name columns": Case(timed("Time", TIME_S).replace("S", "")),
-    "remark on the first sample": Case(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),
-    "numbers of pandas": Case(
+    "autumn": good(autumn(), words=HOUR),
+    "spring": good(autumn(-3600), words=HOUR),
+    "no hours": good(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
+    "past 24 h": good(timed("t", elapsed())),
+    **{f"stamps, {kind}": good(stamped(*how)) for kind, how in STAMPS.items()},
+    "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
+    "remark on the first sample": good(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),
+    "numbers of pandas": good(
         pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(),
-        "line 1, with 0, 1, 2, 3, is passed over",
         options="--time 1 --sensors 2 3 4 5",
+        words="line 1, with 0, 1, 2, 3, is passed over",
     ),
     **{
-        f"a remark behind the first samples, {head!r}": Case(
+        f"a remark behind the first samples, {head!r}": good(
             lines(TIME_S, *COUNTS, ["start", *[""] * 524], head=head)
         )
         for head in ("", "time_s,S1,S2,S3,S4,note")
     },
     **{
-        f"thousands behind {mark!r}": Case(
-            grouped(24, "{:,.0f}".format).replace(",", mark),
-            values=24 * COUNTS,
-            options="--unit counts",
+        f"thousands behind {mark!r}": good(
+            grouped(24, "{:,.0f}".format).replace(",", mark), 24 * COUNTS, COUNTED
         )
         for mark in (" ", "\u00a0", "\u2009", "'")
     },
-    "first line without its time": Case(
-        lines(TIME_S, *COUNTS, head="")[2:],
-        "line 1, '469,497,532,540', is passed over",
-        values=COUNTS[:, 1:],
+    "first line without its time": good(
+        NO_NAMES[2:], COUNTS[:, 1:], words="line 1, '469,497,532,540', is passed over"
     ),
-    "first time that lacks digits": Case(
+    "first time that lacks digits": good(
         lines(TIME_S + 20, *COUNTS, head="")[1:],
-        "20.1 s lie between the first two samples; if the first line lacks digits",
-        time_s=np.where(TIME_S > 0, TIME_S + 20, 0),
+        words="20.1 s lie between the first two samples; if the first line lacks digits",
+        time_s=TRUNCATED,
     ),
-    "a long gap": Case(timed("t", PAUSED), "a gap of 5 min follows sample 201", time_s=PAUSED),
-    "a stuck sensor": Case(
-        timed("t", TIME_S, STUCK), "the report will reject it: sensor_3 reads 7 in", values=STUCK
+    "a long gap": good(
+        timed("t", PAUSED), words="a gap of 5 min follows sample 201", time_s=PAUSED
     ),
-    "a mark of missing samples in a comment": Case(
-        above(f"# fill value: {COUNTS[0, 0]:g}"),
-        "lack a sensor",
-        values=np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS),
+    "a stuck sensor": good(
+        timed("t", TIME_S, STUCK), STUCK, words="the report will reject it: sensor_3 reads 7 in"
     ),
-    "a scaling in a comment": Case(
-        above("# scale factor: 0.1"),
-        "scale factor: 0.1; that is not applied",
-        options="--unit counts",
+    "a mark of missing samples in a comment": good(
+        above(f"# fill value: {COUNTS[0, 0]:g}"), HELD_FIRST, words="lack a sensor"
     ),
-    "all in quotes": Case(
-        lines(
-            *([f'"{cell:.3f}"' for cell in row] for row in (TIME_S, *COUNTS)),
-            head='"t","a","b","c","d"',
-        )
+    "a scaling in a comment": good(
+        above("# scale factor: 0.1"), COUNTS, COUNTED, "scale factor: 0.1; that is not applied"
     ),
-    "an empty cell in quotes": Case(
-        lines(TIME_S, *COUNTS, head="t a b c d", sign=" ")
-        .replace("\n4 ", '\n4 "" ')
-        .replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 "),
-        "1 samples lack a sensor and count as missing",
-        values=np.where(TIME_S == 4, np.nan, COUNTS),
+    "all in quotes": good(lines(*QUOTES, head='"t","a","b","c","d"')),
+    "an empty cell in quotes": good(
+        EMPTY_QUOTES,
+        np.where(TIME_S == 4, np.nan, COUNTS),
+        words="1 samples lack a sensor and count as missing",
     ),
-    "a rising sensor": Case(
-        lines(TIME_S, *COUNTS, head=""),
-        "sensor_1 rises",
-        options="--sensors 1 2 3 4 --rate 10 --unit counts",
-        values=np.vstack([TIME_S, COUNTS[:3]]),
-    ),
+    "a rising sensor": good(NO_NAMES, np.vstack([TIME_S, COUNTS[:3]]), RISING, "sensor_1 rises"),
     **{
-        f"sensors {given}": Case(PLAIN, options=f"--sensors {given}", values=COUNTS[::-1])
+        f"sensors {given}": good(PLAIN, COUNTS[::-1], f"--sensors {given}")
         for given in ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
     },
-    "a broken line at the end of a log": Case(
+    "a broken line at the end of a log": good(
         f"ready\n{LABELLED}S1:5\n",
-        options="--rate 10",
+        options=RATED,
         header={"import_passed_over": "2 lines without a whole sample"},
     ),
-    "a line of the header that stands twice": Case(
+    "a line of the header that stands twice": good(
         above("# session: monday\n# session: monday"), header={"session": "monday"}
     ),
-    "LabVIEW": Case(lvm(), options="--unit V", values=VOLTS),
-    "LabVIEW, no times": Case(lvm("No"), options="--unit V", values=VOLTS),
-    "LabVIEW, a time for each": Case(lvm("Multi", unit=True), values=VOLTS),
-    "LabVIEW, the second channel later": Case(lvm("Multi", unit=True, later_s=2.0), values=LATER),
-    "LabVIEW, no times, later": Case(lvm("No", unit=True, later_s=2.0), values=LATER),
-    **{
-        f"times named {names}": Case(
-            lines(*EACH_TIMED, head=names), options="--unit V", values=LATER
-        )
-        for names in EACH_NAMES
-    },
-    "LabChart, comment": Case(
-        labchart(slice(None)).replace("\n20\t", "\t#* wave 2 starts\n20\t"), values=VOLTS
+    "LabVIEW": good(lvm(), VOLTS, V),
+    "LabVIEW, no times": good(lvm("No"), VOLTS, V),
+    "LabVIEW, a time for each": good(lvm("Multi", unit=True), VOLTS),
+    "LabVIEW, the second channel later": good(lvm("Multi", unit=True, later_s=2.0), LATER),
+    "LabVIEW, no times, later": good(lvm("No", unit=True, later_s=2.0), LATER),
+    **rows(EACH_NAMES, lambda names, _: good(lines(*EACH_TIMED, head=names), LATER, V)),
+    "LabChart, comment": good(
+        labchart(slice(None)).replace("\n20\t", "\t#* wave 2 starts\n20\t"), VOLTS
     ),
-    "whole last number without a line end": Case(PLAIN.rstrip("\n")),
-    "decimals without a last line end": Case(
-        lines(TIME_S, *VOLTS).rstrip("\n"), options="--unit V", values=VOLTS
+    "whole last number without a line end": good(PLAIN.rstrip("\n")),
+    "decimals without a last line end": good(lines(TIME_S, *VOLTS).rstrip("\n"), VOLTS, V),
+    "first and last line that lack digits": good(
+        lines(*VOLTS, head="")[1:-3], SHORTER[:, 1:], f"{RATED} {V}", "note: line 1, with 0.29004, "
     ),
-    "first and last line that lack digits": Case(
-        lines(*VOLTS, head="")[1:-3],
-        "note: line 1, with 0.29004, ",
-        options="--rate 10 --unit V",
-        values=SHORTER[:, 1:],
+    "last number that may lack digits": good(
+        lines(TIME_S, *VOLTS)[:-3], SHORTER, V, "'2.421' may lack digits"
     ),
-    "last number that may lack digits": Case(
-        lines(TIME_S, *VOLTS)[:-3], "'2.421' may lack digits", options="--unit V", values=SHORTER
-    ),
-    "first line that lacks digits": Case(
+    "first line that lacks digits": good(
         NO_TIME[2:],
+        COUNTS[:, 1:],
+        RATED,
         f"{NO_TIME[2]}, 497, 532, 540, is passed over: {NO_TIME[2]} is far from",
-        options="--rate 10",
-        values=COUNTS[:, 1:],
     ),
     **{
-        name: Case(ODD / f"{name}.txt", options=given, values=values)
-        for name, (given, values) in ODD_READ.items()
+        name: good(ODD / f"{name}.txt", values, given) for name, (given, values) in ODD_READ.items()
     },
 }
 
@@ -448,173 +430,142 @@ def test_a_kind_of_file_gives_the_right_numbers_and_by_the_map_again(tmp_path, k
 
 def repeated(*columns, head):
     """Return a table whose names are written again where the board starts again."""
-    first, second = (
-        lines(*(column[part] for column in columns), head=head)
-        for part in (slice(300), slice(300, None))
-    )
-    return first + second
+    parts = [[column[part] for column in columns] for part in (FIRST, REST)]
+    return "".join(lines(*part, head=head) for part in parts)
 
 
+FIRST, REST = slice(300), slice(300, None)
 RESTARTED = np.concatenate([TIME_S[:300], TIME_S[:225]])
-COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
-# Lines above a table, by the unit that the refusal names.
+# Lines above a table, behind the unit that the refusal names.
 UNITS_ABOVE = """
     kPa => # unit: kPa | Units: kPa | # pressure (kPa) | # readings: kPa | // kPa | kPa
-    kPa => Vertical Units,kPa | # S1: kPa, S2: kPa, S3: kPa, S4: kPa
-    mmHg => % unit mmHg | Pressure in mmHg
+    Vertical Units,kPa | # S1: kPa, S2: kPa, S3: kPa, S4: kPa
+    mmHg => % unit mmHg | Pressure in mmHg | nT => # signals in nT
     N => # Force [N] | # N | # s;N;N;N;N | # all N | # S1..S4 N | # S1-S4: N
-    nT => # signals in nT
     grams-force => # values in grams-force
 """
 # Those that the refusal quotes: units in words, scales, and scales in words.
 QUOTED = """
-    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10}
-    # fs=10 Hz, unit=kPa | # values are mV | # field in microtesla | # readings in grams force
-    # normal stress / kPa | REM all in mmHg
-    # scale_factor: 0.001 | Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88 | # gain: 10
-    # calib_slope: 2.2 | # counts_per_V: 204.8 | # YScale: 0.5
-    # values x 10 | # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts
-    # true = raw * 0.5 + 3 | # 1 LSB = 4.88 mV | All values multiplied by 100
-    # supplied by 5 V, with a gain of 2
+    # column 2: pressure [kPa] | # {"unit": "kPa", "fs": 10} | # fs=10 Hz, unit=kPa
+    # values are mV | # field in microtesla | # readings in grams force | # normal stress / kPa
+    REM all in mmHg | # scale_factor: 0.001 | Offset,-2 | # mV_per_lsb: 4.88 | mV/count,4.88
+    # gain: 10 | # calib_slope: 2.2 | # counts_per_V: 204.8 | # YScale: 0.5 | # values x 10
+    # 0.1 mV per count | # scaled by 0.001 | # readings are 10 * counts | # true = raw * 0.5 + 3
+    # 1 LSB = 4.88 mV | All values multiplied by 100 | # supplied by 5 V, with a gain of 2
     # S1: mV | # S1 in mV | # S1, S2: mV | # S2..S4: kPa | # unit of S1: V | # channel 1: mV
     # k: 0.5 | # a1: 10 | # G = 10 | # k = 0.5 N/V | PGA 16 | # resolution 0.5
 """
-# Names of sensors, by what the refusal names of the first and all others.
+# Names of sensors, behind what the refusal names of the first and all others.
 UNITS_IN_NAMES = """
-    uV => P{} (uV)
-    mmHg => P{} (mmHg)
-    gf => P{} (gf)
-    cmH2O => P{} (cmH2O)
-    N/mm2 => P{} (N/mm2)
-    % => S{} %
-    percent => S{}_percent
-    N => S{}_N | S{} in N
-    cN => S{}, cN
-    g => S{}/g
-    uS => S{}_uS
-    T => S{}_T
-    G => S{} G
-    *10 => S{} *10
-    mV_x10 => S{}_mV_x10
-    microstrain => S{}_microstrain
-    l/min => S{} / l/min
-    kPa => pressure kPa {}
-    in 0.1 mV => S{} in 0.1 mV
+    uV => P{} (uV) | mmHg => P{} (mmHg) | gf => P{} (gf) | cmH2O => P{} (cmH2O)
+    N/mm2 => P{} (N/mm2) | % => S{} % | percent => S{}_percent | N => S{}_N | S{} in N
+    cN => S{}, cN | g => S{}/g | uS => S{}_uS | T => S{}_T | G => S{} G | *10 => S{} *10
+    mV_x10 => S{}_mV_x10 | microstrain => S{}_microstrain | l/min => S{} / l/min
+    kPa => pressure kPa {} | in 0.1 mV => S{} in 0.1 mV
     a scaling => S{}_V_gain10 | S{} x10 (V) | 10*S{}
 """
 QUOTED_NAMES = "P{}kPa | S{} (kPa) filtered | S{} kPa (raw) | kg_{} | force_N_{}"
-# Names of a time in a unit that is none of the list, and lines above a table, by the unit and the
-# ticks per second.
+# Names of a time in a unit that is none of the list, and lines above a table, behind the unit and
+# the ticks per second.
 TIME_UNITS = """
-    1/100 s, 100 => Time (1/100 s)
-    cs, 100 => time_cs
-    ticks, 1e7 => t [ticks] | ticks
-    0.1 ms, 1e4 => time (0.1 ms)
-    hundredths, 100 => time_hundredths
-    10 us, 1e5 => time_10 us | time in 10 us | t (10 us)
-    us_x10, 1e5 => time_us_x10
-    us)/10, 1e5 => time (us)/10
-    filetime, 1e7 => filetime
-    pts, 90000 => pts
+    1/100 s, 100 => Time (1/100 s) | cs, 100 => time_cs | ticks, 1e7 => t [ticks] | ticks
+    0.1 ms, 1e4 => time (0.1 ms) | hundredths, 100 => time_hundredths
+    10 us, 1e5 => time_10 us | time in 10 us | t (10 us) | us_x10, 1e5 => time_us_x10
+    us)/10, 1e5 => time (us)/10 | filetime, 1e7 => filetime | pts, 90000 => pts
 """
 TIME_UNITS_ABOVE = """
     cs, 100 => # x-axis unit: cs | # column 1: time [cs] | # {"time_unit": "cs"}
-    cs, 100 => # first column in cs
-    1/256 s, 256 => # time is in 1/256 s
+    # first column in cs | 1/256 s, 256 => # time is in 1/256 s
     10 us, 1e5 => # Time base: 10 us | # time in units of 10 us | # 1 tick = 10 us
-    ticks, 100 => # t: ticks, S1-S4: counts
-    centiseconds, 100 => # times are centiseconds
-    100 ns, 1e7 => # timestamps in units of 100 ns
-    0.1 ms, 1e4 => # time resolution 0.1 ms
-    time_scale: 0.01, 100 => # time_scale: 0.01
-    250 kHz, 250e3 => # timer: 250 kHz
-    clock_hz: 32768, 32768 => # clock_hz: 32768
-    timer: 4 us, 250e3 => # timer: 4 us
-    250,000, 250e3 => # ticks_per_s: 250,000
-    2 MHz, 2e6 => # counted by a clock of 2 MHz
-    1024 Hz, 1024 => # clock of 1024 Hz
-    hundredths, 100 => # time in hundredths of a second
+    ticks, 100 => # t: ticks, S1-S4: counts | centiseconds, 100 => # times are centiseconds
+    100 ns, 1e7 => # timestamps in units of 100 ns | 0.1 ms, 1e4 => # time resolution 0.1 ms
+    time_scale: 0.01, 100 => # time_scale: 0.01 | 250 kHz, 250e3 => # timer: 250 kHz
+    clock_hz: 32768, 32768 => # clock_hz: 32768 | timer: 4 us, 250e3 => # timer: 4 us
+    250,000, 250e3 => # ticks_per_s: 250,000 | 2 MHz, 2e6 => # counted by a clock of 2 MHz
+    1024 Hz, 1024 => # clock of 1024 Hz | hundredths, 100 => # time in hundredths of a second
     a second, 100 => # counted in hundredths of a second
 """
 # Lines above a table with rates that contradict its times.
 OTHER_RATES = """
     sampling rate = 20 => # sampling rate = 20 Hz
     1 / Sampling interval = 5 => # Sampling interval (ms): 200
-    1 / Sample Interval = 5 => Sample Interval,0.2,s
-    1 / dt = 5 => # dt_ms: 200
-    fs = 5 => # fs: 5 samples per second
-    Acquisition rate = 5 => # Acquisition rate = 5.0e0 Hz
+    1 / Sample Interval = 5 => Sample Interval,0.2,s | 1 / dt = 5 => # dt_ms: 200
+    fs = 5 => # fs: 5 samples per second | Acquisition rate = 5 => # Acquisition rate = 5.0e0 Hz
     rate = 5 and another rate = 10 => # rate: 10, 10, 10, 5
 """
 # Times without a unit, by what their step is in s.
-BARE_TIMES = {
-    "steps of 0.01 s": (1e2, BY_RATE),
-    "steps of 0.0001 s": (1e4, BY_RATE),
-    "steps of 1e-05 s": (1e5, BY_RATE),
-    "steps of 1e-07 s": (1e7, BY_RATE),
-    "steps of 0.0009766 s": (1024, BY_RATE),
-    "steps of 3.052e-05 s": (32_768, BY_RATE),
-    "steps of 0.02 s": (50, BY_RATE),
-    "min": (1 / 60, "--time-unit min"),
-}
+BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7}
+BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768, "0.02": 50}
 SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
+JUMPED = TIME_S + 200_000 * (TIME_S == 30)
 POINTS = "--unit counts --thousands point"
+MM_HG = "time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"
+COUNTED_NAMES = "S1 (counts);S2 (counts);S3 (counts);S4 (counts)"
+# What is said to German counts with a point, by the options before.
+THOUSANDFOLD = {
+    COUNTED: "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
+    "--decimal point": "from 1 to 998 can be mV (--unit mV) or kohm (--unit kohm)",
+    "--decimal point --unit counts": "'1.002' beside 938 is no count; use --thousands",
+}
+
+
+def unnamed_unit(name, what):
+    """Return the case of a time in a unit that the import does not know."""
+    unit, _, per_second = what.rpartition(", ")
+    words = f"column '{name}': the file names the unit {unit!r}"
+    return Case(ticks(name, float(per_second)), words, BY_RATE)
+
+
+def unit_above(line, what):
+    """Return the case of a line that names such a unit."""
+    unit, _, per_second = what.rpartition(", ")
+    table = above(line, ticks("time", float(per_second)))
+    return Case(table, f"{unit}', which is none of", BY_RATE)
+
+
+def quoted(line, _):
+    return Case(above(line), re.sub(",(?=[-0-9])", ": ", line.strip("# ")), COUNTED)
+
+
+def unit_in_names(names, unit):
+    return Case(named(names, sign=";"), f"names {unit} of {names.format(1)!r} and all", COUNTED)
+
+
+def other_rate(line, rates):
+    return Case(above(line), f"10 Hz, but the file states {rates}; give", "--time-unit s")
+
+
 ASKED = {
-    **{
-        line: Case(above(line), f"the file names {unit} of ", COUNTED)
-        for line, unit in told(UNITS_ABOVE).items()
-    },
-    **{
-        line: Case(above(line), re.sub(",(?=[-0-9])", ": ", line.strip("# ")), COUNTED)
-        for line in entries(QUOTED)
-    },
-    "unit of a sensor in a recording": Case(
-        above("# format_version: 1\n# S1: mV"), "says 'S1: mV', and not", COUNTED
+    **rows(UNITS_ABOVE, lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
+    **rows(QUOTED, quoted),
+    "unit of a sensor in a recording": quoted("# format_version: 1\n# S1: mV", "")._replace(
+        words="says 'S1: mV', and not"
     ),
     "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
-    **{
-        names: Case(named(names, sign=";"), f"names {what} of {names.format(1)!r} and all", COUNTED)
-        for names, what in told(UNITS_IN_NAMES).items()
-    },
-    **{
-        names: Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED)
-        for names in entries(QUOTED_NAMES)
-    },
+    **rows(UNITS_IN_NAMES, unit_in_names),
+    **rows(
+        QUOTED_NAMES,
+        lambda names, _: Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED),
+    ),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
     "unit of some": Case(
         named("S1 (V),S2,S3 (V),S4"), "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED
     ),
+    **rows(TIME_UNITS, unnamed_unit),
+    **rows(TIME_UNITS_ABOVE, unit_above),
     **{
-        f"times, {name}": Case(
-            ticks(name, float(per_second)),
-            f"column '{name}': the file names the unit {unit!r}",
-            BY_RATE,
+        f"times without a unit, steps of {step}": Case(
+            ticks("time", per_second), f"or steps of {step} s, 10 Hz ({BY_RATE}); choose", BY_RATE
         )
-        for name, what in told(TIME_UNITS).items()
-        for unit, _, per_second in [what.rpartition(", ")]
+        for step, per_second in BARE_TIMES.items()
     },
-    **{
-        line: Case(
-            above(line, ticks("time", float(per_second))), f"{unit}', which is none of", BY_RATE
-        )
-        for line, what in told(TIME_UNITS_ABOVE).items()
-        for unit, _, per_second in [what.rpartition(", ")]
-    },
-    **{
-        f"times without a unit, {unit}": Case(
-            ticks("time", per_second) if per_second > 1 else timed("time", TIME_S * per_second),
-            f"or {unit}, 10 Hz ({remedy}); choose one",
-            remedy,
-        )
-        for unit, (per_second, remedy) in BARE_TIMES.items()
-    },
+    "times without a unit, min": Case(
+        timed("time", TIME_S / 60), "or min, 10 Hz (--time-unit min); choose one", "--time-unit min"
+    ),
     "two units of time": Case(
         above("# time unit: ms", ticks("time_us", 1e5)), "the unit 'us and ms'", BY_RATE
     ),
-    **{
-        line: Case(above(line), f"10 Hz, but the file states {rates}; give", "--time-unit s")
-        for line, rates in told(OTHER_RATES).items()
-    },
+    **rows(OTHER_RATES, other_rate),
     "rate beside dates": Case(
         above("# rate: 20 Hz", timed("t", clocks(NOON))),
         "states rate = 20; give --time-unit clock",
@@ -644,11 +595,7 @@ ASKED = {
         "names kPa of 'S1'",
         COUNTED,
     ),
-    "unit in a row": Case(
-        timed("time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg", TIME_S).replace(",S1,S2,S3,S4", ""),
-        "names mmHg of 'P1'",
-        COUNTED,
-    ),
+    "unit in a row": Case(lines(TIME_S, *COUNTS, head=MM_HG), "names mmHg of 'P1'", COUNTED),
     **{
         f"a clock without colons, {form}": Case(
             timed("time", [f"{NOON + timedelta(seconds=s - 20):{form}}"[:-5] for s in TIME_S]),
@@ -670,7 +617,7 @@ ASKED = {
         4 * COUNTS,
     ),
     "named counts with points": Case(
-        grouped(4, german, "S1 (counts);S2 (counts);S3 (counts);S4 (counts)"),
+        grouped(4, german, COUNTED_NAMES),
         "from 1.692 to 2.164 are none; give --thousands point",
         POINTS,
         values=4 * COUNTS,
@@ -685,11 +632,7 @@ ASKED = {
         f"decimals that jump a thousandfold, {options}": Case(
             grouped(2, german), words, POINTS, options, 2 * COUNTS
         )
-        for options, words in {
-            COUNTED: "can be 1.002 (--decimal point) or 1002 (--thousands point); choose one",
-            "--decimal point": "from 1 to 998 can be mV (--unit mV) or kohm (--unit kohm)",
-            "--decimal point --unit counts": "'1.002' beside 938 is no count; use --thousands",
-        }.items()
+        for options, words in THOUSANDFOLD.items()
     },
     "commas and the unit at once": Case(
         grouped(4, "{:,.0f}".format),
@@ -697,14 +640,8 @@ ASKED = {
         "--thousands comma --unit counts",
         values=4 * COUNTS,
     ),
-    "time in whole seconds": Case(
-        timed("time_s", np.floor(TIME_S)), "does not run forward", BY_RATE
-    ),
-    "a time that jumps": Case(
-        timed("time_s", TIME_S + 200_000 * (TIME_S == 30)),
-        "sample 302: time runs backwards",
-        BY_RATE,
-    ),
+    "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
+    "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(
         repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
         "0 s follows 29.9 s; if another run begins there, give --run-gap-s 5",
@@ -719,12 +656,10 @@ ASKED = {
         None,
     ),
     "blocks of LabChart": Case(
-        labchart(slice(300), slice(300, None)), "give --run-gap-s 5", "--run-gap-s 5", values=None
+        labchart(FIRST, REST), "give --run-gap-s 5", "--run-gap-s 5", values=None
     ),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
-    "last reading lost behind its delimiter": Case(
-        PLAIN.rstrip("\n").rpartition(",")[0] + ",", "line 526 is cut off"
-    ),
+    "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
     **{
         call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
         for call, words in ODD_REFUSED.items()
@@ -743,7 +678,7 @@ ASKED = {
     "a broken line without a time": Case(
         f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}",
         "line 528 does not hold a whole sample",
-        options="--rate 10",
+        options=RATED,
     ),
     "all that is missing at once": Case(
         lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
@@ -757,6 +692,11 @@ ASKED = {
 @pytest.mark.parametrize("kind", ASKED)
 def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
     ASKED[kind].check_asked(tmp_path)
+
+
+def test_every_odd_file_is_in_the_table():
+    tried = ODD_READ.keys() | {call.split()[0] for call in ODD_REFUSED}
+    assert {path.stem for path in ODD.iterdir()} == tried
 
 
 def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
@@ -777,11 +717,6 @@ def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
     assert (
         f"note: line 526: {PLAIN[-4:-3]} of sensor_4 is far from {COUNTS[3, -2]:g} before" in shown
     )
-
-
-def test_every_odd_file_is_in_the_table():
-    tried = ODD_READ.keys() | {call.split()[0] for call in ODD_REFUSED}
-    assert {path.stem for path in ODD.iterdir()} == tried
 
 
 def test_nothing_is_named_in_the_recordings_of_the_archive():
