@@ -197,7 +197,7 @@ def says(device, **changes):
         ("logger", {"lost": True}, NoAnswerError, "at A was disconnected before it identified"),
         ("logger", {}, KeyboardInterrupt, ""),
         ("logger", {"first_bytes": bytes(range(128, 256))}, WrongBaudError, "(--baud is 57600, "),
-        ("logger", {"first_bytes": b"21.5 degrees\r\n" * 3}, WrongBoardError, "another program"),
+        ("logger", {"first_bytes": b"1 2 3 4 5\r\n" * 3}, WrongBoardError, "another program"),
         ("logger", {"frames": ["D,1,100,1,2,3,4,0"]}, NoAnswerError, "answer 'identify'"),
         ("fold", says("fold", protocol="2"), WrongBoardError, "reports protocol=2; upload"),
         ("logger", says("logger", firmware=None), WrongBoardError, "no firmware"),

@@ -35,30 +35,15 @@ def fetch(page, path="", **headers):
     return urllib.request.urlopen(request, timeout=5)
 
 
-class Listener:
-    """A browser that listens to the page's events, and knows some samples already."""
+def listen(page, last=""):
+    """Listen to the page's events as a browser that knows the samples up to the last number."""
+    return fetch(page, "events", **({"Last-Event-ID": last} if last else {}))
 
-    def __init__(self, page, last=""):
-        self._line = socket.create_connection(("127.0.0.1", int(page.host.split(":")[1])), 5)
-        known = f"Last-Event-ID: {last}\r\n" if last else ""
-        asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n{known}\r\n"
-        self._line.sendall(asked.encode())
-        self._stream = self._line.makefile("rb")
-        while self._stream.readline() not in (b"\r\n", b""):
-            pass
 
-    def read(self):
-        """Return id and data of the next event; None after the last one."""
-        number, data = (self._stream.readline() for _ in range(2))
-        self._stream.readline()
-        if not number:
-            return None
-        return int(number.removeprefix(b"id: ")), json.loads(data.removeprefix(b"data: "))
-
-    def close(self):
-        """Leave."""
-        self._stream.close()
-        self._line.close()
+def next_event(listener):
+    """Return id and data of the next event; empty after the last one."""
+    number, data, _ = (listener.readline() for _ in range(3))
+    return number and (int(number.removeprefix(b"id: ")), json.loads(data.removeprefix(b"data: ")))
 
 
 def test_only_a_browser_that_knows_the_address_gets_the_page(page):
@@ -80,8 +65,8 @@ def test_only_a_browser_that_knows_the_address_gets_the_page(page):
 
 def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
     page.show(state)
-    listener = Listener(page)
-    number, (news, values) = listener.read()
+    listener = listen(page)
+    number, (news, values) = next_event(listener)
     # A minute is kept, not the whole run.
     assert (number, news["first"], len(news["samples"])) == (700, 100, 600)
     assert (values["title"], values["left"]) == (
@@ -94,8 +79,8 @@ def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
     page.show(state)
     # The last number of another recording says nothing of this one.
     for last, first, kept in (("700", 700, 2), ("9000", 102, 600)):
-        listener = Listener(page, last)
-        _, (news, values) = listener.read()
+        listener = listen(page, last)
+        _, (news, values) = next_event(listener)
         assert (news["first"], len(news["samples"]), news["samples"][-1]) == (first, kept, None)
         assert (values["gaps"], values["missing"]) == (1, 2)
         listener.close()
@@ -105,12 +90,12 @@ def test_when_there_are_too_many_the_oldest_goes(page, state):
     page.show(state)
     listeners = []
     for _ in range(MOST_LISTENERS + 1):
-        listeners.append(Listener(page))
-        listeners[-1].read()  # before the next one comes, it is known
-    assert listeners[0].read() is None
+        listeners.append(listen(page))
+        next_event(listeners[-1])  # before the next one comes, it is known
+    assert next_event(listeners[0]) == b""
     state.add((1, 2, 3, 4))
     page.show(state)
-    assert [each.read()[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
+    assert [next_event(each)[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
     for each in listeners:
         each.close()
 
@@ -120,7 +105,7 @@ def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, mo
     bench = ScriptedBench(tmp_path, monkeypatch)
     bench.recorder.loop.add("its live page", lambda: page.show(bench.recorder.state))
     address = ("127.0.0.1", int(page.host.split(":")[1]))
-    dead = [Listener(page) for _ in range(2)]  # they never read an event
+    dead = [listen(page) for _ in range(2)]  # they never read an event
 
     def script():
         for number in range(1000):

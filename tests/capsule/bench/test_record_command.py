@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,8 @@ def test_every_fault_has_a_status_of_its_own():
     statuses = [kind.status for kind in AcquisitionError.__subclasses__()]
     assert len({0, 1, 2, *statuses}) == len(statuses) + 3 >= 12
     assert all(f"\n| {status} | " in page for status in statuses)
+    told = re.findall(r"^ +(\d+) ", exit_statuses("done", of_survey=True), re.MULTILINE)
+    assert {0, 1, 2, *statuses} <= set(map(int, told))
     # What goes wrong on the way back can happen to a survey alone.
     for of_survey in (True, False):
         assert ("   13 " in exit_statuses("done", of_survey=of_survey)) == of_survey

@@ -1,9 +1,10 @@
 """The cycle with events in any order: folding needs feedback and a lease; few retests."""
 
+import itertools
+
 import pytest
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from capsule.survey.cycle import (
     EVENTS,
@@ -59,92 +60,40 @@ def test_after_three_ways_back_in_a_row_that_lead_nowhere_it_goes_on_with_single
     assert (placed.tries, placed.no_return) == (0, False)
 
 
-class Capsule(RuleBasedStateMachine):
-    """A capsule with any events in any order, and a fold board that may lack feedback."""
+STEPS = st.one_of(
+    st.sampled_from(EVENTS).map(lambda event: (event,)),
+    # Events in their usual order reach late states.
+    st.sampled_from(
+        [TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), ("folded", "let_go")]
+    ),
+    st.integers(1, 10).map(lambda ticks: ticks * ("tick",)),
+)
 
-    def __init__(self):
-        super().__init__()
-        self.cycle = Cycle()
-        self.feedback_since_fold = False
-        self.lease = 0
-        self.retests_of_place = 0
-        self.ended = False
 
-    def happen(self, event):
-        """Process an event and check the new state and the commands."""
-        before = self.cycle
-        self.cycle, commands = after(before, event)
+@settings(max_examples=200)
+@given(st.lists(STEPS, min_size=20, max_size=40))
+def test_any_events_in_any_order_fold_only_with_feedback_and_a_lease(steps):
+    cycle, lease, passes, told_folded, over = Cycle(), 0, 0, False, False
+    for event in itertools.chain(*steps):
+        before, lease = cycle, max(lease - (event == "tick"), 0)
+        cycle, commands = after(before, event)
+        assert cycle.state in STATES
         if FOLD in commands:
             assert before.state not in ("returning", "closing", "ended")
             assert not before.no_return
-            self.feedback_since_fold = False
-        if event == "folded" and before.state == "folding":
-            self.feedback_since_fold = True
-        if event == "suspected" and before.state == "exploring":
-            self.retests_of_place = 0
-        if self.cycle.state == "passing" and before.state != "passing":
-            self.retests_of_place += 1
+            told_folded = False
+        told_folded |= event == "folded" and before.state == "folding"
+        assert told_folded or cycle.state != "returning"
         for command in commands:
-            self.lease = {FOLD: LEASE, HOLD: LEASE, UNFOLD: 0}.get(command, self.lease)
-        # On leaving the folded states, the cycle sends a command to the board.
-        if before.state in FOLDED_STATES and self.cycle.state not in FOLDED_STATES:
-            assert UNFOLD in commands
-
-    @rule(event=st.sampled_from(EVENTS))
-    def anything(self, event):
-        """Process any event, also one that makes no sense."""
-        self.happen(event)
-
-    @rule(
-        path=st.sampled_from(
-            [TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), ("folded", "let_go")]
-        )
-    )
-    def usual(self, path):
-        """Process events in their usual order, to reach late states."""
-        for event in path:
-            self.happen(event)
-
-    @rule(ticks=st.integers(1, 10))
-    def time_passes(self, ticks):
-        """Process ticks of the pilot while the lease runs down."""
-        for _ in range(ticks):
-            self.lease = max(self.lease - 1, 0)
-            self.happen("tick")
-
-    @invariant()
-    def state_is_known(self):
-        """Check that no event leads to an unknown state."""
-        assert self.cycle.state in STATES
-
-    @invariant()
-    def never_folded_without_feedback(self):
-        """Check that the state is folded only after the board has reported it."""
-        if self.cycle.state == "returning":
-            assert self.feedback_since_fold
-
-    @invariant()
-    def never_folded_without_a_lease(self):
-        """Check that ticks renew the lease in the folded states, and nowhere else."""
-        if self.cycle.state in FOLDED_STATES:
-            assert self.lease > 0
-            assert HOLD in after(self.cycle, "tick")[1]
-        else:
-            assert self.lease == 0
-            assert HOLD not in after(self.cycle, "tick")[1]
-
-    @invariant()
-    def never_more_passes_again_than_allowed(self):
-        """Check the limit of passes, even if a place needs more."""
-        assert self.retests_of_place <= MOST_RETESTS
-
-    @invariant()
-    def an_end_is_an_end(self):
-        """Check that nothing folds a capsule after the survey has ended."""
-        self.ended |= self.cycle.state in ("closing", "ended")
-        if self.ended:
-            assert self.cycle.state in ("closing", "ended")
-
-
-Capsule.TestCase.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
-TestCapsule = Capsule.TestCase
+            lease = {FOLD: LEASE, HOLD: LEASE, UNFOLD: 0}.get(command, lease)
+        # Ticks renew the lease in the folded states, and nowhere else.
+        is_folded = cycle.state in FOLDED_STATES
+        assert (lease > 0) == (HOLD in after(cycle, "tick")[1]) == is_folded
+        assert is_folded or before.state not in FOLDED_STATES or UNFOLD in commands
+        if event == "suspected" and before.state == "exploring":
+            passes = 0
+        passes += cycle.state == "passing" and before.state != "passing"
+        assert passes <= MOST_RETESTS
+        # An end is an end: nothing folds the capsule, or moves it on, any more.
+        over |= cycle.state in ("closing", "ended")
+        assert not over or cycle.state in ("closing", "ended")
