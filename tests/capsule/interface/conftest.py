@@ -5,8 +5,8 @@ import pytest
 import capsule
 from support.project import ROOT
 
-# The size 1.5 mm has copies of the recordings of 2 mm.
-ORIGINALS = {"0mm": "0mm", "1.5mm": "2mm", "3mm": "3mm"}
+# The size 0.5 mm has copies of the recordings of 2 mm.
+ORIGINALS = {"0mm": "0mm", "0.5mm": "2mm", "3mm": "3mm"}
 RUNS = ["r01", "r02", "r03", "r04"]
 # These were made at one site.
 TOGETHER = {"0mm/r01": "first", "0mm/r02": "first", "3mm/r01": "second", "3mm/r04": "second"}

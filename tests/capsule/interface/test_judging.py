@@ -7,17 +7,26 @@ from sklearn.linear_model import LogisticRegression, Ridge, RidgeClassifier
 from sklearn.pipeline import make_pipeline
 
 import capsule
-from capsule.evaluation.cross_validation import folds_of
 from capsule.evaluation.rates import of_any
 from capsule.recordings.names import size_mm
 
+SIZES_MM = (0.0, 0.5, 3.0)
 
-def on_matrices(archive, estimator):
-    return make_pipeline(capsule.MatrixTransformer(archive.settings), estimator)
+
+def judged_on_matrices(archive, estimator):
+    """Return the judgement of an estimator behind the matrices, of which it tells the name."""
+    estimator = make_pipeline(capsule.MatrixTransformer(archive.settings), estimator)
+    return capsule.judge(archive, estimator, name="mine")
+
+
+def others_of(archive):
+    """Yield the number of each labelled recording, and which are of other places."""
+    site = np.array([archive.headers[name]["site"] for name in archive.labelled])
+    return ((place, site != site[place]) for place in range(len(site)))
 
 
 class Knows(BaseEstimator):
-    """Tells the size that the first reading of a recording holds, and nothing of 1.5 mm."""
+    """Tells the size that the first reading of a recording holds, and nothing of 0.5 mm."""
 
     def fit(self, X, y):  # noqa: N803
         """Learn nothing."""
@@ -25,7 +34,7 @@ class Knows(BaseEstimator):
 
     def predict(self, X):  # noqa: N803
         """Return sizes in mm."""
-        return np.where(X[:, 0] == 1.5, np.nan, X[:, 0])
+        return np.where(X[:, 0] == 0.5, np.nan, X[:, 0])
 
 
 @pytest.fixture
@@ -44,47 +53,55 @@ def known(archive, monkeypatch):
 
 
 def test_a_regressor_that_never_saw_a_recording_judges_it_by_the_nearest_size(archive):
-    rows = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge").predictions
+    judged = judged_on_matrices(archive, Ridge(10.0))
+    rows, unlabelled = judged.predictions, judged.detections
     assert list(rows["recording"]) == archive.labelled
-    assert set(rows["detector"]) == {"ridge"}
+    assert set(rows["detector"]) == {"mine"}
     for row in rows.itertuples():
-        nearest = min((0.0, 1.5, 3.0), key=lambda size, said=row.score: abs(size - said))
+        nearest = min(SIZES_MM, key=lambda size, said=row.score: abs(size - said))
         assert row.predicted_mm == nearest
-    assert set(rows["threshold"]) == {0.75}
-    matrices = np.array([archive.matrices[name].ravel() for name in archive.labelled])
-    site = np.array([archive.headers[name]["site"] for name in archive.labelled])
-    for place, score in enumerate(rows["score"]):
-        others = site != site[place]
-        own = Ridge(10.0).fit(matrices[others], archive.y[others])
-        np.testing.assert_allclose(own.predict(matrices[place][np.newaxis]), score)
+    assert set(rows["threshold"]) == {0.25}
+    matrices = {name: matrix.ravel() for name, matrix in archive.matrices.items()}
+    known = np.array([matrices[name] for name in archive.labelled])
+    for place, others in others_of(archive):
+        own = Ridge(10.0).fit(known[others], archive.y[others])
+        np.testing.assert_allclose(own.predict(known[[place]]), rows["score"][place])
+    # All labelled recordings teach what is said of the others.
+    said = Ridge(10.0).fit(known, archive.y).predict([matrices["unlabelled/patient"]])
+    assert unlabelled["recording"].tolist() == ["unlabelled/patient"]
+    np.testing.assert_allclose(unlabelled["score"], said)
+    assert len(of_any(judged.tables["summary"])) == 2
+    assert repr(judged).startswith("<Judgement of mine: 12 predictions, 1 detections; tables: ")
 
 
 def test_a_classifier_learns_the_sizes_as_classes_and_states_a_probability(archive):
-    estimator = on_matrices(archive, LogisticRegression(max_iter=200))
-    rows = capsule.judge(archive, estimator, name="logistic").predictions
-    assert set(rows["predicted_mm"]) <= {0.0, 1.5, 3.0}
+    rows = judged_on_matrices(archive, LogisticRegression(max_iter=200)).predictions
+    assert set(rows["predicted_mm"]) <= set(SIZES_MM)
     # The likeliest of three classes may be none though a nodule is likelier.
     assert rows["threshold"].isna().all()
-    site = np.array([archive.headers[name]["site"] for name in archive.labelled])
     # Odds at the share of nodules that taught it, and at the prevalence of the configuration.
-    for place, row in enumerate(rows.itertuples()):
-        share = np.mean(archive.y[site != site[place]] > 0)
+    for place, others in others_of(archive):
+        row, share = rows.iloc[place], np.mean(archive.y[others] > 0)
         moved = np.log(row.probability / (1 - row.probability)) - np.log(0.1 / 0.9)
         taught = np.log(row.score / (1 - row.score)) - np.log(share / (1 - share))
         assert moved == pytest.approx(taught)
 
 
-@pytest.mark.parametrize("estimator", [LogisticRegression(max_iter=200), RidgeClassifier(10.0)])
-def test_two_classes_are_told_apart_by_the_threshold(archive, estimator):
-    some = archive.select([name for name in archive.labelled if not name.startswith("1.5")])
-    rows = capsule.judge(some, on_matrices(some, estimator)).predictions
-    assert ((rows["score"] > rows["threshold"]) == (rows["predicted_mm"] > 0)).all()
-
-
-def test_a_classifier_without_probabilities_is_scored_by_its_decision(archive):
-    rows = capsule.judge(archive, on_matrices(archive, RidgeClassifier(10.0))).predictions
-    assert ((rows["score"] > 0) == (rows["predicted_mm"] > 0)).all()
-    assert rows["probability"].isna().all()
+# Two classes are told apart by their probability, three by a decision above that for none.
+@pytest.mark.parametrize(
+    ("estimator", "sizes", "threshold"),
+    [
+        (LogisticRegression(max_iter=200), {0, 3}, 0.5),
+        (RidgeClassifier(10.0), {0, 3}, 0.0),
+        (RidgeClassifier(10.0), {0, 0.5, 3}, 0.0),
+    ],
+)
+def test_a_classifiers_score_above_its_threshold_is_a_nodule(archive, estimator, sizes, threshold):
+    some = archive.select([name for name in archive.labelled if size_mm(name) in sizes])
+    rows = judged_on_matrices(some, estimator).predictions
+    assert set(rows["threshold"]) == {threshold}
+    assert ((rows["score"] > threshold) == (rows["predicted_mm"] > 0)).all()
+    assert rows["probability"].isna().all() == (threshold == 0)
 
 
 def test_the_tables_count_right_verdicts_and_no_verdict_as_a_failure(known):
@@ -92,24 +109,13 @@ def test_the_tables_count_right_verdicts_and_no_verdict_as_a_failure(known):
     by_size = judged.tables["detection"].set_index("size_mm")
     assert by_size.loc[3.0, ["tp", "fp", "fn"]].tolist() == [4, 0, 0]
     # A nodule without a verdict is not found.
-    assert by_size.loc[1.5, ["tp", "fp", "fn"]].tolist() == [0, 0, 4]
+    assert by_size.loc[0.5, ["tp", "fp", "fn"]].tolist() == [0, 0, 4]
     assert by_size.loc[0.0, "recall"] == 1.0
     # Two of the four recordings of 3 mm are of one place: three of seven places with a nodule.
     assert judged.tables["summary"]["sensitivity"][0] == pytest.approx(3 / 7)
-    silent = judged.predictions[judged.predictions["size_mm"] == 1.5]
+    silent = judged.predictions[judged.predictions["size_mm"] == 0.5]
     assert silent["predicted_mm"].isna().all()
     assert silent["no_verdict"].notna().all()
-
-
-def test_an_estimator_judges_the_unlabelled_recordings_by_all_labelled_ones(archive):
-    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge")
-    rows = judged.detections
-    assert rows[["recording", "detector"]].to_numpy().tolist() == [["unlabelled/patient", "ridge"]]
-    own = on_matrices(archive, Ridge(10.0)).fit(archive.X, archive.y)
-    said = own.predict(archive.rows(["unlabelled/patient"]))
-    np.testing.assert_array_equal(rows["score"], said)
-    assert len(of_any(judged.tables["summary"])) == 2
-    assert repr(judged).startswith("<Judgement of ridge: 12 predictions, 1 detections; tables: ")
 
 
 def test_a_detector_as_an_estimator_learns_from_places_as_the_workflow_does(archive):
@@ -134,25 +140,12 @@ def test_leave_one_out_judges_each_place_once_by_all_others(archive):
     assert first == sorted(first)
     ((taught, all_of_them),) = capsule.folds(archive, "resubstitution").split()
     np.testing.assert_array_equal(taught, all_of_them)
-    # A recording that no detector can judge teaches nothing.
-    silent = archive.select(archive.labelled)
-    silent._rows["0mm/r02"]["no_verdict"] = "no wave on sensor_1"
-    assert all(1 not in taught for taught, _ in capsule.folds(silent))
-
-
-def test_of_many_places_those_leave_together_that_leave_together_in_the_workflow(archive):
-    some = archive.select(archive.labelled)
-    some.settings["evaluation"] = some.settings["evaluation"] | {"most_folds": 6}
-    rows = sorted(some.index(some.labelled).values(), key=lambda row: row["readings_sha256"])
-    index = {row["recording"]: row for row in rows}
-    expected = {
-        fold.judged
-        for fold in folds_of(index, some.settings["evaluation"])
-        if fold.scheme == "leave_one_out"
-    }
-    assert len(expected) == 6
-    found = [{some.labelled[row] for row in judged} for _, judged in capsule.folds(some).split()]
-    assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
+    # A recording that no detector can judge teaches nothing; several places may leave together.
+    other = archive.select(archive.labelled)
+    other._rows["0mm/r02"]["no_verdict"] = "no wave on sensor_1"
+    assert all(1 not in taught for taught, _ in capsule.folds(other))
+    other.settings["evaluation"] = other.settings["evaluation"] | {"most_folds": 6}
+    assert len(capsule.folds(other)) == 6
 
 
 def test_what_cannot_be_judged_is_refused_with_the_reason(archive):
@@ -174,7 +167,7 @@ def test_a_judgement_counts_by_source_the_recordings_whose_nodule_follows_from_i
     judged = capsule.judge(known, Knows())
     phantom = "simulated phantom, version 5"
     assert judged.confounded.to_numpy().tolist() == [
-        ["source", phantom, 1.5, 4],
+        ["source", phantom, 0.5, 4],
         ["source", phantom, 3.0, 4],
         ["source", "finger on fabric", 0.0, 4],
     ]
