@@ -22,7 +22,7 @@ LEASE_AND_RAMP_S = 5 + 1
 SPEED = 4
 
 
-class Bench:
+class Bench(Workbench):
     """A logger and a peristalsis board on their cables, and recorders on them."""
 
     def __init__(self, folder):
@@ -32,27 +32,23 @@ class Bench:
         self.cable = TerminalCable(self.logger, folder / "ttyACM0")
         wave_cable = TerminalCable(self.motor, folder / "ttyACM1")
         self.options = "--port", self.cable.port, "--drive", wave_cable.port, "--size", "3"
-        self.bench = Workbench(wave_cable, self.cable, world=Clock(self.logger), speed=SPEED)
+        super().__init__(wave_cable, self.cable, world=Clock(self.logger), speed=SPEED)
 
     def record(self, *options, **settings):
         """Start capsule record."""
         return Recorder(self.folder, *self.options, *options, **settings)
 
-    def run_to_end(self, recorder):
-        """Run the bench until the recorder has ended."""
-        self.bench.run(recorder.done)
-
     def run_until_samples(self, count):
-        """Run the bench until this many samples have reached the recorder."""
-        self.bench.run(lambda: count_samples(self.cable.whole) >= count)
+        """Run until this many samples have reached the recorder."""
+        self.run(lambda: count_samples(self.cable.whole) >= count)
 
     def stands(self, seconds=0.0):
         """Let time pass for the boards alone; return whether the coils are off, and stay so."""
-        self.bench.speed = None
-        self.bench.run_for(seconds)
+        self.speed = None
+        self.run_for(seconds)
         standing = self.motor.half_steps
-        self.bench.run_for(3)
-        self.bench.speed = SPEED
+        self.run_for(3)
+        self.speed = SPEED
         return self.motor.coils == 0 and self.motor.half_steps == standing
 
 
@@ -64,24 +60,25 @@ def bench(tmp_path):
     assert not made.cable.boot_loader_stuck, "the boot loader heard a byte"
 
 
-def test_unplugged_and_plugged_back_in(bench):
+def test_unplugged_and_plugged_back_in_until_the_end_stop_ends_it(bench):
     recorder = bench.record()
     bench.run_until_samples(100)
-    bench.bench.speed = 1
-    bench.bench.run_for(0.5)
+    bench.speed = 1
+    bench.run_for(0.5)
     bench.cable.unplug(after_bytes=b"$D,100,10100,12")
-    bench.bench.run_for(1.0)
+    bench.run_for(1.0)
     bench.cable.plug()
     bench.run_until_samples(112)
-    recorder.press_ctrl_c()
-    bench.run_to_end(recorder)
+    bench.logger.set_end_stop(True)
+    bench.run(recorder.done)
     recorder.expect(0, "was unplugged", "is back", "1 gap", "1 damaged", "recording.max_gap_s")
+    recorder.expect(0, "the capsule reached the end stop")
     recording = recorder.recording()
-    # The recorder lets the board finish: nothing that was under way is thrown away.
-    check_complete(recording, bench.cable)
+    check_complete(recording, bench.cable, ended_early=True)
     check_times(recording, tolerance_s=GAP_TOLERANCE_S)
     assert 15 < np.isnan(recording.values[0]).sum() < 60
     assert "by this computer's clock" in recorder.log()
+    assert (recording.header["wave_speed_mm_s"], recording.header["wave_until_s"]) == ("25", "end")
 
 
 def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(bench):
@@ -89,8 +86,7 @@ def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(bench):
     bench.run_until_samples(150)
     (part,) = recorder.parts()
     recorder.wait_for_samples(100)  # on disk while it records
-    recover = Recorder(bench.folder, "--recover")
-    recover.expect(1, "another program is writing", "r01.csv.part")
+    Recorder(bench.folder, "--recover").expect(1, "another program is writing", "r01.csv.part")
     recorder.process.kill()
     recorder.process.wait()
     assert bench.stands(LEASE_AND_RAMP_S + 0.5)
@@ -109,28 +105,29 @@ def test_a_killed_recorder_leaves_no_motor_running_and_is_recovered(bench):
 
 def test_a_board_that_is_reset_in_mid_run_leaves_no_evidence_after_that(bench):
     recorder = bench.record()
-    bench.bench.run(lambda: bench.motor.coils != 0)
-    assert len(recorder.parts()) == 1 and recorder.log()
     # Sensor 1 reads 0 for the clock's first 5 s: of a shorter run, that would be too much.
     bench.run_until_samples(160)
-    bench.bench.speed = 1
+    bench.speed = 1
     bench.motor.reset()
-    bench.bench.run_for(2.5)
+    bench.run_for(2.5)
     recorder.press_ctrl_c()
-    bench.run_to_end(recorder)
+    bench.run(recorder.done)
     recorder.expect(0, "no wave runs", "so only what came before is evidence")
+    # The recorder lets the board finish: nothing that was under way is thrown away.
+    check_complete(recorder.recording(), bench.cable)
     until_s = float(recorder.recording().header["wave_until_s"])
     assert 11 < until_s < 17  # a question later or earlier, and this bench is fast
     assert f"the wave runs until {until_s:g}" in recorder.log()
 
 
+# A call that never returns, which no signal ends: Python runs no handler meanwhile.
 DEAD_DISK = """
-import os, time
+import ctypes, os
 
-fsync = os.fsync
+fsync, libc, mutex = os.fsync, ctypes.CDLL(None), ctypes.create_string_buffer(256)
 def hang(descriptor):
-    while os.path.exists({dead!r}):
-        time.sleep(0.01)
+    for _ in range(2 if os.path.exists({dead!r}) else 0):
+        libc.pthread_mutex_lock(mutex)
     fsync(descriptor)
 os.fsync = hang
 """
@@ -141,17 +138,16 @@ def test_a_disk_that_hangs_lets_no_wave_run_on_and_a_second_ctrl_c_ends_at_once(
     (bench.folder / "sitecustomize.py").write_text(DEAD_DISK.format(dead=str(dead)))
     recorder = bench.record(env=os.environ | {"PYTHONPATH": str(bench.folder)})
     bench.run_until_samples(20)
-    bench.bench.speed = 1
+    bench.speed = 1
     dead.touch()
-    bench.bench.run_for(0.5)
+    bench.run_for(0.5)
     recorder.press_ctrl_c()
-    hung_s = bench.bench.now_s
-    bench.bench.run(lambda: bench.motor.coils == 0)
-    assert bench.bench.now_s - hung_s < LEASE_AND_RAMP_S
+    hung_s = bench.now_s
+    bench.run(lambda: bench.motor.coils == 0)
+    assert bench.now_s - hung_s < LEASE_AND_RAMP_S
     assert bench.stands()
     assert not recorder.done()
-    bench.bench.speed = 1
     recorder.press_ctrl_c()
-    bench.run_to_end(recorder)
-    recorder.expect(130)
+    bench.run(recorder.done)
+    recorder.expect(130, "ended at once by a second Ctrl-C")
     assert len(recorder.parts()) == 1
