@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from capsule.bench.protocol import (
@@ -28,47 +28,46 @@ from support.marks import missing_program, needs
 PAGE = (emulated.FIRMWARE / "test_vectors.md").read_text(encoding="utf-8")
 VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, from the page
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
-
-
-def board_of_the_page(board, image=None):
-    """Start a board with the inputs that the page gives for its conversation, and return it."""
-    started = emulated.EmulatedBoard(board, image)
-    if board == emulated.LOGGER:
-        started.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
-    if board == emulated.FOLD:
-        started.set_switch(emulated.PIN_2, closed=True)
-    return started
+of_each_board = pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 
 
 def conversation(board):
     """Read a conversation from the page: time in ms, direction, line."""
-    block = re.search(rf"^```{board}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
+    block = re.search(rf"^```{board[0]}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
     lines = re.findall(r"^ *(\d+) ms ([<>]) (.*)$", block, re.MULTILINE)
     assert len(lines) == block.count("\n")
     return [(int(ms), direction, line) for ms, direction, line in lines]
 
 
-def hold(board, lines):
-    """Send the lines of a conversation to a board, and return its answers at the page's times."""
-    held = []
+def check_conversation(board, image=None):
+    """Send the page's lines to a board, and check its answers and their times."""
+    firmware = emulated.EmulatedBoard(board, image)
+    if board == emulated.LOGGER:
+        firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    if board == emulated.FOLD:
+        firmware.set_switch(emulated.PIN_2, closed=True)
+    lines, held = conversation(board), []
     for ms, direction, line in lines:
-        board.advance(ms * 1000)
+        firmware.advance(ms * 1000)
         if direction == ">":
-            board.deliver(line.encode() + b"\n")
+            firmware.deliver(line.encode() + b"\n")
             held.append((ms, ">", line))
         else:
-            answered = board.take_sent().decode().splitlines()
+            answered = firmware.take_sent().decode().splitlines()
             held += [(ms, "<", answer) for answer in answered]
-    return held
+    assert held == lines
 
 
-def test_checksums_of_the_page():
+def test_host_has_the_checksums_and_understands_every_answer_of_the_page():
     assert len(CHECKSUMS) > 10
     for payload, crc, frame in CHECKSUMS:
         assert f"{checksum(payload.encode()):04X}" == crc
         assert encode(payload) == frame.encode() + b"\n"
         wrong = b"$%s*%04X" % (payload.encode(), int(crc, 16) ^ 1)
         assert decode(wrong) == Damaged(wrong, "failed its check")
+    answers = [line for board in emulated.BOARDS for line in conversation(board)]
+    kinds = {type(decode(line.encode())) for _, direction, line in answers if direction == "<"}
+    assert kinds == {Sample, Refusal, Acknowledgement, Position, FoldState, Identity}
 
 
 @emulated.needed
@@ -83,37 +82,12 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
 
 
 @emulated.needed
-@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
+@of_each_board
 def test_firmware_holds_the_conversation_of_the_page(board):
-    lines = conversation(board[0])
-    assert hold(board_of_the_page(board), lines) == lines
+    check_conversation(board)
 
 
 ARDUINO = Path("/usr/share/arduino/hardware")
-BOARDS = {
-    "logger": "arduino:avr:mega:cpu=atmega2560",
-    "peristalsis": "arduino:avr:uno",
-    "fold": "arduino:avr:uno",
-}
-
-
-def build_with_arduino(name, folder):
-    """Build a sketch as the Arduino IDE does; return its image."""
-    settings = {
-        "runtime.tools.avr-gcc.path": "/usr",
-        "tools.ctags.cmd.path": "/usr/bin/arduino-ctags",
-        # Debian's compiler lacks this constant, which the Arduino core's String uses.
-        "compiler.cpp.extra_flags": "-DDECIMAL_DIG=17",
-    }
-    command = ["arduino-builder", "-compile", "-fqbn", BOARDS[name], "-tools", "/usr/bin"]
-    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
-        command += ["-hardware", str(hardware)]
-    command += [f"-prefs={key}={value}" for key, value in settings.items()]
-    command += ["-libraries", str(emulated.FIRMWARE / "libraries"), "-build-path", str(folder)]
-    command.append(str(emulated.FIRMWARE / name / f"{name}.ino"))
-    built = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr
-    return folder / f"{name}.ino.elf"
 
 
 def missing_arduino():
@@ -125,17 +99,24 @@ def missing_arduino():
 @pytest.mark.boards
 @emulated.needed
 @needs(missing_arduino())
-@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
+@of_each_board
 def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
-    firmware = board_of_the_page(board, build_with_arduino(board[0], tmp_path))
-    assert hold(firmware, conversation(board[0])) == conversation(board[0])
-
-
-def test_host_understands_every_answer_of_the_page():
-    answers = [line for name, _ in emulated.BOARDS for line in conversation(name)]
-    events = [decode(line.encode()) for _, direction, line in answers if direction == "<"]
-    kinds = {Sample, Refusal, Acknowledgement, Position, FoldState, Identity}
-    assert set(map(type, events)) == kinds
+    name, kind = board[0], "mega:cpu=atmega2560" if board == emulated.LOGGER else "uno"
+    command = ["arduino-builder", "-compile", "-fqbn", f"arduino:avr:{kind}", "-tools", "/usr/bin"]
+    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
+        command += ["-hardware", str(hardware)]
+    for setting in (
+        "runtime.tools.avr-gcc.path=/usr",
+        "tools.ctags.cmd.path=/usr/bin/arduino-ctags",
+        # Debian's compiler lacks this constant, which the Arduino core's String uses.
+        "compiler.cpp.extra_flags=-DDECIMAL_DIG=17",
+    ):
+        command.append(f"-prefs={setting}")
+    command += ["-libraries", str(emulated.FIRMWARE / "libraries"), "-build-path", str(tmp_path)]
+    command.append(str(emulated.FIRMWARE / name / f"{name}.ino"))
+    built = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    check_conversation(board, tmp_path / f"{name}.ino.elf")
 
 
 @pytest.mark.parametrize(
@@ -177,22 +158,16 @@ def test_what_cannot_be_sent_is_refused():
             encode(payload)
 
 
-def test_a_line_that_never_ends_is_given_up():
-    parser = FrameParser()
-    events = [event for _ in range(100) for event in parser.feed(b"x" * 100)]
-    assert all(isinstance(event, Damaged) for event in events)
-    assert sum(len(event.content) for event in events) > 9_500
-    assert len(parser.drop_pending()[0].content) <= LONGEST_FRAME
-
-
 @given(st.lists(st.binary(max_size=60), max_size=20))
+@example(100 * [b"x" * 100])  # a line that never ends is given up
 def test_any_bytes_are_welcome_and_none_goes_missing(chunks):
     parser = FrameParser()
     events = [event for chunk in chunks for event in parser.feed(chunk)]
-    events += parser.drop_pending()
+    pending = parser.drop_pending()
+    assert all(len(event.content) <= LONGEST_FRAME for event in pending)
     # Nothing valid comes of noise, and the log could rebuild it all, apart from the line feeds.
     assert all(isinstance(event, Damaged) for event in events)
-    kept = b"".join(event.content for event in events)
+    kept = b"".join(event.content for event in events + pending)
     assert kept == b"".join(chunks).replace(b"\n", b"")
 
 
