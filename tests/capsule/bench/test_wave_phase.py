@@ -1,7 +1,5 @@
 """The position of the wave from the peristalsis board's frames, after resets and lost steps."""
 
-import ctypes
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,9 +7,7 @@ from hypothesis import strategies as st
 
 from capsule.bench.protocol import Position
 from capsule.bench.wave import WavePhase
-from support.bench import emulated
 from support.bench.emulated import HALF_STEPS_PER_MM
-from support.marks import needs_programs
 
 WAVELENGTH_MM = 80.0
 SPEED_MM_S = 25.0
@@ -19,19 +15,20 @@ EVERY_S = 0.2
 
 
 class Board:
-    """A simulated peristalsis board with the true position of its cams."""
+    """A simulated peristalsis board with the true position of its cams, and the phase by it."""
 
     def __init__(self, *, sign=1, index_at_mm=17.0, indexed=True, cam_mm=3.0):
-        self.sign, self.index_at_mm, self.indexed = sign, index_at_mm, indexed
-        self.cam_mm, self.now_s = cam_mm, 100.0
+        self.sign, self.index_at_mm, self.cam_mm, self.now_s = sign, index_at_mm, cam_mm, 100.0
+        self.origin_mm, self.indexed = cam_mm, indexed
+        self.phase = WavePhase(WAVELENGTH_MM, forward=sign > 0)
         self.reset()
 
     def reset(self):
         """Press the reset button."""
         self.started_s, self.counted_mm, self.index_mm = self.now_s, 0.0, None
 
-    def run(self, phase, seconds, *, delay_s=0.01, stalled=False, state="running"):
-        """Run the wave, and pass its frames to the wave phase."""
+    def run(self, seconds, *, delay_s=0.01, stalled=False, state="running"):
+        """Run the wave, and pass its frames to the phase."""
         speed_mm_s = SPEED_MM_S if state == "running" else 0.0
         for _ in range(round(seconds / EVERY_S)):
             self.now_s += EVERY_S
@@ -42,67 +39,46 @@ class Board:
                 beyond_mm = self.cam_mm - self.index_at_mm - (turns + 1) * WAVELENGTH_MM
                 if self.indexed and beyond_mm >= 0:
                     self.index_mm = self.counted_mm - beyond_mm
-            phase.note(self.frame(speed_mm_s, state), self.now_s + delay_s)
-
-    def frame(self, speed_mm_s, state):
-        """Return a frame as it comes from the serial line."""
-        return Position(
-            device_ms=round(1000 * (self.now_s - self.started_s)),
-            half_steps=self.steps(self.counted_mm),
-            position_mm=round(self.sign * self.counted_mm, 3),
-            speed_mm_s=self.sign * speed_mm_s,
-            state=state,
-            index_half_steps=None if self.index_mm is None else self.steps(self.index_mm),
-        )
+            frame = Position(
+                device_ms=round(1000 * (self.now_s - self.started_s)),
+                half_steps=self.steps(self.counted_mm),
+                position_mm=round(self.sign * self.counted_mm, 3),
+                speed_mm_s=self.sign * speed_mm_s,
+                state=state,
+                index_half_steps=None if self.index_mm is None else self.steps(self.index_mm),
+            )
+            self.phase.note(frame, self.now_s + delay_s)
 
     def steps(self, way_mm):
         """Return the board's half-steps for a way."""
         return self.sign * round(way_mm * HALF_STEPS_PER_MM)
 
-
-def phase_of(board):
-    return WavePhase(WAVELENGTH_MM, forward=board.sign > 0)
-
-
-def off_mm(phase, board, origin_mm):
-    """Return the error of the phase against the cams, modulo a wavelength."""
-    (wave_mm,) = phase.at(np.array([board.now_s + 0.01]))
-    return (wave_mm - (board.cam_mm - origin_mm) + 40) % WAVELENGTH_MM - 40
-
-
-# Kills: a position of 32 bits, which runs backward after a day.
-@needs_programs("gcc", packages="gcc")
-def test_the_boards_position_is_that_of_its_half_steps_for_as_long_as_it_counts_them():
-    gearing = emulated.build_host_library(emulated.FIRMWARE / "peristalsis" / "gearing.c")
-    gearing.wave_um.restype = ctypes.c_int64
-    for steps in (1, 36_000_000, 40_000_000, 2**31 - 1):
-        for sign in (1, -1):
-            expected_um = 1000 * sign * steps / HALF_STEPS_PER_MM
-            assert abs(gearing.wave_um(sign * steps, 1) - expected_um) <= 1
+    def off_mm(self):
+        """Return the error of the phase against the cams, modulo a wavelength."""
+        (wave_mm,) = self.phase.at(np.array([self.now_s + 0.01]))
+        return (wave_mm - (self.cam_mm - self.origin_mm) + 40) % WAVELENGTH_MM - 40
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_way_is_that_of_the_cams_at_any_moment(sign):
     board = Board(sign=sign)
-    phase = phase_of(board)
-    board.run(phase, 10.0)
+    board.run(10.0)
     moments_s = board.now_s + 0.01 - np.array([5.0, 2.03, 0.5, 0.1, 0.0, -0.3])
     expected_mm = board.cam_mm - 3.0 - SPEED_MM_S * (board.now_s + 0.01 - moments_s)
-    np.testing.assert_allclose(phase.at(moments_s), expected_mm, atol=0.1)
+    np.testing.assert_allclose(board.phase.at(moments_s), expected_mm, atol=0.1)
 
 
 def test_where_nobody_knows_it_is_nan():
     board = Board()
-    phase = phase_of(board)
-    assert np.isnan(phase.at(np.array([1.0]))).all()
-    board.run(phase, 4.0)
+    assert np.isnan(board.phase.at(np.array([1.0]))).all()
+    board.run(4.0)
     silent_from_s = board.now_s
-    board.run(WavePhase(WAVELENGTH_MM, forward=True), 3.0)
-    board.run(phase, 4.0)
+    board.now_s += 3.0
+    board.run(4.0)
     moments_s = np.array([silent_from_s - 1, silent_from_s + 1.5, board.now_s, board.now_s + 2])
-    assert np.isnan(phase.at(moments_s)).tolist() == [False, True, False, True]
-    board.run(phase, 1.0, state="stopped")
-    assert not phase.known
+    assert np.isnan(board.phase.at(moments_s)).tolist() == [False, True, False, True]
+    board.run(1.0, state="stopped")
+    assert not board.phase.known
 
 
 @given(
@@ -112,43 +88,36 @@ def test_where_nobody_knows_it_is_nan():
 )
 def test_after_any_resets_the_index_tells_the_same_phase(before_s, resets, cam_mm):
     board = Board(cam_mm=cam_mm)
-    phase = phase_of(board)
-    board.run(phase, before_s)
-    assert off_mm(phase, board, cam_mm) == pytest.approx(0.0, abs=0.3)
+    board.run(before_s)
+    assert board.off_mm() == pytest.approx(0.0, abs=0.3)
     for runs_s, delay_s in resets:
         board.now_s += 1.0
         board.reset()
-        board.run(phase, 0.2, state="stopped")
-        assert not phase.known
-        board.run(phase, runs_s, delay_s=delay_s)
-        assert phase.known
-        assert off_mm(phase, board, cam_mm) == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
+        board.run(0.2, state="stopped")
+        assert not board.phase.known
+        board.run(runs_s, delay_s=delay_s)
+        assert board.phase.known
+        assert board.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
 
 
 @pytest.mark.parametrize(
-    ("board", "seconds"),
-    [
-        (Board(indexed=False), 8.0),
-        (Board(index_at_mm=79.0, cam_mm=0.0), 1.0),  # before its first index
-    ],
+    ("indexed", "first_s"),
+    [(False, 8.0), (True, 1.0)],  # without an index, or before the first
 )
-def test_without_an_index_a_reset_loses_the_phase_for_good(board, seconds):
-    phase = phase_of(board)
-    start_mm = board.cam_mm
-    board.run(phase, seconds)
-    assert off_mm(phase, board, start_mm) == pytest.approx(0.0, abs=0.3)
+def test_a_reset_before_any_index_loses_the_phase_for_good(indexed, first_s):
+    board = Board(index_at_mm=79.0, indexed=indexed, cam_mm=0.0)
+    board.run(first_s)
+    assert board.off_mm() == pytest.approx(0.0, abs=0.3)
     board.reset()
-    board.run(phase, 20.0)
-    assert phase.index_mm is None
-    assert not phase.known
+    board.run(20.0)
+    assert (board.phase.index_mm, board.phase.known) == (None, False)
 
 
 def test_lost_steps_are_noticed_and_made_good_at_the_next_index():
     board = Board()
-    phase = phase_of(board)
-    board.run(phase, 8.0)
-    board.run(phase, 5.0, stalled=True)
-    assert not phase.known
-    board.run(phase, 7.0)
-    assert phase.known
-    assert off_mm(phase, board, 3.0) == pytest.approx(0.0, abs=0.3)
+    board.run(8.0)
+    board.run(5.0, stalled=True)
+    assert not board.phase.known
+    board.run(7.0)
+    assert board.phase.known
+    assert board.off_mm() == pytest.approx(0.0, abs=0.3)
