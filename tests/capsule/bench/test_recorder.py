@@ -1,12 +1,17 @@
-"""A recording against a scripted serial line: all samples that arrive are kept."""
+"""A recording against a scripted serial line, also of any bytes: what arrives is kept."""
 
 import contextlib
 import errno
+import itertools
 import os
+import tempfile
 from datetime import UTC, datetime
-from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from capsule.bench import growing_file
 from capsule.bench.bench_errors import (
@@ -68,30 +73,52 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
         ([*samples(0, 30), *samples(33, 34)], [*range(30), 33], 34),
         *(([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)],
            range(60), 60) for uptime in ("soon", "-1", "")),
+        # A reading that no converter of 10 bits has.
+        ([*samples(0, 30), (3.0, encode("D,30,3000,1024,2,3,4,0")), *samples(31, 40)],
+         [*range(30), *range(31, 40)], 40),
         # The end stop, with the sample that it came with.
         ([*samples(0, 30), (3.0, PRESSED), *samples(31, 40)], range(31), 31),
     ],
     ids=["stopped", "lost while stopped", "false frame after a gap", "plausible frame after a gap",
          "again before a gap", "clock jumps", "clock ends", "doubt", "soon", "negative", "empty",
-         "end stop"],
+         "beyond 10 bits", "end stop"],
 )  # fmt: skip
 def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):
     bench.run(script)
     assert bench.numbers() == list(numbers)
     assert len(bench.rows()) == rows
     state, known = bench.recorder.state, [bool(row[1]) for row in bench.rows()]
-    gaps = sum(here and not there for here, there in pairwise(known))
+    gaps = sum(here and not there for here, there in itertools.pairwise(known))
     assert (state.missing, state.gaps) == (known.count(False), gaps)
     # The board says that it runs, and so it is not told to start.
     assert "start" not in bench.sent
 
 
-# Kills: a switch whose wire is broken, taken for one that the capsule has pressed.
-@pytest.mark.parametrize(("before", "said"), [(0, "broken"), (30, "the capsule reached")])
-def test_an_end_stop_that_was_never_open_is_told_from_one_that_was_reached(bench, before, said):
-    pressed = [(n / 10, encode(f"D,{n},{100 * n},{n},2,3,4,1")) for n in range(before, before + 2)]
-    bench.run([*samples(0, before), *pressed])
-    assert said in bench.recorder.state.ended
+# Kills: a sample beyond the duration, also after a gap over its end; a switch whose wire is broken,
+# taken for one that the capsule has pressed.
+@pytest.mark.parametrize(
+    ("script", "kept", "ended"),
+    [
+        # It passes while the recorder is stopped, and is filled from the port.
+        ([*samples(0, 30), (20.0, read_together(30, 80))], range(60), "--duration is over"),
+        ([*samples(0, 30), *samples(60, 80)], range(30), "--duration is over"),
+        (samples(0, 60), range(60), "--duration is over"),  # nothing follows
+        ([*samples(0, 30), *((3 + tick / 10, b"static\n") for tick in range(600))], range(30),
+         "the logger at scripted sent no sample for 3 s (--duration is over)"),
+        ([*samples(0, 30), (3.0, PRESSED)], range(31), "the capsule reached the end stop"),
+        ([(3.0, PRESSED), (3.1, sample_frame(31))], [30],
+         "the end stop was pressed from the start: its wire is broken"),
+    ],
+    ids=["filled", "gap over the end", "nothing follows", "static", "end stop", "broken wire"],
+)  # fmt: skip
+def test_a_recording_ends_with_its_duration_or_its_end_stop(bench, script, kept, ended):
+    bench.recorder.patience_s, bench.recorder.state.end_s = 1000, 6.0
+    silent = pytest.raises(BoardLostError) if "sent no" in ended else contextlib.nullcontext()
+    with silent:
+        bench.run(script)
+    assert bench.now_s < 21
+    assert bench.numbers() == list(kept)
+    assert bench.recorder.state.ended.startswith(ended)
 
 
 # Kills: a header with the time at which the command was typed.
@@ -101,39 +128,6 @@ def test_a_recording_started_with_its_first_sample(bench):
     with bench.path.open("rb") as stream:
         started = datetime.fromisoformat(read_recording(stream, 4).header["started"])
     assert (datetime.now(UTC) - started).total_seconds() == pytest.approx(9.5, abs=1)
-
-
-@pytest.mark.parametrize(
-    "nonsense",
-    [b"\xff\x00 static\n", encode("P,100,2,3.0,4.0,running") + encode("A,pause")],
-    ids=["garbage", "another board"],
-)
-def test_nonsense_for_ever_ends_by_patience(bench, nonsense):
-    script = [*samples(0, 30), *((3 + tick / 10, nonsense) for tick in range(600))]
-    with pytest.raises(BoardLostError, match=r"sent no sample for 5 s \(--patience\)"):
-        bench.run(script)
-    assert bench.now_s < 9
-    assert bench.numbers() == list(range(30))
-
-
-# Kills: a sample beyond the duration, also after a gap over its end.
-@pytest.mark.parametrize(
-    ("later", "kept", "said"),
-    [
-        # It passes while the recorder is stopped, and is filled from the port.
-        ([(20.0, read_together(30, 80))], range(60), None),
-        ([*samples(60, 70), *samples(70, 80)], range(30), None),
-        (samples(30, 60), range(60), None),  # nothing follows
-        ([(3 + tick / 10, b"static\n") for tick in range(600)], range(30), "--duration is over"),
-    ],
-)
-def test_a_recording_ends_with_its_duration(tmp_path, monkeypatch, later, kept, said):
-    bench = ScriptedBench(tmp_path, monkeypatch, duration=60, patience_s=1000)
-    with pytest.raises(BoardLostError, match=said) if said else contextlib.nullcontext():
-        bench.run([*samples(0, 30), *later])
-    assert bench.now_s < 21
-    assert bench.numbers() == list(kept)
-    assert said or bench.recorder.state.ended == "--duration is over"
 
 
 @pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
@@ -166,28 +160,46 @@ def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
     assert len(bench.logger.samples) == 1001
 
 
-def plug_in_later(bench, *boards):
-    """Let these boards answer, one per attempt, when the recorder searches for its own."""
-    bench.answers, bench.away_s = iter(boards), 1.0
-
-
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
+FOREIGN = encode("P,100,2,3.0,4.0,running") + encode("A,pause")
+STRANGERS = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
 
 
-def test_another_board_after_a_replug_is_refused(bench):
-    plug_in_later(bench, OTHER, OTHER, {"uptime_ms": 5900})
-    bench.run([*samples(0, 30), (3.0, LineLostError()), *samples(60, 90)])
+# Behind a line that was lost, or behind the same one.
+@pytest.mark.parametrize(
+    "script",
+    [[(3.0, LineLostError())],
+     [(3.0, identity_frame(**OTHER)), *STRANGERS, (5.9, identity_frame(uptime_ms=5900))]],
+)  # fmt: skip
+def test_another_board_is_refused_until_the_first_is_back(bench, script):
+    bench.answers, bench.away_s = iter([OTHER, OTHER, {"uptime_ms": 5900}]), 1.0
+    bench.run([*samples(0, 30), *script, *samples(60, 90)])
     assert bench.numbers() == [*range(30), *range(60, 90)]
-    (told,) = [text for text in bench.told if "another one" in text]
-    assert "rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300" in told
+    told = " ".join([text for text in bench.told if "another one" in text])
+    assert told.count("rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300") == 1
+    assert "identify" in bench.sent or len(script) == 1
 
 
-# Kills: a sample in doubt that is lost with its board.
-def test_a_board_that_does_not_come_back_ends_by_patience(bench):
-    plug_in_later(bench, *(40 * [OTHER]))
-    with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
-        bench.run([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
-    assert bench.numbers() == [*range(30), 33]
+# Kills: a sample in doubt that is lost with its board; a patience that begins anew with each return
+# of a board that sends no sample.
+@pytest.mark.parametrize(
+    ("answer", "script", "kept", "until_s", "said"),
+    [
+        ({}, [(3 + tick / 10, b"\xff\x00 static\n") for tick in range(600)], [], 9, "sent no"),
+        ({}, [(3 + tick / 10, FOREIGN) for tick in range(600)], [], 9, "sent no sample for 5 s"),
+        (OTHER, [*samples(33, 34), (3.4, LineLostError())], [33], 26, "did not come back within"),
+        ({}, [(3.0 + number, LineLostError()) for number in range(40)], [], 26, ""),
+    ],
+    ids=["garbage", "frames of another board", "does not come back", "comes back again and again"],
+)  # fmt: skip
+def test_a_board_without_samples_ends_a_recording_by_patience(
+    bench, answer, script, kept, until_s, said
+):
+    bench.answers, bench.away_s = iter(40 * [answer]), 1.0
+    with pytest.raises(BoardLostError, match=rf"{said}.*\(--patience\)"):
+        bench.run([*samples(0, 30), *script])
+    assert bench.now_s < until_s
+    assert bench.numbers() == [*range(30), *kept]
 
 
 # Kills: a sample in doubt that a survey, which goes on, never gets.
@@ -198,27 +210,12 @@ def test_a_sample_in_doubt_is_kept_as_soon_as_its_board_is_lost(bench):
     assert (bench.logger.state.samples, bench.logger.state.missing) == (34, 3)
 
 
-# Kills: a patience that begins anew with each return of a board that sends no sample.
-def test_a_board_that_comes_back_again_and_again_without_a_sample_ends_by_patience(bench):
-    plug_in_later(bench, *(40 * [{}]))
-    with pytest.raises(BoardLostError, match=r"\(--patience\)"):
-        bench.run([*samples(0, 30), *((3.0 + number, LineLostError()) for number in range(40))])
-
-
-def test_another_board_behind_the_same_line_is_refused(bench):
-    strangers = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
-    script = [*samples(0, 30), (3.0, identity_frame(**OTHER)), *strangers]
-    bench.run([*script, (5.9, identity_frame(uptime_ms=5900)), *samples(60, 90)])
-    assert bench.numbers() == [*range(30), *range(60, 90)]
-    assert "identify" in bench.sent
-
-
 # Kills: a restart that is not seen since the new clock has passed the old one meanwhile.
 @pytest.mark.parametrize(
     "uptime_ms", [581_000 + 3000, 0, 2500, 5000], ids=["ahead", "new", "behind", "between"]
 )
 def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(bench, uptime_ms):
-    plug_in_later(bench, {"uptime_ms": uptime_ms})
+    bench.answers, bench.away_s = iter([{"uptime_ms": uptime_ms}]), 1.0
     began = uptime_ms // 100
     later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
     bench.recorder.patience_s = 1000
@@ -248,41 +245,29 @@ def test_a_recording_goes_on_without_what_it_can_do_without(bench, capsys):
     assert bench.log.path.read_text().count("Traceback") == 2
 
 
-class Wave:
-    """A wave whose board refuses to start it, or whose user presses Ctrl-C as it starts."""
-
-    fault, until = "", "end"
-
-    def __init__(self, bench, refuses):
-        self._bench, self._refuses, self.runs = bench, refuses, False
-
-    def start(self):
-        """Start, or refuse."""
-        if self._refuses:
-            raise RefusedError("the motor follows 800")
-        self.runs, self._bench._stop.reason = True, "Ctrl-C"
-
-    def serve(self, recorded_s):
-        """Go on."""
-
-    def summary(self):
-        """Say nothing."""
-        return ""
-
-    def leave(self):
-        """Stop."""
-        self.runs = False
-        return ""
-
-
 # Kills: a file without samples in the way of the next run of that name; a wave that runs on.
 @pytest.mark.parametrize("refuses", [True, False])
 def test_a_run_that_ends_at_its_very_start_leaves_no_file_and_no_wave(bench, refuses):
+    did = []
+
+    def start():
+        if refuses:
+            raise RefusedError("the motor follows 800")
+        did.append("start")
+        bench._stop.reason = "Ctrl-C"
+
     bench.recorder.header["wave_until_s"] = "end"
-    wave = bench.recorder.drive = Wave(bench, refuses)
+    bench.recorder.drive = SimpleNamespace(
+        fault="",
+        until="end",
+        summary=str,
+        serve=float,
+        start=start,
+        leave=lambda: did.append("stop"),
+    )
     with pytest.raises(AcquisitionError, match="follows 800" if refuses else "before the first"):
         bench.recorder.archive()
-    assert not wave.runs
+    assert did == ["stop"] if refuses else ["start", "stop"]
     assert list(bench.part.path.parent.iterdir()) == []
 
 
@@ -325,3 +310,44 @@ def test_a_run_longer_than_the_matrix_is_told_once_and_goes_on(bench):
     assert len(told) == 1
     assert "longer than 20 samples (2 s)" in told[0]
     assert bench.numbers() == list(range(30))
+
+
+U32 = st.integers(0, 2**32 - 1)
+PIECES = st.one_of(
+    st.binary(max_size=60),
+    st.integers(0, 300).map(sample_frame),
+    st.builds(sample_frame, st.integers(0, 300), U32, U32),
+    st.builds(
+        lambda uptime, bits, state: identity_frame(uptime_ms=uptime, adc_bits=bits, state=state),
+        U32,
+        st.sampled_from([10, 12]),
+        st.sampled_from(["running", "paused"]),
+    ),
+    st.text("DIAEP,=0123456789abc", max_size=40).map(lambda text: encode(f"D{text}")),
+)
+SCRIPTS = st.lists(st.tuples(st.floats(0, 30), PIECES), max_size=60)
+
+
+@pytest.mark.takes(0.3)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(SCRIPTS)
+def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
+    monkeypatch.setattr(growing_file.os, "fsync", lambda descriptor: None)
+    with tempfile.TemporaryDirectory() as folder:
+        bench = ScriptedBench(Path(folder), monkeypatch)
+        accepted = []
+        keep = bench.logger.state.add
+        monkeypatch.setattr(
+            bench.logger.state, "add", lambda counts: (accepted.append(counts), keep(counts))
+        )
+        moments_s = itertools.accumulate(step_s for step_s, _ in script)
+        with contextlib.suppress(AcquisitionError):
+            bench.run(zip(moments_s, (content for _, content in script), strict=True))
+        endings = ("Ctrl-C", "(--patience)", "the end stop", "(docs/bench.md)")
+        assert bench.recorder.state.ended.endswith(endings)
+        cells = [row[1:] for row in bench.rows()]
+        assert cells == [[str(n) for n in counts] if counts else [""] * 4 for counts in accepted]
+        places = [round(float(row[0]) * 10) for row in bench.rows()]
+        assert places == list(range(len(places)))  # time never shifts and never runs back
+        # What is missing passed by the computer's clock; a false clock makes it no longer.
+        assert len(places) / 10 <= bench.now_s + 12
