@@ -19,30 +19,31 @@ HELD_OUT = ["spring", "=2+2"]
 COLUMNS = "time_s,sensor_1\n0,1\n"
 
 
-def row(recording, session):
-    return {"recording": recording, "session": session}
+# The session of each recording of a table; the same patient is judged anyway.
+SESSIONS = {
+    "3mm/r02": "autumn",
+    "3mm/r01": "spring",
+    "0mm/r02": "spring",
+    "unlabelled/patient": "spring",
+    "0mm/r01": "",
+    "3mm/r03": None,
+    "3mm/r04": float("nan"),
+}
+ROWS = {name: {"recording": name, "session": session} for name, session in SESSIONS.items()}
 
 
-def test_a_labelled_recording_of_a_named_session_is_held_out():
-    assert is_held_out("3mm/r01", "spring", HELD_OUT)
-    assert is_held_out("0mm/r01", "spring", HELD_OUT)
-    assert not is_held_out("unlabelled/patient", "spring", HELD_OUT), "a patient is judged anyway"
-    for session in ("autumn", "", None, float("nan")):
-        assert not is_held_out("3mm/r01", session, HELD_OUT)
-    assert not is_held_out("3mm/r01", "spring", [])
-
-
-def test_the_others_teach_in_their_order():
-    sessions = {"3mm/r02": "autumn", "3mm/r01": "spring", "unlabelled/p": "spring", "0mm/r01": ""}
-    rows = {name: row(name, session) for name, session in sessions.items()}
-    assert list(teaching(rows, HELD_OUT)) == ["3mm/r02", "unlabelled/p", "0mm/r01"]
-    assert teaching(rows, []) == rows
+def test_a_labelled_recording_of_a_named_session_is_held_out_and_the_others_teach_in_order():
+    held_out = [name for name, each in SESSIONS.items() if is_held_out(name, each, HELD_OUT)]
+    assert held_out == ["3mm/r01", "0mm/r02"]
+    assert list(teaching(ROWS, HELD_OUT)) == [name for name in ROWS if name not in held_out]
+    assert teaching(ROWS, []) == ROWS
 
 
 def test_a_session_that_no_labelled_recording_names_is_told():
-    rows = [row("3mm/r01", "autumn"), row("unlabelled/p", "spring"), row("3mm/r02", float("nan"))]
+    rows = [ROWS[name] for name in ("3mm/r02", "unlabelled/patient", "3mm/r04")]
     assert unknown_sessions(rows, ["spring", "autumn", "=x"]) == ["spring", "=x"]
-    assert unknown_sessions([*rows, row("0mm/r01", " =x")], ["autumn", "=x"]) == []
+    rows.append({"recording": "0mm/r01", "session": " =x"})
+    assert unknown_sessions(rows, ["autumn", "=x"]) == []
 
 
 def archive(folder, contents):
@@ -78,7 +79,7 @@ OF_OTHERS = {
 }
 
 
-def test_the_first_lines_of_a_file_tell_whether_it_is_held_out(tmp_path):
+def test_the_first_lines_of_a_file_tell_whether_it_is_held_out_or_fitted(tmp_path):
     contents = {f"3mm/{name}": content for name, content in (OF_SPRING | OF_OTHERS).items()}
     contents["0mm/healthy"] = contents["unlabelled/patient"] = COLUMNS
     made = archive(tmp_path, contents)
@@ -87,12 +88,8 @@ def test_the_first_lines_of_a_file_tell_whether_it_is_held_out(tmp_path):
     }
     every = {name: [name] for name in contents if name.startswith("3mm")}
     assert fitted(made, tmp_path, []) == every
-
-
-def test_of_a_batch_only_the_recordings_that_teach_are_fitted(tmp_path):
-    names = list(archive(tmp_path, {"3mm/a": OF_SPRING["plain"], "3mm/b": COLUMNS}))
-    assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": ["3mm/b"]}
-    assert fitted({"3mm/batch": names[:1]}, tmp_path, HELD_OUT) == {}
+    names = ["3mm/none", "3mm/plain"]
+    assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": names[:1]}
 
 
 def listed(folder, *rows):
@@ -135,33 +132,22 @@ def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tm
     ]
 
 
-def passage(site="", near_copies=""):
-    return {"site": site, "near_copies": near_copies}
-
-
-def test_passes_over_a_site_and_near_copies_are_one_place():
-    rows = {
-        "3mm/a": passage("here"),
-        "3mm/b": passage("here"),
-        "3mm/c": passage("there", "3mm/b 3mm/gone"),
-        "3mm/d": passage("there"),
-        "3mm/e": passage("elsewhere"),
-    }
-    found = places_of(rows)
-    assert {found[name] for name in ("3mm/a", "3mm/b", "3mm/c", "3mm/d")} == {"3mm/a"}
-    assert found["3mm/e"] == "3mm/e"
-
-
 def test_places_are_the_connected_components_for_any_rows():
     numbers, names = np.random.default_rng(3), [f"3mm/r{number}" for number in range(8)]
     for _ in range(200):
         sites = numbers.choice(["", "a", "b", "c", "d"], 8)
         copies = numbers.random((8, 8)) < 0.06
-        near = [" ".join(np.array(names)[some]) for some in copies]
-        made = zip(names, map(passage, sites, near), strict=True)
+        # Of a recording without a row, nothing is known.
+        near = [" ".join(["3mm/gone", *np.array(names)[some]]) for some in copies]
+        rows = {
+            name: {"site": site, "near_copies": each}
+            for name, site, each in zip(names, sites, near, strict=True)
+        }
         linked = copies | (sites[:, np.newaxis] == sites) & (sites != "")
         _, expected = connected_components(linked, directed=False)
-        place = places_of(dict(made))
+        place = places_of(rows)
         pairs = {(place[name], of) for name, of in zip(names, expected, strict=True)}
         # Each place is one component, and each component one place.
         assert len(pairs) == len(set(place.values())) == len(set(expected))
+        # It has the name of its first recording.
+        assert all(names.index(place[name]) <= names.index(name) for name in names)

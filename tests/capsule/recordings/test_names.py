@@ -15,7 +15,6 @@ from capsule.recordings.names import (
     size_label,
     size_mm,
     sizes_of,
-    sort_key,
 )
 
 
@@ -33,16 +32,11 @@ def test_other_folders_name_no_size(folder):
     assert folder_size_mm(folder) is None
 
 
-def test_recordings_are_ordered_by_size_then_by_number():
-    names = ["unlabelled/a", "10mm/r1", "3mm/r10", "3mm/r9", "2.5mm/r1"]
-    archive = classify(Entry(f"{name}.csv") for name in names)
-    assert archive.recordings == ("2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1", "unlabelled/a")
-
-
-def test_in_a_name_numbers_come_before_letters_and_equal_numbers_keep_their_text():
-    names = ["3mm/10", "3mm/2", "3mm/a10", "3mm/a2", "3mm/a2b", "3mm/ab", "3mm/a", "3mm/02"]
-    expected = ["02", "2", "10", "a", "a2", "a2b", "a10", "ab"]
-    assert [name[4:] for name in sorted(names, key=sort_key)] == expected
+def test_recordings_are_ordered_by_size_then_by_number_then_by_letters():
+    # Equal numbers keep their text.
+    runs = ["02", "2", "10", "a", "a2", "a2b", "a10", "ab"]
+    names = ["2.5mm/r1", *(f"3mm/{run}" for run in runs), "10mm/r1", "unlabelled/a"]
+    assert classify(Entry(f"{name}.csv") for name in names[::-1]).recordings == tuple(names)
 
 
 REFUSED = {
@@ -129,28 +123,30 @@ def test_every_name_is_processed_or_named_with_a_reason(name):
 
 
 def test_a_copy_under_another_size_is_told_as_a_contradiction():
-    assert reason_of_copy("3mm/a", "3mm/b") == "the same content as 3mm/a"
-    assert reason_of_copy("3mm/a", "3.0mm/b") == "the same content as 3mm/a"
-    assert reason_of_copy("3mm/a", "unlabelled/b") == "the same content as 3mm/a"
+    for name in ("3mm/b", "3.0mm/b", "unlabelled/b"):
+        assert reason_of_copy("3mm/a", name) == "the same content as 3mm/a"
     assert reason_of_copy("3mm/a", "4mm/b").endswith("one of the two is mislabelled")
 
 
-def test_a_cell_is_never_a_formula():
-    assert as_cell("=1+1") == " =1+1"
-    assert as_cell("bench 2") == "bench 2"
-    assert as_cell("a\tb") == "a\\tb"
-    assert as_cell("\uff1d1+1") == " \uff1d1+1"
-    assert as_cell("bench;=1+1;'=2") == "bench; =1+1; '=2"
-    assert as_cell('bench;"=1+1"') == 'bench; "=1+1"'
-    assert as_cell("-1.5") == "-1.5"
-    assert as_cell("-1.5+cmd|' /C calc'!A0") == " -1.5+cmd|' /C calc'!A0"
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("=1+1", " =1+1"),
+        ("bench 2", "bench 2"),
+        ("a\tb", "a\\tb"),
+        ("\uff1d1+1", " \uff1d1+1"),
+        ("bench;=1+1;'=2", "bench; =1+1; '=2"),
+        ('bench;"=1+1"', 'bench; "=1+1"'),
+        ("-1.5", "-1.5"),
+        ("-1.5+cmd|' /C calc'!A0", " -1.5+cmd|' /C calc'!A0"),
+        # A backslash is no escape.
+        ("a\\n", "a\\\\n"),
+    ],
+)
+def test_a_cell_is_never_a_formula_nor_more_than_one_line(text, cell):
+    assert as_cell(text) == cell
 
 
 @given(st.text("=;,-+@1a\"' \uff0b"))
 def test_a_cell_stays_as_it_is_when_it_is_written_once_more(text):
     assert as_cell(as_cell(text)) == as_cell(text)
-
-
-def test_a_backslash_in_a_name_is_no_escape():
-    assert displayed("a\\n") == "a\\\\n" != displayed("a\n") == "a\\n"
-    assert displayed("plain") == "plain"

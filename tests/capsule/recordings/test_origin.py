@@ -6,24 +6,21 @@ from capsule.recordings import origin
 
 
 @pytest.mark.parametrize(
-    ("sources", "kind"),
+    ("sources", "kind", "counts"),
     [
-        (["simulated phantom"] * 3, "simulated"),
-        (["bench 2", "bench 3"], "recorded"),
-        (["bench 2", "Simulated"], "mixed"),
-        (["bench 2", ""], "mixed"),
-        (["", ""], "unknown"),
-        ([], "none"),
+        (["simulated phantom"] * 3, "simulated", (3, 0, 0, 0)),
+        (["bench 2", "bench 3"], "recorded", (0, 0, 2, 0)),
+        (["bench 2", "Simulated"], "mixed", (1, 0, 1, 0)),
+        (["imported from a.csv"] * 2, "imported", (0, 2, 0, 0)),
+        (["bench 2", " ", "imported from a.csv"], "mixed", (0, 1, 1, 1)),
+        (["", ""], "unknown", (0, 0, 0, 2)),
+        ([], "none", (0, 0, 0, 0)),
     ],
 )
-def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
-    assert origin.origin_of(sources).kind == kind
-
-
-def test_each_recording_counts_once():
-    sources = ["bench 2", "imported from a.csv", "imported from a.csv", "Simulated", ""]
+def test_the_origin_comes_from_what_the_recordings_say_and_each_counts_once(sources, kind, counts):
     found = origin.origin_of(sources)
-    assert (found.simulated, found.imported, found.recorded, found.silent) == (1, 2, 1, 1)
+    told = (found.simulated, found.imported, found.recorded, found.silent)
+    assert (found.kind, told) == (kind, counts)
 
 
 def test_the_combined_checksum_is_of_sorted_lines():

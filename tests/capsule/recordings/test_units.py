@@ -49,17 +49,21 @@ def test_ohms_without_the_resistor_in_series_keep_their_ratios():
     assert np.isfinite(on_full_scale(np.array([[0.5, 2.0]]), {"unit": "ohm"}, 1024, True)).all()
 
 
-@pytest.mark.parametrize("header", [{}, {"adc_bits": "10"}, {"adc_bits": "10", "vref_v": "5"}])
-def test_counts_of_the_configured_converter_stay_as_they_are(header):
+@pytest.mark.parametrize(
+    ("header", "full_scale", "factor"),
+    [
+        ({}, 1024, 1),
+        ({"adc_bits": "10"}, 1024, 1),
+        ({"adc_bits": "10", "vref_v": "5"}, 1024, 1),
+        ({"adc_bits": "10"}, 5, 5 / 1024),
+    ],
+)
+def test_counts_of_the_configured_converter_stay_and_a_scale_in_volts_takes_counts_too(
+    header, full_scale, factor
+):
     counts = reading(1024).round()
-    np.testing.assert_array_equal(on_full_scale(counts, header, 1024, True), counts)
-
-
-def test_a_scale_in_volts_takes_counts_too():
-    counts = reading(1024).round()
-    np.testing.assert_allclose(
-        on_full_scale(counts, {"adc_bits": "10"}, 5, True), counts * 5 / 1024
-    )
+    given = on_full_scale(counts, header, full_scale, True)
+    np.testing.assert_array_equal(given, counts * factor)
 
 
 def test_the_bands_at_the_ends_follow_from_bits_and_reference():
@@ -102,9 +106,8 @@ def test_a_unit_in_which_the_readings_cannot_be_is_refused(header, readings, rea
 
 
 def test_a_supply_may_be_a_little_higher_than_stated():
-    volts = np.array([[2.5, 5.4]])
-    header = {"unit": "V", "vref_v": "5"}
-    assert on_full_scale(volts, header, 1024, True) == pytest.approx(volts * 1024 / 5)
+    given = on_full_scale(np.array([[2.5, 5.4]]), {"unit": "V", "vref_v": "5"}, 1024, True)
+    np.testing.assert_allclose(given, [[512, 5.4 * 1024 / 5]])
 
 
 def test_a_share_counts_both_limits_and_the_larger_end_is_told():
@@ -137,11 +140,9 @@ def test_only_readings_from_the_converters_range_are_converted():
         return not np.array_equal(relative_resistance(readings, 100.0, True), readings)
 
     assert converted(0.0, 100.0)
-    assert not converted(-0.1, 100.0)
-    assert not converted(0.0, 100.1)
+    assert not converted(-0.1, 100.0) and not converted(0.0, 100.1)
     # Two hundredths of the full scale are too near 0 to be counts.
-    assert converted(0.0, 2.1)
-    assert not converted(0.0, 2.0)
+    assert converted(0.0, 2.1) and not converted(0.0, 2.0)
     ends = relative_resistance(np.array([[0.0, 2.0, 98.0, 100.0, np.nan]]), 100.0, True)
     np.testing.assert_allclose(ends, [[2 / 98, 2 / 98, 98 / 2, 98 / 2, np.nan]])
     outside = np.array([[-3.0, 0.5, np.nan, 2000.0]])
