@@ -37,50 +37,40 @@ def scorer(weights):
 
 
 @pytest.fixture(scope="module")
-def unprojected(weights):
-    """Return the scorer that only folds its gradients."""
-    return Scorer(weights | {"projection": np.eye(FOLDED)})
-
-
-@pytest.fixture(scope="module")
 def series():
     return 0.3 * generator(1, "beats").normal(size=(4, 5, 43)).cumsum(axis=2)
 
 
-def test_the_gradient_is_that_of_the_score(weights, series):
-    scorer = Scorer(weights)
-    score, _, backward = scorer.forward(standardised(series))
-    gradient = backward()
+def test_the_gradient_is_that_of_the_score(weights, scorer, series):
+    gradient = scorer.forward(standardised(series))[2]()
     numbers = generator(1, "direction")
     names = [name for name in weights if name not in ("gradient_scale", "projection")]
     step = 1e-7  # so small that no unit switches
     for _ in range(5):
         direction = {name: numbers.normal(size=weights[name].shape) for name in names}
-        moved = [
-            Scorer(weights | {n: weights[n] + sign * step * direction[n] for n in names})
+        ahead, behind = (
+            Scorer(
+                weights | {name: weights[name] + sign * step * direction[name] for name in names}
+            ).forward(standardised(series))[0]
             for sign in (1, -1)
-        ]
-        ahead, behind = (each.forward(standardised(series))[0] for each in moved)
+        )
         slope = gradient @ np.concatenate([direction[name].ravel() for name in names])
         assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
-    assert np.isfinite(score)
 
 
-def test_folding_keeps_products_of_gradients(weights, unprojected):
-    numbers = generator(1, "many")
+def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights, scorer):
+    numbers, unprojected = generator(1, "many"), Scorer(weights | {"projection": np.eye(FOLDED)})
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
-    whole = np.array([unprojected.forward(standardised(each))[2]() for each in many])
+    whole = np.array([scorer.forward(standardised(each))[2]() for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([unprojected.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
-
-
-def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected, series):
-    folded, projected = unprojected.features(series), scorer.features(series)
-    expected = [sum(folded.gradient * column) for column in weights["projection"].T]
-    np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)
-    assert projected.score == folded.score
+    projected = scorer.features(many[0])
+    np.testing.assert_allclose(
+        projected.gradient, folded[0] @ weights["projection"], rtol=1e-3, atol=1e-5
+    )
+    assert projected.score == scorer.forward(standardised(many[0]))[0]
 
 
 def test_recordings_over_nodules_score_higher_than_those_without(scorer):
@@ -98,11 +88,13 @@ def test_recordings_over_nodules_score_higher_than_those_without(scorer):
         assert roc_auc_score(kinds, [*healthy, *nodules]) > least
 
 
-def test_what_has_no_wave_or_other_sensors_has_no_score(scorer):
+def test_what_has_no_wave_or_other_sensors_has_no_score_and_no_stretches(scorer):
     wave = 500 - 20 * np.sin(2 * np.pi * np.arange(800) / 32)
     for values in (np.tile(wave, (3, 1)), np.tile(wave[:100], (4, 1)), np.full((4, 800), 5.0)):
-        features = scorer.features(series_of(wave_of(values, 10, SETTINGS)))
+        made = series_of(wave_of(values, 10, SETTINGS))
+        features = scorer.features(made)
         assert np.isnan(features.score) and np.isnan(features.gradient).all()
+        assert score_stretches(scorer, made) is None
 
 
 def test_the_input_is_the_series_in_their_own_spreads_written_out(series):
@@ -151,7 +143,7 @@ def convolved(values, weight, bias, dilation):
     return made
 
 
-def test_the_score_is_that_of_the_layers_written_out(weights, series):
+def test_the_score_is_that_of_the_layers_written_out(weights, scorer, series):
     w = {name: np.asarray(value, np.float64) for name, value in weights.items()}
     x = standardised(series[:, :, :15])
     own = [convolved(row, w["own_weight"], w["own_bias"], 1)[:, ::2] for row in x]
@@ -165,28 +157,26 @@ def test_the_score_is_that_of_the_layers_written_out(weights, series):
     pooled = np.concatenate([pooled.mean(axis=1), pooled.max(axis=1), soft])
     squeezed = np.sign(pooled) * np.log(1 + np.abs(pooled))
     embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
-    score, found, _ = Scorer(weights).forward(x)
+    score, found, _ = scorer.forward(x)
     np.testing.assert_allclose(found, embedding, rtol=1e-6)
     assert score == pytest.approx(w["score_weight"] @ embedding + w["score_bias"][0])
 
 
-def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(scorer):
-    series = np.zeros((4, 5, 40))
-    assert not standardised(series)[:, :SERIES_ROWS].any()
-    assert standardised(series)[:, SERIES_ROWS:].all()
-    score, loss = score_stretches(scorer, series)
-    assert score == scorer.features(series).score
-    assert not loss.any()
-
-
-def test_a_stretch_that_raises_the_score_is_lost_by_it(scorer):
+def test_a_stretch_of_usual_beats_takes_the_place_of_each_and_loses_what_it_raised(scorer):
     series = 0.1 * np.sin(np.arange(800.0)).reshape(4, 5, 40)
     series[:, 1, 20:24] = 3.0
     whole, loss = score_stretches(scorer, series)
-    x = standardised(series)
-    x[:, :SERIES_ROWS, 18 : 18 + STRETCH_WIDTH] = 0.0
-    assert loss[18 // STRETCH_STEP] == pytest.approx(whole - scorer.forward(x)[0])
+    assert whole == scorer.features(series).score
+    for number, lost in enumerate(loss):
+        x = standardised(series)
+        x[:, :SERIES_ROWS, number * STRETCH_STEP :][:, :, :STRETCH_WIDTH] = 0.0
+        assert lost == pytest.approx(whole - scorer.forward(x)[0])
     assert loss[18 // STRETCH_STEP] > 0
+    # Usual beats are zero in what is taken out, and nothing is lost by them.
+    usual = np.zeros((4, 5, 40))
+    assert not standardised(usual)[:, :SERIES_ROWS].any()
+    assert standardised(usual)[:, SERIES_ROWS:].all()
+    assert not score_stretches(scorer, usual)[1].any()
 
 
 @pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
@@ -194,8 +184,3 @@ def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
     _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
     assert loss.size == max(beats - STRETCH_WIDTH, 0) // STRETCH_STEP + 1
     assert np.arange(STRETCH_WIDTH).mean() == FIRST_STRETCH
-
-
-def test_what_cannot_be_scored_has_no_stretches(scorer):
-    assert score_stretches(scorer, None) is None
-    assert score_stretches(scorer, np.ones((3, 5, 40))) is None

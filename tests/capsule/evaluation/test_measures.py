@@ -1,6 +1,7 @@
 """The tables that rate the detectors, from verdicts that can be counted by hand."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -75,14 +76,26 @@ def rate_tables(pairs, sizes_mm, **rules):
 # All tables.
 
 
-def test_every_table_is_made_of_each_detector_and_scheme_and_empty_without_a_verdict():
+def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_places():
+    sizes = np.repeat([0.0, 1.0, 2.0], 12)
+    numbers = np.random.default_rng(1)
+    predicted = np.where(numbers.random(36) < 0.7, sizes, 0.0)
+    columns = {
+        "score": predicted + numbers.normal(size=36),
+        "probability": np.where(predicted > 0, 0.9, 0.1),
+        "location_mm": sizes,
+        "estimate_mm": np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
+    }
     made = pd.concat(
-        of(predicted, detector=name, scheme=scheme, probability=0.5, location_mm=7.0)
-        for name, predicted in (("template", [0, 1, 0, 1, 2]), ("diagonal", [0, 0, 1, 1, 2]))
+        of(predicted, sizes, detector=name, scheme=scheme, **columns)
+        for name in ("template", "diagonal")
         for scheme in ("leave_one_out", "held_out")
     )
-    index = index_of(made, site=["a", "a", "b", "b", ""], nodule_at_mm=[6.0] * 5)
-    found = measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index)
+    sites = [number // 3 for number in range(36)]
+    indices = (index_of(made, nodule_at_mm=[0.5] * 36, site=site) for site in (range(36), sites))
+    single, found = (
+        measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, each) for each in indices
+    )
     assert list(found) == list(COLUMNS)
     for name, table in found.items():
         assert set(COLUMNS[name]) <= set(table.columns), name
@@ -90,6 +103,8 @@ def test_every_table_is_made_of_each_detector_and_scheme_and_empty_without_a_ver
         # The gain of several passes is shown once.
         schemes = {"leave_one_out"} | ({"held_out"} if name != "retest" else set())
         assert set(table["scheme"]) == schemes, name
+        for column in table.filter(like="clusters"):
+            assert (table[column] < single[name][column]).all(), (name, column)
     assert set(found["retest"]["passes"]) == {1, 2}
     for made in (of([], []), of([UNKNOWN] * 5)):
         found = measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index_of(made))
@@ -97,27 +112,18 @@ def test_every_table_is_made_of_each_detector_and_scheme_and_empty_without_a_ver
         assert {name: list(table) for name, table in found.items()} == COLUMNS
 
 
-@pytest.mark.parametrize("turned", [False, True])
-def test_detectors_come_in_their_order_and_what_was_held_out_first(turned):
+@pytest.mark.parametrize("turn", [1, -1])
+def test_tables_keep_the_order_of_detectors_schemes_and_names(turn):
     order = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
-    given_order = order[::-1] if turned else order
-    made = pd.concat(of([0], [0], detector=d, scheme=s) for d in "ba" for s in given_order)
+    made = pd.concat(of([0], [0], detector=d, scheme=s) for d in "ba" for s in order[::turn])
     keys = [tuple(key.values()) for key, _ in rates.of_each(made, 1.0)]
     assert keys == [(name, scheme) for name in "ba" for scheme in order]
-
-
-def test_verdicts_stand_by_detector_then_by_name_then_as_they_were_made():
-    def keys(names):
-        return [
-            (detector, name, scheme)
-            for detector in ("template", "diagonal")
-            for name in names
-            for scheme in ("resubstitution", "leave_one_out")
-        ]
-
-    columns = ["detector", "recording", "scheme"]
-    made = measures.by_name(pd.DataFrame(keys(["2mm/r10", "0mm/b", "2mm/r9"]), columns=columns))
-    assert [tuple(row) for row in made.values] == keys(["0mm/b", "2mm/r9", "2mm/r10"])
+    # Verdicts stand by detector, then by name, then as they were made.
+    names, columns = ["0mm/b", "2mm/r9", "2mm/r10"], ["detector", "recording", "scheme"]
+    expected = [*product("ba", names, ["resubstitution", "leave_one_out"])]
+    given_order = [*product("ba", names[::turn], ["resubstitution", "leave_one_out"])]
+    made = measures.by_name(pd.DataFrame(given_order, columns=columns))
+    assert [tuple(row) for row in made.values] == expected
 
 
 def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
@@ -169,35 +175,6 @@ def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_th
     assert rates.cluster_unit(judged, judged[:2]) == "place"
 
 
-def test_the_intervals_of_every_table_are_over_places():
-    sizes = np.repeat([0.0, 1.0, 2.0], 12)
-    numbers = np.random.default_rng(1)
-    once = np.where(numbers.random(36) < 0.7, sizes, 0.0)
-    made = pd.concat(
-        of(
-            predicted,
-            sizes,
-            detector=name,
-            score=predicted + numbers.normal(size=36),
-            probability=np.where(predicted > 0, 0.9, 0.1),
-            location_mm=sizes,
-            estimate_mm=np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
-        )
-        for name, predicted in (("template", once), ("diagonal", once))
-    )
-    where, sites = [0.5] * 36, [number // 3 for number in range(36)]
-    single, over_places = (
-        measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index)
-        for index in (
-            index_of(made, nodule_at_mm=where),
-            index_of(made, nodule_at_mm=where, site=sites),
-        )
-    )
-    for name in COLUMNS.keys() - {"roc", "retest", "confusion"}:
-        for column in over_places[name].filter(like="clusters"):
-            assert (over_places[name][column] < single[name][column]).all(), (name, column)
-
-
 def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
     pairs = [(0.0, 0.0)] * 6 + [(0.0, 1.0)] * 2
     judged = one(verdicts(pairs), site=["a", "a", "b", "b", "c", "c", "d", "d"])
@@ -214,26 +191,19 @@ def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
 # Summary.
 
 
-def test_the_summary_compares_with_always_nodule():
-    both = pd.concat([of([0, 1, 0, 1, 2]), of([0, 0, 1, 1, 2], detector="other")])
-    made = measures.measure_tables(both, RULES["sizes_mm"], RULES, names=["summary"])["summary"]
-    whole = rates.of_any(made).set_index("detector").to_dict("index")
-    assert whole["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
-    always = whole["always_nodule"]
-    assert (always["sensitivity"], always["balanced_accuracy"]) == (1.0, 0.5)
-    assert np.isnan([always["ppv"], always["auc"]]).all()
-
-
-def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
-    judged = one(of([0] * 7 + [1] * 3 + [1] * 8 + [0] * 4, [0.0] * 10 + [1.0] * 12))
-    value, low, high = ends_of(summary(judged)[ANY], "balanced_accuracy")
+def test_the_summary_compares_balanced_accuracies_by_zou_and_donner_with_always_nodule():
+    both = of([0] * 7 + [1] * 11 + [0] * 4, [0.0] * 10 + [1.0] * 12), of([0, 2], [0.0, 2.0])
+    judged = each_of(both[0], both[1].assign(detector="other"))
+    one, _, other, _, always = measures.summary("leave_one_out", judged, RULES)
+    value, low, high = ends_of(one, "balanced_accuracy")
     shares = (7 / 10, rate(7, 10, 0.95)), (8 / 12, rate(8, 12, 0.95))
     assert value == pytest.approx((7 / 10 + 8 / 12) / 2)
-    for found, end in ((low, 1), (high, 2)):
+    for end, (found, sign) in enumerate(((low, -1), (high, 1)), start=1):
         reach = math.hypot(*(share - each[end] for share, each in shares)) / 2
-        assert abs(found - value) == pytest.approx(reach)
-    perfect = summary(one(of([0, 0, 1, 1, 2])))[ANY]
-    assert perfect["balanced_accuracy"] == perfect["balanced_accuracy_high"] == 1.0
+        assert found == pytest.approx(value + sign * reach)
+    assert other["balanced_accuracy"] == other["balanced_accuracy_high"] == 1.0
+    assert always["detector"] == "always_nodule"
+    assert (always["sensitivity"], always["balanced_accuracy"]) == (1.0, 0.5)
 
 
 def worth_of(counts, passes):
@@ -297,27 +267,23 @@ def test_a_size_is_within_the_tolerance_if_a_nodule_is_found(true, predicted, to
     assert made["mean_absolute_error_mm"] == pytest.approx(abs(true - predicted))
 
 
-def test_errors_of_size_are_signed_do_not_reach_below_0_and_count_what_was_found():
-    estimates = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN]
-    made = sizing(one(of([0, 0, 1, 1, 0], estimate_mm=estimates)))
-    assert made[1.0]["bias_mm"] == pytest.approx(0.5)
-    assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
-    whole = made[ANY]
-    assert (whole["recordings"], whole["detected"], whole["detected_clusters"]) == (3, 2, 2)
-    assert whole["bias_mm"] == made[1.0]["bias_mm"] and np.isnan(made[2.0]["bias_mm"])
-    far = sizing(one(of([0, 0, 1, 1, 5])))[ANY]
-    assert ends_of(far, "mean_absolute_error_mm")[:2] == [pytest.approx(1.0), 0.0]
-
-
-def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
-    made = of([1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
+def test_errors_of_size_and_location_are_signed_and_count_what_was_found_and_is_known():
+    estimates, where = [UNKNOWN, UNKNOWN, 0.5, 2.5, UNKNOWN], [9.0, 5.0, 5.0, 8.0, 5.0]
+    made = of([1, 0, 1, 1, 0], estimate_mm=estimates, location_mm=where)
     found = sizing(one(made, nodule_at_mm=["", "", "7", "7", "7"]))
-    assert [found[size]["located"] for size in (ANY, 1.0, 2.0)] == [2, 2, 0]
+    assert found[1.0]["bias_mm"] == pytest.approx(0.5)
+    assert found[1.0]["absolute_error_mm"] == pytest.approx(1.0)
     assert found[1.0]["location_error_mm"] == pytest.approx(1.5)
     assert found[1.0]["location_bias_mm"] == pytest.approx(-0.5)
-    # A nodule may lie where the capsule starts.
-    found = sizing(one(made, nodule_at_mm=["", "", "0.0", "", ""]))[ANY]
-    assert (found["located"], found["location_bias_mm"]) == (1, 5.0)
+    names = ["recordings", "detected", "detected_clusters", "located", "located_clusters"]
+    assert [found[ANY][name] for name in names] == [3, 2, 2, 2, 2]
+    assert found[ANY]["bias_mm"] == found[1.0]["bias_mm"]
+    assert found[2.0]["located"] == 0 and np.isnan(found[2.0]["bias_mm"])
+    # A nodule may lie where the capsule starts; no mean of absolute errors reaches below 0.
+    far = made.assign(predicted_mm=[0, 0, 1, 1, 5])
+    found = sizing(one(far, nodule_at_mm=["", "", "0", "", ""]))
+    assert (found[ANY]["located"], found[ANY]["location_bias_mm"]) == (1, 5.0)
+    assert ends_of(found[ANY], "mean_absolute_error_mm")[:2] == [pytest.approx(1.0), 0.0]
 
 
 # Calibration.
@@ -363,17 +329,15 @@ def test_a_bin_holds_its_lower_edge_and_the_last_one_holds_certainty(bins):
     assert [row["stated_low"] for row in made] == pytest.approx(edges[:-1])
     assert [row["stated_high"] for row in made] == pytest.approx(edges[1:])
     # One edge lies in each bin, and two in the last.
-    assert [row["recordings"] for row in made] == [1] * (bins - 1) + [2]
-    assert [row["clusters"] for row in made] == [1] * (bins - 1) + [2]
-    for row, edge in zip(made[:-1], edges, strict=False):
-        assert row["stated"] == pytest.approx(edge)
+    for name in ("recordings", "clusters"):
+        assert [row[name] for row in made] == [1] * (bins - 1) + [2]
+    assert [row["stated"] for row in made[:-1]] == pytest.approx(edges[:-2])
 
 
 def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
     probability = np.array([0.1] * 20 + [0.9] * 5)
-    _, low, empty, high = calibration(
-        probability, probability > 0.5, prevalence=0.1, calibration_bins=3
-    )
+    of_bins = calibration(probability, probability > 0.5, prevalence=0.1, calibration_bins=3)
+    _, low, empty, high = of_bins
     assert (low["observed"], high["observed"]) == (0.0, 1.0)
     assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
     assert empty["recordings"] == 0 and np.isnan(empty["observed"])
