@@ -81,7 +81,11 @@ def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period
         expected.append((every - medians) / np.median(channels[1]))
     found = find_beats(values, period=16.0)
     np.testing.assert_allclose(found.channels, np.swapaxes(expected, 0, 1), atol=1e-10)
-    np.testing.assert_array_equal(found.centre, centre[:: wave // 4])
+    at = centre[:: wave // 4]
+    np.testing.assert_array_equal(found.centre, at)
+    ahead_mm = np.interp(at, sample, irregular) * -80 / (2 * np.pi)
+    ahead_mm -= np.polyval(np.polyfit(at, ahead_mm, 1), at)
+    np.testing.assert_allclose(found.irregular_mm, ahead_mm, atol=1e-9)
 
 
 def test_beats_do_not_depend_on_how_quickly_a_recording_was_sampled():

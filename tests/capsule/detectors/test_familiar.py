@@ -5,14 +5,14 @@ from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.detectors.base import TrainingArchive
+from capsule.detectors.calibrate import upper_quantile
 from capsule.detectors.familiar import (
     LEAST_PLACES,
     NO_WAVE,
-    NOMINAL_RATE,
     FamiliarKind,
     learn_familiar,
 )
@@ -42,43 +42,42 @@ def kind_of(count=120, places=None):
 KIND_TRAITS = traits_like(generator(1, "kind"), 120)
 
 
-def literal_answer(traits, places, own):
-    """Return whether a recording is familiar, with the rank of the deviations written out."""
-
-    def scaled(row):
-        period, step, spread, unsteadiness, share, noise = row
-        share = min(max(share, 0.001), 0.999)
-        logit = np.log(share / (1 - share))
-        times = np.log(period), step / period, np.log(spread / period + 0.003)
-        return np.array([*times, np.log(unsteadiness + 0.002), logit, np.log(noise)])
-
-    def deviation(own, others):
-        spread = np.maximum(others.std(axis=0, ddof=1), [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
-        return float((np.abs(own - others.mean(axis=0)) / spread).max())
-
-    rows = np.array([scaled(row) for row in traits])
-    own, count = deviation(scaled(own), rows), len(set(places))
-    # What deviates as far weighs 1 / passes, and infinity 1.
-    farther = sum(
-        1 / list(places).count(place)
-        for row, place in zip(rows, places, strict=True)
-        if deviation(row, rows[places != place]) >= own - 1e-9
-    )
-    return bool((1 + farther) / (1 + count) > NOMINAL_RATE + 1e-9 or own <= 3)
+def scaled(row):
+    period, step, spread, unsteadiness, share, noise = row
+    share = min(max(share, 0.001), 0.999)
+    logit = np.log(share / (1 - share))
+    times = np.log(period), step / period, np.log(spread / period + 0.003)
+    return np.array([*times, np.log(unsteadiness + 0.002), logit, np.log(noise)])
 
 
-@settings(deadline=None)
+def usual(rows):
+    """Return mean and spread of scaled traits."""
+    spread = np.maximum(rows.std(axis=0, ddof=1), [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
+    return rows.mean(axis=0), spread
+
+
+def deviation(own, others):
+    centre, spread = usual(others)
+    return (np.abs(own - centre) / spread).max()
+
+
 @given(st.integers(0, 1000), st.integers(1, 3))
-def test_the_answer_is_that_of_the_formula_written_out(seed, passes):
+def test_what_is_familiar_is_that_of_the_formula_written_out(seed, passes):
     numbers = np.random.default_rng(seed)
     places = np.repeat(np.arange(55), 1 + np.arange(55) % passes)
     traits = traits_like(numbers, places.size)
+    # One place lies apart, so that the limit is above 3.
+    traits[places == 7, 0] *= 3
+    rows, kind = np.array([scaled(row) for row in traits]), learn_familiar(traits, places)
+    np.testing.assert_allclose([kind.centre, kind.spread], usual(rows))
+    far = [deviation(row, rows[places != place]) for row, place in zip(rows, places, strict=True)]
+    limit = upper_quantile(np.array(far), places, 0.98)
+    assert kind.limit == pytest.approx(limit) and limit > 3
     judged = traits_like(numbers, 4, spread=2.5)
     asked = [*(WaveTraits(*own) for own in judged[:3]), UNKNOWN_TRAITS, WaveTraits(*judged[3])]
-    kind = learn_familiar(traits, places)
     first, second, third, unknown, last = kind.judge_all(asked)
     assert [each.familiar for each in (first, second, third, last)] == [
-        literal_answer(traits, places, own) for own in judged
+        deviation(scaled(own), rows) <= limit for own in judged
     ]
     assert (unknown.familiar, unknown.traits) == (None, (NO_WAVE,))
     assert familiarity_line(unknown.cells).endswith("the recording shows no wave to compare")
@@ -114,8 +113,8 @@ def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has
     same = np.tile(astuple(USUAL), (60, 1))
     same[:, 0] += np.linspace(0, 1e-6, 60)
     kind = learn_familiar(same, np.arange(60))
-    # What must differ in the logarithms, the shares of a period and the logit.
-    np.testing.assert_allclose(kind.spread, [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
+    assert kind.limit == 3.0
+    # Three spreads of 0.03 in the logarithm.
     assert kind.judge(replace(USUAL, period_s=3.48)).familiar is True
     assert kind.judge(replace(USUAL, period_s=3.52)).familiar is False
 
