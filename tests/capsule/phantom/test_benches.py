@@ -1,4 +1,6 @@
-"""Benches by name: each holds what differs from the usual one, and says what it explains."""
+"""The table of parameters, changes to it, and benches: what each may hold."""
+
+import re
 
 import pytest
 import yaml
@@ -23,6 +25,9 @@ def test_a_bench_changes_what_it_holds_and_nothing_else():
     names = [f"{part}.{key}" for part, entries in TABLE.items() for key in entries]
     assert names == parameter_names()
     assert all(entry["meaning"] for entries in TABLE.values() for entry in entries.values())
+    for name, entry in TABLE["folding"].items():
+        low, high = entry["plausible"]
+        assert (entry["source"], low <= entry["value"] <= high) == ("assumed", True), name
 
 
 @pytest.mark.parametrize(
@@ -47,6 +52,29 @@ def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
             bench_file(bench)
         else:
             bench_values(TABLE, bench)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("sensor.noise", "--set sensor.noise: write sensor.noise=NUMBER"),
+        ("sensor.noise=loud", "write sensor.noise=NUMBER"),
+        ("sensor.noise=nan", "sensor.noise is nan; allowed is a number from 0 on"),
+        ("sensor.noise=inf", "sensor.noise is inf; allowed is a number from 0 on"),
+        ("electronics.adc_bits=99", "electronics.adc_bits is 99; allowed is 1 to 32"),
+        ("electronics.adc_bits=9.5", "electronics.adc_bits is 9.5; allowed are whole numbers"),
+        ("wall.speed_mm_s=0", "wall.speed_mm_s is 0; allowed is a number greater than 0"),
+        ("advance.stick_probability=1", "stick_probability is 1; allowed is 0 to 0.99"),
+        ("advance.slip_probability=2", "slip_probability is 2; allowed is 0 to 1"),
+        ("origami.fold_side=left", "origami.fold_side is left; allowed are head, tail"),
+        ("sensor.noize=1", "no parameter sensor.noize; did you mean sensor.noise?"),
+        ("fold_side=tail", "did you mean origami.fold_side?"),
+        ("sensor.colour=1", "no parameter sensor.colour; config/phantom.yaml lists all"),
+    ],
+)
+def test_a_change_that_cannot_be_made_is_told_by_name(change, told):
+    with pytest.raises(CapsuleError, match=re.escape(told)):
+        read_phantom(DEFAULT_TABLE, [change])
 
 
 def test_a_table_needs_every_parameter():

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-import yaml
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Journey, Nodule
 from capsule.phantom.parameters import with_values
+from capsule.phantom.simulated_bench import SimulatedBench, bench_with, nodules_of
 from capsule.phantom.simulation import SENSORS
+from capsule.phantom.wall import wave_height
+from capsule.survey import cycle
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 # Every mechanism that keeps a state from sample to sample, or from wave to wave.
@@ -16,14 +18,6 @@ BUSY = {
     "sensor.hysteresis": 0.3, "sensor.release_peak": 0.3, "sensor.crosstalk": 0.1,
     "sensor.jump": 0.05, "wave.period_spread": 0.1, "wave.missing_probability": 0.05,
 }  # fmt: skip
-
-
-def test_all_of_the_folding_is_assumed_within_a_plausible_range():
-    table = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))["folding"]
-    for name, entry in table.items():
-        low, high = entry["plausible"]
-        assert entry["source"] == "assumed", name
-        assert low <= entry["value"] <= high, name
 
 
 def journey_over(nodules, length_mm=300.0, samples=9000, seed=1, **changes):
@@ -74,6 +68,10 @@ def test_folded_it_goes_back_shows_little_and_goes_on_when_it_is_unfolded():
     assert back.compression_mm.max() < out.compression_mm.max()
     assert np.ptp(felt_back[:, 200:], axis=1).max() < 0.2 * np.ptp(felt_out, axis=1).min()
     np.testing.assert_allclose(np.diff(back.wave_mm), 2.5)
+    # A crest is at place 0 whenever the wave has been carried by a whole wavelength.
+    chance, place = journey._chance, np.array(0.0)
+    height = wave_height(PHANTOM.wall, PHANTOM.wave, chance.train, place, out.time_s, chance.phase)
+    np.testing.assert_allclose(height, 3.5 * np.cos(2 * np.pi * out.wave_mm / 80), atol=1e-9)
 
 
 def test_it_stays_at_the_start_of_the_gut_stops_at_its_end_and_stands_without_a_wave():
@@ -102,11 +100,44 @@ def test_passes_keep_the_nodules_height_unless_it_is_drawn_anew():
             journey.fold()
             journey.unfold()
         assert len({each.looseness_mm for each in passes}) == 3
+        coupling = np.log([bulge.coupling for each in passes for bulge in each.bulges])
+        assert coupling.mean() == pytest.approx(0.0, abs=0.02)
+        assert coupling.std() == pytest.approx(PHANTOM.contact.coupling_spread, rel=0.05)
         return np.array([[bulge.height_mm for bulge in each.bulges] for each in passes])
 
     kept, anew = heights(0.0), heights(1.0)
     assert np.ptp(kept, axis=0).max() == 0
     assert kept[0, 0] != kept[0, 1]
     assert (np.ptp(anew, axis=0) > 0).all()
-    # Kills: a height that varies more where it is drawn anew.
+    # Kills: a height that varies more where it is drawn anew, and a coupling around another mean.
     assert anew.mean() == pytest.approx(kept.mean(), rel=0.1)
+
+
+def test_a_simulated_bench_unfolds_when_nobody_holds_it_and_ends_with_its_numbers():
+    bench = SimulatedBench(journey_over([], samples=260), 10.0, {})
+    # It folds within 5 s, and holds for 5 s after each command. After all, 100 samples are left.
+    for command, count, state in (
+        ("", 10, "unfolded"),
+        (cycle.FOLD, 49, "folding"),
+        (cycle.HOLD, 50, "folded"),
+        ("", 1, "unfolding"),
+        ("", 49, "unfolding"),
+        ("", 1, "unfolded"),
+    ):
+        bench.tell(command)
+        assert (bench.read(count).fold, bench.at_end) == (state, False)
+    bench.read(1)
+    assert bench.at_end
+    # There are numbers for a way that is two and a half times as long, at some 0.4 mm/s.
+    bench = bench_with(PHANTOM, seed=1, length_mm=400.0, nodules=[], sensors=SENSORS)
+    straight = 400 / PHANTOM.advance.speed_mm_s * 10
+    assert bench._journey.samples_left == int(2.5 * straight) + 5000
+
+
+def test_nodules_lie_apart_from_each_other_and_from_the_ends_if_there_is_room():
+    for seed in range(20):
+        first, second, third = nodules_of(seed, 400.0, [1, 2, 3])
+        assert [each.diameter_mm for each in (first, second, third)] == [1, 2, 3]
+        assert min(np.diff([0.0, first.at_mm, second.at_mm, third.at_mm, 400.0])) >= 60
+    assert nodules_of(1, 400.0, [1]) == nodules_of(1, 400.0, [1]) != nodules_of(2, 400.0, [1])
+    assert [each.at_mm for each in nodules_of(1, 100.0, [1, 2, 3])] == [25, 50, 75]

@@ -1,60 +1,76 @@
-"""A sensor's imperfections: none at strength 0, otherwise as documented."""
+"""A sensor, its converter and its imperfections, sample by sample as they are documented."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.sensor import base_line_jumps, counts, crosstalk, play, release_peak
+from capsule.phantom.sensor import Sensors, base_line_jumps, counts
 
-LOADS = arrays(np.float64, (4, 30), elements=st.floats(0, 5))
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+RANDOM = ["resistance_spread", "settling", "drift_per_s", "noise", "jump"]
+SENSOR = dataclasses.replace(PHANTOM.sensor, **dict.fromkeys(RANDOM, 0.0))
+IMPERFECT = {
+    "hysteresis": 0.4, "hysteresis_mm": 0.6, "release_peak": 0.25, "release_s": 0.5,
+    "crosstalk": 0.2, "saturation_mm": 2.0, "creep_fraction": 0.3, "creep_s": 2.0, "lag_s": 0.3,
+    "gauge_per_mm": 0.05,
+}  # fmt: skip
 
 
 def test_converter_floors_and_ends_at_its_rails():
     ohms = np.array([[0.0, 12000.0, 1e22, 11999.0]])
     # 12 kOhm against 12 kOhm is half the reference: 512; just below it is floored to 511.
-    electronics = read_phantom(DEFAULT_TABLE, []).electronics
-    np.testing.assert_array_equal(counts(electronics, ohms), [[0, 512, 1023, 511]])
+    np.testing.assert_array_equal(counts(PHANTOM.electronics, ohms), [[0, 512, 1023, 511]])
 
 
-@given(LOADS, st.floats(0.1, 2.0))
-def test_play_keeps_within_half_its_width_and_does_not_depend_on_speed(load, width):
-    held = play(load, width)
-    assert np.abs(held - load).max() <= width / 2 + 1e-12
-    slower = play(np.repeat(load, 3, axis=1), width)
-    np.testing.assert_array_equal(slower[:, 2::3], held)
+def response(sensor, pressed_mm, rate_hz=10.0):
+    """Return the response of each sensor, sample by sample; before the first all was constant."""
+
+    def left(time_s):
+        return math.exp(-1 / (rate_hz * time_s)) if time_s > 0 else 0.0
+
+    responses = np.zeros_like(pressed_mm)
+    for number, own in enumerate(pressed_mm):
+        near = [pressed_mm[other] for other in (number - 1, number + 1) if 0 <= other < 4]
+        strained = (own + sensor.crosstalk * sum(near)) / sensor.saturation_mm
+        all_felt = sensor.saturation_mm * np.tanh(strained)
+        before = held = quick = slow = all_felt[0]
+        peak = 0.0
+        for at, felt in enumerate(all_felt):
+            half = sensor.hysteresis_mm / 2
+            held = max(felt - half, min(felt + half, held))
+            peak = left(sensor.release_s) * peak + sensor.release_peak * max(before - felt, 0.0)
+            load = (1 - sensor.hysteresis) * felt + sensor.hysteresis * held + peak
+            quick = load + left(sensor.lag_s) * (quick - load)
+            slow = load + left(sensor.creep_s) * (slow - load)
+            responses[number, at] = (1 - sensor.creep_fraction) * quick
+            responses[number, at] += sensor.creep_fraction * slow
+            before = felt
+    return responses
 
 
-def test_loading_and_unloading_take_ways_that_lie_apart_by_the_width():
-    load = np.concatenate([np.arange(0, 3.01, 0.1), np.arange(3, -0.01, -0.1)])[np.newaxis]
-    held = play(load, 0.6)[0]
-    up, down = held[:31], held[31:][::-1]
-    np.testing.assert_allclose((down - up)[6:25], 0.6, atol=1e-9)
-    np.testing.assert_allclose(up[6:], load[0, 6:31] - 0.3, atol=1e-9)
+@pytest.mark.parametrize(
+    "changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0.0, "saturation_mm": 50.0}]
+)
+def test_compression_lowers_the_resistance_by_its_response_however_it_is_asked_for(changes):
+    sensor = dataclasses.replace(SENSOR, **changes)
+    steps = np.random.default_rng(1).normal(0, 0.5, (4, 200))
+    pressed_mm = np.abs(np.cumsum(steps, axis=1))
+    sensors = Sensors(sensor, np.random.default_rng(1), (4, 200), 10.0)
+    parts = np.split(pressed_mm, [1, 8, 60], axis=1)
+    ohms = np.hstack([sensors.resistance(part) for part in parts])
+    # With the usual gauge some are pressed to nothing: no compression makes a resistance negative.
+    share = np.maximum(1 - sensor.gauge_per_mm * response(sensor, pressed_mm), 0.0)
+    np.testing.assert_allclose(ohms, sensor.resistance_ohm * share, rtol=1e-9)
 
 
-def test_a_second_peak_comes_on_release_only_and_decays():
-    load = np.r_[np.zeros(10), np.full(10, 2.0), np.zeros(60)][np.newaxis]
-    peak = release_peak(load, 0.25, 0.5, 10.0)[0]
-    np.testing.assert_allclose(peak[:20], 0.0, atol=1e-12)
-    assert peak[20] == pytest.approx(0.25 * 2.0)
-    np.testing.assert_allclose(peak[20:40], peak[20] * np.exp(-np.arange(20) / 5), atol=1e-9)
-
-
-@given(LOADS, st.floats(0.01, 0.5))
-def test_crosstalk_adds_the_neighbours_and_no_others(load, share):
-    near = np.eye(4, k=1) + np.eye(4, k=-1)
-    np.testing.assert_allclose(crosstalk(load, share), load + share * near @ load, atol=1e-12)
+def jumps(recovery_s):
+    return base_line_jumps(np.random.default_rng(2), (4, 100_000), 0.02, 0.1, recovery_s, 10.0)
 
 
 def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
-    def jumps(recovery_s):
-        return base_line_jumps(np.random.default_rng(2), (4, 100_000), 0.02, 0.1, recovery_s, 10.0)
-
     # What returns within a sample leaves the bare jumps.
     bare, slow = jumps(1e-3), jumps(10.0)
     jumped = np.abs(bare) > 1e-9

@@ -1,7 +1,6 @@
 """Whole simulated runs, and the command that writes them."""
 
 import io
-import re
 from pathlib import Path
 
 import numpy as np
@@ -18,23 +17,11 @@ from capsule.recordings.recording import format_recording, read_recording, sourc
 from support.command import run_command
 
 PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])
-QUIET = with_values(
-    PHANTOM,
-    {
-        "wall.unevenness_mm": 0,
-        "contact.series_offset_mm": 0,
-        "contact.height_offset_mm": 0,
-        "contact.coupling_spread": 0,
-        "contact.wander_mm": 0,
-        "advance.speed_spread": 0,
-        "advance.stroke_spread": 0,
-        "advance.stick_probability": 0,
-        "advance.catch_probability": 0,
-        "sensor.settling": 0,
-        "sensor.drift_per_s": 0,
-        "sensor.noise": 0,
-    },
-)
+RANDOM = """wall.unevenness_mm contact.series_offset_mm contact.height_offset_mm
+    contact.coupling_spread contact.wander_mm advance.speed_spread advance.stroke_spread
+    advance.stick_probability advance.catch_probability sensor.settling sensor.drift_per_s
+    sensor.noise"""
+QUIET = with_values(PHANTOM, dict.fromkeys(RANDOM.split(), 0.0))
 
 
 def matrix_of(run):
@@ -93,16 +80,13 @@ def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
     assert signals[-1] > 4 * healthy
 
 
-def test_passes_over_a_site_share_its_place_and_nothing_else():
-    planned = planned_runs([3], 1, 3)
-    assert [(run.name, run.site) for run in planned] == [
+def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
+    passes = planned_runs([3], 1, 3)
+    assert [(run.name, run.site) for run in passes] == [
         (f"3mm/r01p{number}", "3mm/r01") for number in (1, 2, 3)
     ]
-    passes = [simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in planned]
-    assert len({each.counts.tobytes() for each in passes}) == 3
-
-
-def test_each_set_up_of_a_size_has_its_own_draw_of_the_height():
+    runs = [simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in passes]
+    assert len({each.counts.tobytes() for each in runs}) == 3
     planned = planned_runs([0, 2], [2, 7], 1, [1, 3], "h")
     assert {run.name: run.setup for run in planned} == {
         **{f"0mm/h{number:02d}": "0mm" for number in (1, 2)},
@@ -136,17 +120,19 @@ def test_existing_files_are_kept_unless_forced(tmp_path):
     kept = tmp_path / "1mm/r01.csv"
     kept.parent.mkdir()
     kept.write_text("mine")
+    options = "simulate", "--out", tmp_path, "--sizes", 0, 1, "--runs", 1
     with pytest.raises(CapsuleError, match=r"r01\.csv exists; nothing was written.*--force"):
-        run_command("simulate", "--out", tmp_path, "--runs", 2, "--sizes", 0, 1)
+        run_command(*options)
     assert kept.read_text() == "mine"
     assert not (tmp_path / "0mm").exists()
-    run_command("simulate", "--out", tmp_path, "--runs", 1, "--sizes", 1, "--force")
+    run_command(*options, "--force")
     assert kept.read_text() != "mine"
 
 
-def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path):
+def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, capsys):
     shipped = CONFIG.parent / "raw"
     run_command("simulate", "--out", tmp_path, "--seed", 1)
+    assert capsys.readouterr().err == f"\rsimulated 120 of 120 recordings in {tmp_path}/\n"
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*.csv"))
     assert made == [Path(f"{size}mm/r{run:02d}.csv") for size in range(6) for run in range(1, 21)]
     for name in made:
@@ -154,60 +140,35 @@ def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path):
 
 
 # Strong enough that no run stays as it was.
-MECHANISMS = {
-    "wandering seats": {"seat.strength_spread": 0.3},
-    "rough walls": {"wall.unevenness_spread": 0.5, "wall.unevenness_mm": 0.3},
-    "strays": {"contact.stray_probability": 1.0},
-    "skew": {"wave.skew": 0.5},
-    "pulses": {"wave.sharpness": 3.0},
-    "periods": {"wave.period_spread": 0.3},
-    "crests": {"wave.amplitude_spread": 0.3},
-    "missing waves": {"wave.missing_probability": 0.3},
-    "slips": {"advance.slip_probability": 0.5},
-    "reseating slips": {"advance.slip_probability": 0.5, "seat.reseat_spread": 0.3},
-    "hysteresis": {"sensor.hysteresis": 0.5},
-    "second peak": {"sensor.release_peak": 0.5},
-    "crosstalk": {"sensor.crosstalk": 0.3},
-    "jumps": {"sensor.jump": 0.3, "sensor.jumps_per_s": 0.2},
-}
-MECHANISMS["all at once"] = {
-    name: value for values in MECHANISMS.values() for name, value in values.items()
-}
+MECHANISMS = [
+    {"seat.strength_spread": 0.3},
+    {"wall.unevenness_spread": 0.5, "wall.unevenness_mm": 0.3},
+    {"contact.stray_probability": 1.0},
+    {"wave.skew": 0.5},
+    {"wave.sharpness": 3.0},
+    {"wave.period_spread": 0.3},
+    {"wave.amplitude_spread": 0.3},
+    {"wave.missing_probability": 0.3},
+    {"advance.slip_probability": 0.5},
+    {"advance.slip_probability": 0.5, "seat.reseat_spread": 0.3},
+    {"sensor.hysteresis": 0.5},
+    {"sensor.release_peak": 0.5},
+    {"sensor.crosstalk": 0.3},
+    {"sensor.jump": 0.3, "sensor.jumps_per_s": 0.2},
+]
+MECHANISMS.append({name: value for values in MECHANISMS for name, value in values.items()})
 
 
-@pytest.mark.parametrize("mechanism", MECHANISMS)
+@pytest.mark.parametrize("mechanism", MECHANISMS, ids=" ".join)
 def test_a_mechanism_acts_on_a_run_and_every_draw_has_its_seed(mechanism):
-    changed = with_values(PHANTOM, MECHANISMS[mechanism])
+    changed = with_values(PHANTOM, mechanism)
     usual = simulate_run(PHANTOM, 2.0, 3, "2mm/r01")
     first, again = (simulate_run(changed, 2.0, 3, "2mm/r01") for _ in range(2))
     np.testing.assert_array_equal(first.counts, again.counts)
-    assert not np.array_equal(first.counts, usual.counts)
-    assert 300 < first.time_s.size < 1000
     other = simulate_run(changed, 2.0, 3, "2mm/r02")
-    assert not np.array_equal(other.counts, first.counts)
+    assert len({run.counts.tobytes() for run in (usual, first, other)}) == 3
+    assert 300 < first.time_s.size < 1000
     assert np.isfinite(matrix_of(first)).all()
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ("sensor.noise", "--set sensor.noise: write sensor.noise=NUMBER"),
-        ("sensor.noise=loud", "write sensor.noise=NUMBER"),
-        ("sensor.noise=nan", "sensor.noise is nan; allowed is a number from 0 on"),
-        ("electronics.adc_bits=99", "electronics.adc_bits is 99; allowed is 1 to 32"),
-        ("electronics.adc_bits=9.5", "electronics.adc_bits is 9.5; allowed are whole numbers"),
-        ("wall.speed_mm_s=0", "wall.speed_mm_s is 0; allowed is a number greater than 0"),
-        ("advance.stick_probability=1", "stick_probability is 1; allowed is 0 to 0.99"),
-        ("advance.slip_probability=2", "slip_probability is 2; allowed is 0 to 1"),
-        ("origami.fold_side=left", "origami.fold_side is left; allowed are head, tail"),
-        ("sensor.noize=1", "no parameter sensor.noize; did you mean sensor.noise?"),
-        ("fold_side=tail", "did you mean origami.fold_side?"),
-        ("sensor.colour=1", "no parameter sensor.colour; config/phantom.yaml lists all"),
-    ],
-)
-def test_a_change_that_cannot_be_made_is_told_by_name(change, told):
-    with pytest.raises(CapsuleError, match=re.escape(told)):
-        phantom.read_phantom(phantom.DEFAULT_TABLE, [change])
 
 
 def test_the_fold_side_reaches_the_simulator():
