@@ -214,25 +214,47 @@ def timed(**said):
     return matlab(**BOTH, **said)
 
 
-def attributed(*path_and_name, value):
+def attributed(path, name, value, **arrays):
     """Return what writes a matrix and its time as HDF5, with an attribute."""
-    return hdf(BOTH, {path_and_name: value})
+    return hdf(BOTH | arrays, {(path, name): value})
 
 
-FIELDS = np.array(
-    list(map(tuple, np.vstack([TIME_S, COUNTS]).T)),
-    dtype=[(name, "f8") for name in ("t", *SENSORS)],
-)
+FIELD_TYPES = [(name, "f8") for name in ("t", *SENSORS)]
+FIELDS = np.array([*map(tuple, np.vstack([TIME_S, COUNTS]).T)], FIELD_TYPES)
+SAMPLES = np.vstack([TIME_S, COUNTS])
 NOON, NOON64 = datetime(2026, 3, 4, 12), np.datetime64("2026-03-04T12:00:00")
 AT_NOON = {"started": "2026-03-04T12:00:00Z"}
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
 SECONDS = [2.0 * n for n in range(4)]
 RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
+STARTS = {(name, "start"): f"{NINE + 2 * at}Z" for at, name in enumerate(LATER)}
 # The last sensor ends a sample earlier.
 OWN = {f"t{n + 1}": TIME_S[:465] + 2.0 * n for n in range(4)} | LATER
 OWN |= {"t4": OWN["t4"][:-1], "S4": OWN["S4"][:-1]}
+SHORT = {**SENSORS, "S4": COUNTS[3][:-1]}
 LOST = np.where(TIME_S == 5, np.nan, COUNTS)
+LOST_READ = (TIME_S, LOST)
 FAR = np.where(TIME_S == 0, np.arange(5, 9)[:, None], COUNTS)
+OHMS, MILLI, CENTI = (TIME_S, KILO_OHMS), (TIME_S, COUNTS / 1000), (TIME_S, COUNTS / 100)
+KOHM = {"unit": "kohm"}
+IN_MV, IN_KPA = BOTH | {"V_unit": "mV"}, BOTH | {"V_unit": "kPa"}
+CHANNEL_SCALES = np.array([[1], [2], [1], [0.5]])
+CHANNEL_OFFSETS = np.array([[0], [0], [9.0], [0]])
+PACKED = {("V", "scale_factor"): CHANNEL_SCALES.ravel(), ("V", "add_offset"): [0, 0, 9.0, 0]}
+RANGE = {("V", "scale_factor"): 0.01, ("V", "valid_range"): [0.0, 10.23], ("V", "units"): "V"}
+OHM_ATTRIBUTES = {("run", "sampling_rate"): 10.0, ("run/S", "unit"): "kOhm"}
+OHM_ATTRIBUTES |= {("/", "started"): "2026-03-04T12:00:00Z"}
+TWO_RATES = {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0}
+UNSIGNED = (COUNTS.T + 33_000).astype("u2").view("i2")
+EACH_SERIES = [
+    {"name": name, "data": row, "rate": 10.0, "starting_time": start}
+    for (name, row), start in zip(LATER.items(), SECONDS, strict=True)
+]
+
+
+def filled(value):
+    """Return a matrix whose lost sample is a number."""
+    return {"t": TIME_S, "V": np.nan_to_num(LOST, nan=value).T}
 
 
 def read(file, samples=(TIME_S, COUNTS), **told):
@@ -246,50 +268,42 @@ SAID = {
     "vectors in HDF5": read(hdf({"time": TIME_S, **SENSORS})),
     "rows of a matrix": read(hdf({"t": GAP_S[None], "V": COUNTS, "fs": 10.0}), (GAP_S, COUNTS)),
     "an archive of numpy": read(saved(np.savez_compressed, "a.npz", t=TIME_S, **SENSORS)),
-    "a tall array of numpy": read(saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]).T)),
-    "a wide array of numpy": read(saved(np.save, "run.npy", np.vstack([TIME_S, COUNTS]))),
+    "a tall array of numpy": read(saved(np.save, "run.npy", SAMPLES.T)),
+    "a wide array of numpy": read(saved(np.save, "run.npy", SAMPLES)),
     "fields of numpy": read(saved(np.save, "run.npy", FIELDS)),
     "fields of HDF5": read(hdf({"table": FIELDS})),
     "a unit named after its array, beside another run": read(
-        matlab(a=BOTH | {"V_unit": "mV"}, b=BOTH | {"V_unit": "kPa"}),
-        (TIME_S, COUNTS / 1000),
-        options="--variable a",
+        matlab(a=IN_MV, b=IN_KPA), MILLI, options="--variable a"
     ),
     "a remark on another run": read(
         matlab(a=BOTH, b=BOTH | {"note": "in kPa"}), options="--variable a"
     ),
     "a structure of MATLAB": read(
         matlab(lab={"name": "bench", "run": {"time": TIME_S * 1000, "R": KILO_OHMS.T}}, other=3.0),
-        (TIME_S, KILO_OHMS),
-        header={"unit": "kohm", "import_variable": "lab.run"},
+        OHMS,
+        header=KOHM | {"import_variable": "lab.run"},
     ),
     "the columns of one matrix": read(timed(room=20 + TIME_S % 1, pump=COUNTS[0] + 3)),
     "attributes of groups": read(
-        hdf(
-            {"run/S": KILO_OHMS},
-            {("run", "sampling_rate"): 10.0, ("run/S", "unit"): "kOhm"}
-            | {("/", "started"): "2026-03-04T12:00:00Z"},
-        ),
-        (TIME_S, KILO_OHMS),
-        header={"unit": "kohm", **AT_NOON},
+        hdf({"run/S": KILO_OHMS}, OHM_ATTRIBUTES), OHMS, header=KOHM | AT_NOON
     ),
     "a sheet with a row of units": read(
         sheets(notes=[["four passes"], ["no fault"]], Run=excel_rows(TIME_S.tolist())),
-        (TIME_S, KILO_OHMS),
-        header={"unit": "kohm", "import_sheet": "Run"},
+        OHMS,
+        header=KOHM | {"import_sheet": "Run"},
     ),
     "a sheet with dates": read(
         sheets(Run=excel_rows([NOON + timedelta(seconds=t) for t in TIME_S])),
-        (TIME_S, KILO_OHMS),
+        OHMS,
         header={"started": "2026-03-04T12:00:00"},
     ),
     "NWB with time stamps": read(
         saved(nwb_file, "run.nwb", unit="kohm", timestamps=TIME_S + 100),
-        (TIME_S, KILO_OHMS),
-        header={"unit": "kohm", "started": "2026-03-04T12:01:40Z"},
+        OHMS,
+        header=KOHM | {"started": "2026-03-04T12:01:40Z"},
     ),
     "NWB with a rate": read(
-        saved(nwb_file, "run.nwb", unit="kohm", rate=10.0), (TIME_S, KILO_OHMS), header=AT_NOON
+        saved(nwb_file, "run.nwb", unit="kohm", rate=10.0), OHMS, header=AT_NOON
     ),
     "channels of TDMS beside another group": read(
         tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART), header=AT_NOON
@@ -307,25 +321,15 @@ SAID = {
         matlab(t=TIME_S, V=FAR.T), (TIME_S, FAR), words="the first sample, 5, 6, 7, 8, is far from"
     ),
     "a compressed text": read(gzipped, header={"import_file": "run.csv.gz"}),
-    "two rates in HDF5": read(
-        hdf(
-            {"tactile": COUNTS.T, "video": np.zeros((3150, 1))},
-            {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0},
-        )
-    ),
-    "one start for each data set": read(
-        hdf(
-            LATER, RATES_OF_ALL | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}
-        ),
-        LATER_READ,
-    ),
+    "two rates in HDF5": read(hdf({"tactile": COUNTS.T, "video": np.zeros((3150, 1))}, TWO_RATES)),
+    "one start for each data set": read(hdf(LATER, RATES_OF_ALL | STARTS), LATER_READ),
     "one start by its clock for each data set": read(
         hdf(LATER, RATES_OF_ALL | {(n, "start_ms"): 2000 * at for at, n in enumerate(LATER)}),
         LATER_READ,
     ),
     **{
         f"a start that is no date, {began}": read(
-            attributed("/", "started", value=began),
+            attributed("/", "started", began),
             words=f"the file says that it began {began!r}, which is no date",
             header={"started": None},
         )
@@ -336,35 +340,22 @@ SAID = {
         header={"started": "2026-03-04T11:00:00Z"},
     ),
     "a start without a zone": read(
-        attributed("/", "started", value="2026-03-04 12:00:00"),
-        header={"started": "2026-03-04T12:00:00"},
+        attributed("/", "started", "2026-03-04 12:00:00"), header={"started": "2026-03-04T12:00:00"}
     ),
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
-    "a unit over several columns": read(
-        named_over_all(["time", *SENSORS], ["s", "mV"]), (TIME_S, COUNTS / 1000)
-    ),
+    "a unit over several columns": read(named_over_all(["time", *SENSORS], ["s", "mV"]), MILLI),
     "a packing for each column": read(
-        hdf(
-            BOTH, {("V", "scale_factor"): [1.0, 2.0, 1.0, 0.5], ("V", "add_offset"): [0, 0, 9.0, 0]}
-        ),
-        (TIME_S, COUNTS * [[1], [2], [1], [0.5]] + [[0], [0], [9], [0]]),
+        hdf(BOTH, PACKED),
+        (TIME_S, COUNTS * CHANNEL_SCALES + CHANNEL_OFFSETS),
         options="--unit counts",
     ),
     "fs and freq alike": read(matlab(V=COUNTS.T, freq=10.0, fs=10.0)),
-    "packed": read(netcdf("h5netcdf"), (TIME_S, COUNTS / 100)),
-    "packed before NetCDF 4": read(netcdf("scipy"), (TIME_S, COUNTS / 100)),
-    "packed without a time": read(
-        netcdf("h5netcdf", time=False), (TIME_S, COUNTS / 100), options="--rate 10"
-    ),
-    "a fill value": read(
-        hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=-9).T}, {("V", "_FillValue"): -9.0}),
-        (TIME_S, LOST),
-    ),
+    "packed": read(netcdf("h5netcdf"), CENTI),
+    "packed before NetCDF 4": read(netcdf("scipy"), CENTI),
+    "packed without a time": read(netcdf("h5netcdf", time=False), CENTI, options="--rate 10"),
+    "a fill value": read(hdf(filled(-9), {("V", "_FillValue"): -9.0}), LOST_READ),
     **{
-        f"{beyond} beyond the {key}": read(
-            hdf({"t": TIME_S, "V": np.nan_to_num(LOST, nan=beyond).T}, {("V", key): limit}),
-            (TIME_S, LOST),
-        )
+        f"{beyond} beyond the {key}": read(hdf(filled(beyond), {("V", key): limit}), LOST_READ)
         for key, limit, beyond in (
             ("valid_range", [0, 1023], 9999),
             ("valid_range", [0, 1023], -1),
@@ -373,33 +364,18 @@ SAID = {
         )
     },
     "a range of what packed numbers stand for": read(
-        hdf(
-            {"t": TIME_S, "V": np.nan_to_num(LOST, nan=9999).T.astype("i2")},
-            {("V", "scale_factor"): 0.01, ("V", "valid_range"): [0.0, 10.23], ("V", "units"): "V"},
-        ),
-        (TIME_S, LOST / 100),
+        hdf({"t": TIME_S, "V": filled(9999)["V"].astype("i2")}, RANGE), (TIME_S, LOST / 100)
     ),
     "numbers without a sign": read(
-        hdf(
-            {"t": TIME_S, "V": (COUNTS.T + 33_000).astype("u2").view("i2")},
-            {("V", "_Unsigned"): "true"},
-        ),
+        hdf({"t": TIME_S, "V": UNSIGNED}, {("V", "_Unsigned"): "true"}),
         (TIME_S, COUNTS + 33_000),
         options="--unit counts --adc-bits 16",
     ),
     "a scale for each channel": read(
-        nwb(rate=10.0, conversion=0.001, channel_conversion=[1.0, 2.0, 1.0, 0.5]),
-        (TIME_S, COUNTS * [[0.001], [0.002], [0.001], [0.0005]]),
+        nwb(rate=10.0, conversion=0.001, channel_conversion=CHANNEL_SCALES.ravel().tolist()),
+        (TIME_S, COUNTS / 1000 * CHANNEL_SCALES),
     ),
-    "a series for each sensor": read(
-        nwb(
-            *(
-                {"name": name, "data": row, "rate": 10.0, "starting_time": start}
-                for (name, row), start in zip(LATER.items(), SECONDS, strict=True)
-            )
-        ),
-        LATER_READ,
-    ),
+    "a series for each sensor": read(nwb(*EACH_SERIES), LATER_READ),
     **{
         f"a time for each sensor in {name}": read(write, LATER_READ)
         for name, write in (
@@ -426,11 +402,9 @@ SAID = {
         tdms({**SENSORS, "S4": 500 + TIME_S[::2]}, **APART | {"wf_increment": [0.1] * 3 + [0.2]}),
         (TIME_S, [*COUNTS[:3], 500 + TIME_S]),
     ),
-    "a sample short": read(
-        tdms({**SENSORS, "S4": COUNTS[3][:-1]}, **APART), (TIME_S[:-1], COUNTS[:, :-1])
-    ),
+    "a sample short": read(tdms(SHORT, **APART), (TIME_S[:-1], COUNTS[:, :-1])),
     "a sample short of its time": read(
-        tdms({"Time": TIME_S, **SENSORS, "S4": COUNTS[3][:-1]}, unit_string=["s", *["counts"] * 4]),
+        tdms({"Time": TIME_S, **SHORT}, unit_string=["s", *["counts"] * 4]),
         (TIME_S[:-1], COUNTS[:, :-1]),
     ),
     "a gap in XDF": read(xdf((5000 + GAP_S, [*SENSORS])), (GAP_S, COUNTS)),
@@ -453,14 +427,17 @@ def test_what_a_file_says_counts(tmp_path, kind):
     SAID[kind].check_read(tmp_path, atol=0.03 if "jitter" in kind else 1e-6)
 
 
+COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
+ABOVE_SHEET = [["Unit", "kPa"], ["time", *SENSORS], *SAMPLES.T.tolist()]
+T_NAMES = {f"{name}_T": row for name, row in SENSORS.items()}
 # Where a file tells a unit, and how it is quoted.
 UNITS = {
     "XDF": (xdf((TIME_S, [*SENSORS]), unit="uV"), "names uV of"),
     "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
     "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
     "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
-    "HDF5": (attributed("V", "units", value="kPa"), "names kPa of"),
-    "a group": (attributed("/", "unit", value="kPa"), "names kPa of"),
+    "HDF5": (attributed("V", "units", "kPa"), "names kPa of"),
+    "a group": (attributed("/", "unit", "kPa"), "names kPa of"),
     "a compound": (hdf({"run": FIELDS}, {("run", "units"): "kPa"}), "names kPa of"),
     "a group's name": (hdf({"p (kPa)/t": TIME_S, "p (kPa)/V": COUNTS.T}), "says 'p (kPa)'"),
     "a structure": (matlab(run=BOTH | {"units": "mmHg"}), "names mmHg of"),
@@ -471,22 +448,16 @@ UNITS = {
     "a name": (timed(V_unit="kPa"), "names kPa of"),
     "another name": (timed(sensorUnit="kPa"), "says 'sensorUnit: kPa'"),
     "numpy": (saved(np.savez, "a.npz", **BOTH, unit="kPa"), "names kPa of"),
-    "a line above a sheet": (
-        sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]),
-        "names kPa of",
-    ),
+    "a line above a sheet": (sheets(Run=ABOVE_SHEET), "names kPa of"),
     "columns of a sheet": (
         named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS]),
         "says 'Pressure (kPa)'",
     ),
     "another sheet": (beside(["Unit", "kPa"]), "says 'Unit: kPa'"),
     "a sheet of channels": (beside(["AI0", "kPa", 2]), "says 'AI0: kPa: 2'"),
-    "a description": (attributed("V", "description", value="N"), "names N of"),
+    "a description": (attributed("V", "description", "N"), "names N of"),
     "a description of NWB": (nwb(series(description="in kPa")), "names counts and kPa of"),
-    "a letter behind names": (
-        hdf({"t": TIME_S, **{f"{n}_T": row for n, row in SENSORS.items()}}),
-        "names T of 'S1_T'",
-    ),
+    "a letter behind names": (hdf({"t": TIME_S, **T_NAMES}), "names T of 'S1_T'"),
     "a form": (workbook(TIME_S.tolist(), form='0.00" kPa"'), "names kPa of"),
     **{
         f"the cell {place}, {text}": (workbook(TIME_S.tolist(), more=[(place, text)]), told)
@@ -502,19 +473,19 @@ UNITS = {
 SCALES = {
     "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
     "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
-    "of a data set": (attributed("V", "scale", value=0.01), "'scale: 0.01'"),
+    "of a data set": (attributed("V", "scale", 0.01), "'scale: 0.01'"),
     "of a compound": (
         hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}),
         "'scale_factor: 0.01'",
     ),
     "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "'scale: 0.01'"),
     "of a structure beside": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
-    "of a root": (attributed("/", "slope", value=0.5), "'slope: 0.5'"),
+    "of a root": (attributed("/", "slope", 0.5), "'slope: 0.5'"),
     "of a sheet of channels": (beside(["Channel", "Gain"], ["AI0", 10]), "'Gain: 10'"),
     "in words": (nwb(series(description="gain of 10")), "'description: gain of 10'"),
     "a name and a number": (nwb(series(description="ScaleFactor 0.5")), ": ScaleFactor 0.5'"),
     "a symbol": (timed(k=0.5), "'k: 0.5'"),
-    "of a converter": (attributed("V", "bit_volts", value=0.01), "'bit_volts: 0.01'"),
+    "of a converter": (attributed("V", "bit_volts", 0.01), "'bit_volts: 0.01'"),
 }
 # What is stated of the rate, beside times of 10 Hz and without times.
 TIMED_RATES = {
@@ -522,10 +493,7 @@ TIMED_RATES = {
     "words": (timed(Fs="0.05 kHz"), "the file states, Fs = 50"),
     "a structure": (timed(info={"fs": 50.0}), "the file states, fs = 50"),
     "another sheet": (beside(["Sampling rate", "50 Hz"]), "the file states, Sampling rate = 50"),
-    "each column": (
-        attributed("V", "rate", value=[10.0, 10.0, 10.0, 5.0]),
-        "states rate = 5 and another rate = 10",
-    ),
+    "each column": (attributed("V", "rate", [10.0, 10, 10, 5]), "rate = 5 and another rate = 10"),
 }
 RATES = {
     "two": (matlab(V=COUNTS.T, fs=10.0, freq=50.0), "fs = 10 and freq = 50"),
@@ -540,7 +508,10 @@ RATES = {
         "1 / wf_increment = 10 and sampling_rate = 50",
     ),
 }
-COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
+DELAYS = {(name, "delay"): 2.0 * at for at, name in enumerate(SENSORS)}
+STARTS_MS = {(name, "start_ms"): 1000 * at for at, name in enumerate(LATER)}
+CHUNKS = 5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4
+OVERLOAD = [*TIME_S[:8].tolist(), "overload", *TIME_S[9:].tolist()]
 # What a file says that is not understood, or contradicts itself.
 ASKED = {
     **{f"unit of {k}": Case(w, f"the file {told}", COUNTED) for k, (w, told) in UNITS.items()},
@@ -554,10 +525,10 @@ ASKED = {
         for k, (w, told) in RATES.items()
     },
     "a unit of time": Case(
-        hdf({"t": TIME_S * 100, "V": COUNTS.T}, {("t", "units"): "cs"}), "the unit 'cs'", BY_RATE
+        attributed("t", "units", "cs", t=TIME_S * 100), "the unit 'cs'", BY_RATE
     ),
     "a clock of another rate": Case(
-        hdf({"t": TIME_S * 250_000, "V": COUNTS.T}, {("t", "clock"): "250 kHz"}),
+        attributed("t", "clock", "250 kHz", t=TIME_S * 250_000),
         "the unit 'clock: 250 kHz'",
         BY_RATE,
     ),
@@ -568,22 +539,15 @@ ASKED = {
         matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"), "the unit 'cs'", BY_RATE
     ),
     "a start of each data set under another name": Case(
-        hdf(SENSORS, RATES_OF_ALL | {(n, "delay"): 2.0 * at for at, n in enumerate(SENSORS)}),
+        hdf(SENSORS, RATES_OF_ALL | DELAYS),
         "sensor 1 names its start, 'delay: 0.0', which is no date",
     ),
     "a start by its date that is not that by its clock": Case(
-        hdf(
-            LATER,
-            RATES_OF_ALL
-            | {(n, "start"): f"{NINE + 2 * at}Z" for at, n in enumerate(LATER)}
-            | {(n, "start_ms"): 1000 * at for at, n in enumerate(LATER)},
-        ),
+        hdf(LATER, RATES_OF_ALL | STARTS | STARTS_MS),
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
     ),
     "stamps of chunks": Case(
-        xdf((5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4, [*SENSORS])),
-        "is 1e+04 Hz, but the file states nominal_srate = 10",
-        "--time none",
+        xdf((CHUNKS, [*SENSORS])), "is 1e+04 Hz, but the file states nominal_srate", "--time none"
     ),
     "a stamp that jumps": Case(
         xdf((TIME_S + 2e5 * (TIME_S == 30), [*SENSORS])), "sample 302: time runs backwards", BY_RATE
@@ -607,8 +571,7 @@ ASKED = {
         options=COUNTED,
     ),
     "a cell of a sheet that is no number": Case(
-        workbook([*TIME_S[:8].tolist(), "overload", *TIME_S[9:].tolist()]),
-        "row 10, column 'time': 'overload'",
+        workbook(OVERLOAD), "row 10, column 'time': 'overload'"
     ),
     "an array of objects": Case(
         saved(np.save, "run.npy", np.array([{}], dtype=object)), "file cannot be read"
