@@ -1,9 +1,11 @@
-"""Start and end of a run: what the terminal says, and when the page is marked as out of date."""
+"""A run: the folder that it may use, its start, the mark of the page, and what its end tells."""
 
 import atexit
 import os
 import shutil
+import time
 from collections import namedtuple
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -13,12 +15,13 @@ from capsule.engine.jobs import RUN_LOCK, STATES, hold_run_lock
 from capsule.engine.run import SIGN
 from capsule.errors import CapsuleError
 from capsule.store import files
+from capsule.store.files import UNFINISHED
 from capsule.store.results import divide
 from capsule.survey.listed import Surveys
 
 KEY = "0123456789" * 2
 PAGE = f'<head>\n<meta name="made-from" content="{KEY}">\n</head>\n<body>\n<p>page</p>\n'.encode()
-REPORT = Path("results/report.html")
+REPORT, RESULTS, NOTES = map(Path, ("results/report.html", "results", "notes"))
 COLUMNS = ["recording", "status", "reason", "near_copies", "source"]
 
 
@@ -54,7 +57,7 @@ def write_lists(*rows, passed_over=()):
 
 
 def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(capsys):
-    left = Path(f"results/.table.csv.1{files.UNFINISHED}")
+    left = Path(f"results/.table.csv.1{UNFINISHED}")
     left.touch()
     without_effect = ["evaluation.bootstrap has no effect any more; remove it"]
     states = {"fit.py": {"a.py": [1, 2, 3, 4]}}
@@ -90,12 +93,15 @@ def test_from_its_start_on_the_page_is_marked_until_it_fits_again(capsys, key, m
     assert not key or (REPORT.read_bytes() != PAGE) == marked
 
 
-def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
+def test_the_end_of_a_run_lists_what_was_rejected_alike_confounded_and_passed_over(capsys):
     surveys = Surveys(["1-gut", "2-gut"], {"3-gut": "not finished"})
-    started = run_of(["3mm/r01", "3mm/r02", "3mm/r03"], surveys=surveys, held_out=["spring"])
+    of_benches = [f"{size}mm/b{number}" for size in (0, 3) for number in range(4)]
+    names = ["3mm/r01", "3mm/r02", "3mm/r03", *of_benches]
+    started = run_of(names, surveys=surveys, held_out=["spring"])
     write_lists(
-        ("3mm/r01", "accepted", "", "3mm/r02"),
-        ("3mm/r02", "accepted", "", "3mm/r01"),
+        *((name, "accepted", "", "", f"bench {name[0]}") for name in of_benches),
+        ("3mm/r01", "accepted", "", "3mm/r02", "bench 3"),
+        ("3mm/r02", "accepted", "", "3mm/r01", "bench 3"),
         ("3mm/r03", "rejected", "the file is empty"),
         passed_over=[("notes.txt", "not in a folder")],
     )
@@ -103,40 +109,33 @@ def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
     files.write_json(Path("results/surveys/2-gut/survey.json"), {"name": "2-gut"})
     started.succeed(KEY)
     assert capsys.readouterr().err.splitlines() == [
-        "2 recordings accepted, 1 rejected.",
+        "10 recordings accepted, 1 rejected.",
         "  rejected: raw/3mm/r03: the file is empty",
         "  nearly the same as 3mm/r02: raw/3mm/r01",
         "  nearly the same as 3mm/r01: raw/3mm/r02",
         "  evaluation.held_out: no labelled recording names the session 'spring'",
+        "  confounded: among the recordings that teach, whether there is a nodule follows from the "
+        "source",
         "  passed over: raw/notes.txt: not in a folder",
         "  survey passed over: sessions/1-gut: cannot be read: no track",
         "  survey passed over: sessions/3-gut: not finished",
     ]
 
 
-def test_the_end_of_a_run_says_that_the_nodule_follows_from_the_source(capsys):
-    names = [f"{size}mm/r{run}" for size in (0, 3) for run in range(4)]
-    write_lists(*((name, "accepted", "", "", f"bench {name[0]}") for name in names))
-    run_of(names).succeed(KEY)
-    told = "among the recordings that teach, whether there is a nodule follows from the source"
-    assert capsys.readouterr().err.splitlines()[1:] == [f"  confounded: {told}"]
-
-
+# Tables of an earlier version, too.
 @pytest.mark.parametrize(
     ("left", "gone"),
     [
-        ([f"checks/3mm/r0{run}.json" for run in (1, 2, 3)], "checks/3mm/r02.json"),
-        # Tables of an earlier version.
-        ([f"evaluation/{name}.csv" for name in ("brier", "auc", "summary", "learning")],
-         "evaluation/auc.csv"),
+        (["checks/3mm/r01.json", "checks/3mm/r02.json", "checks/3mm/r03.json"], "checks/3mm/r02"),
+        ([f"evaluation/{name}.csv" for name in ("brier", "auc", "learning")], "evaluation/auc"),
     ],
-)  # fmt: skip
+)
 def test_results_of_what_is_gone_are_counted(capsys, left, gone):
     for name in left:
-        files.write_json(Path("results", name), {})
+        files.write_json(RESULTS / name, {})
     run_of().succeed(KEY)
     told = "2 files are of recordings, batches or tables that are gone, and are not used"
-    assert capsys.readouterr().err == f"{told}, such as results/{gone}\n"
+    assert capsys.readouterr().err.startswith(f"{told}, such as results/{gone}.")
 
 
 @pytest.mark.parametrize(
@@ -170,19 +169,16 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
 
 
-def test_beside_slurms_jobs_of_a_killed_run_no_run_begins(monkeypatch):
-    monkeypatch.setattr(run, "unfinished_jobs", lambda folder: ("11", "12"))
-    with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
-        run_of().begin()
-
-
-def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
+def test_beside_slurms_jobs_of_a_killed_run_no_run_begins(tmp_path, monkeypatch):
     name = "7a07c6ef-c924-48fb-9bf6-6c09dcf75936"
+    # Only jobs of Snakemake in this folder count.
     answer = (
         f"11 {name} {tmp_path}\n12 study_{name} {tmp_path}\n12 study_{name} {tmp_path}\n"
         f"13 {name} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
-    assert run.jobs_in_answer(answer, tmp_path) == ("11", "12")
+    monkeypatch.setattr(run, "unfinished_jobs", lambda folder: run.jobs_in_answer(answer, folder))
+    with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
+        run_of().begin()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
@@ -197,3 +193,142 @@ def test_a_silent_slurm_is_told_and_does_not_stop_a_run(tmp_path, monkeypatch, c
     (tmp_path / run.LOGS).mkdir(parents=True)
     assert run.unfinished_jobs(tmp_path) == ()
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err
+
+
+def test_what_killed_writers_left_is_removed_and_dates_in_the_future_become_now(tmp_path):
+    left, ahead, past = (tmp_path / name for name in (f".a.123{UNFINISHED}", "ahead", "past"))
+    for path, date_s in ((left, 1e9), (ahead, 4e9), (past, 1e9)):
+        path.touch()
+        os.utime(path, (date_s, date_s))
+    (tmp_path / "gone").symlink_to(tmp_path / "none")
+    run.tidy(tmp_path)
+    assert not left.exists()
+    assert abs(ahead.stat().st_mtime - time.time()) < 60
+    assert past.stat().st_mtime == 1e9
+
+
+def test_a_page_is_marked_as_out_of_date_once_and_is_then_as_before(tmp_path):
+    before = b"<head>\n</head>\n<body>\n<p>one</p>\n<pre><body>\n</pre>\n"
+    REPORT.write_bytes(before)
+    marked = before.replace(b"<body>\n", b"<body>\n" + run.OUTDATED, 1)
+    for outdated, content in ((True, marked), (False, before)):
+        run.mark_outdated(REPORT, outdated=outdated)
+        # A mark that is there already does not write the page again.
+        os.utime(REPORT, (1, 1))
+        run.mark_outdated(REPORT, outdated=outdated)
+        assert (REPORT.read_bytes(), REPORT.stat().st_mtime) == (content, 1)
+
+
+@pytest.mark.parametrize(("before", "made_from"), [(0, True), (1000, True), (5000, False)])
+def test_only_the_head_of_a_page_tells_what_it_was_made_from(before, made_from):
+    REPORT.write_text(" " * before + KEY)
+    assert run.is_made_from(REPORT, KEY) == made_from
+    assert not run.is_made_from(REPORT, KEY[::-1])
+
+
+@pytest.fixture
+def noted():
+    """Return a table of results, on which Snakemake has notes."""
+    for path in (table := RESULTS / "recordings.csv", NOTES / "metadata/a"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    return table
+
+
+def test_results_that_the_last_run_has_not_left_are_refused(noted):
+    # Results of a version without signs.
+    run.refuse_unknown_results(RESULTS, NOTES)
+    for copy in ("first", "second"):
+        run.sign_results(RESULTS, NOTES)
+        run.refuse_unknown_results(RESULTS, NOTES)
+        shutil.copytree(RESULTS, copy)
+    run.refuse_unknown_results(RESULTS, NOTES)
+    shutil.rmtree(RESULTS)
+    run.refuse_unknown_results(RESULTS, NOTES)
+    shutil.copytree("second", RESULTS)
+    run.refuse_unknown_results(RESULTS, NOTES)
+    shutil.rmtree(RESULTS)
+    shutil.copytree("first", RESULTS)
+    with pytest.raises(CapsuleError, match="remove results/ and run again, or put back"):
+        run.refuse_unknown_results(RESULTS, NOTES)
+    # Later results beside earlier notes.
+    notes = NOTES / run.SIGN
+    notes.write_text((RESULTS / run.SIGN).read_text().strip() + " results\n")
+    shutil.copy("second/run.txt", RESULTS)
+    with pytest.raises(CapsuleError, match="remove results/ and run again, or put back"):
+        run.refuse_unknown_results(RESULTS, NOTES)
+
+
+@pytest.mark.parametrize("written", [0, 1, 2])
+def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(
+    noted, monkeypatch, written
+):
+    run.sign_results(RESULTS, NOTES)
+    write, outcomes = run.write_whole, iter([None] * written)
+
+    def killed(path):
+        next(outcomes)
+        return write(path)
+
+    monkeypatch.setattr(run, "write_whole", killed)
+    with pytest.raises(StopIteration):
+        run.sign_results(RESULTS, NOTES)
+    run.refuse_unknown_results(RESULTS, NOTES)
+
+
+@pytest.mark.parametrize(
+    ("there", "refused"),
+    [
+        ([], False),
+        (["results/logs/list.log"], False),
+        (["results/recordings.csv", "notes/metadata/a"], False),
+        (["results/recordings.csv", "notes/incomplete/a"], False),
+        (["results/recordings.csv"], True),
+        # A run that has just begun.
+        (["results/checks/3mm/"], False),
+        (["results/checks/3mm/r01.json"], True),
+        (["results/recordings.csv", "notes/log/a", "notes/metadata/"], True),
+    ],
+)
+def test_results_without_snakemakes_notes_on_them_are_refused(there, refused):
+    for path in map(Path, there):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch() if path.suffix or path.name == "a" else path.mkdir()
+    told = pytest.raises(CapsuleError, match="remove results/ and run again")
+    with told if refused else nullcontext():
+        run.refuse_unknown_results(RESULTS, NOTES)
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (CapsuleError("say why"), "say why"),
+        # Results that another user may not read.
+        (PermissionError(13, "Permission denied", "results"), "error: results: Permission denied"),
+    ],
+)
+def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own(error, told):
+    with pytest.raises(KeyError) as caught, run.told_as(KeyError):
+        raise error
+    assert caught.value.args == (told,)
+    assert caught.value.__suppress_context__
+
+
+def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
+    (tmp_path / "{run}").mkdir()
+    run.refuse_folders(tmp_path, tmp_path)
+    with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
+        run.refuse_folders(tmp_path, tmp_path / "{run}")
+
+
+# Permissions do not bind the administrator, who runs some of these tests.
+@pytest.mark.parametrize(
+    "name", ["", ".snakemake", ".snakemake/metadata", ".snakemake/iocache/latest.pkl"]
+)
+def test_what_cannot_be_written_is_named_with_the_way_out(tmp_path, monkeypatch, name):
+    path = tmp_path / name
+    path.mkdir(parents=True, exist_ok=True)
+    monkeypatch.setattr(os, "access", lambda each, mode: each != path or mode != os.W_OK)
+    with pytest.raises(CapsuleError, match=r"cannot be written, .*capsule new NAME") as caught:
+        run.refuse_folders(Path("/"), tmp_path)
+    assert str(caught.value).startswith(f"{path} cannot")
