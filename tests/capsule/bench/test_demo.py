@@ -23,6 +23,7 @@ from support.learned import taught_by, write_learned, write_templates
 
 ENDING = [sys.executable, "-c", "raise SystemExit({})"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
+A_RUN = simulate_run(PHANTOM, 3.0, 3, "a run").counts
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
 
@@ -92,19 +93,26 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
 
 # Kills: a duration that is not kept; a header without the run's names; a check that is not told.
 @pytest.mark.parametrize(
-    ("counts", "said"),
+    ("counts", "detect", "said"),
     [
-        (simulate_run(PHANTOM, 3.0, 3, "a run").counts, "\ntaught "),
-        (np.random.default_rng(1).integers(300, 700, (4, 700)), "no detector will judge this"),
+        (A_RUN, "--detect", "\ntaught "),
+        (A_RUN, "", "530 samples | no gap"),
+        (
+            np.random.default_rng(1).integers(300, 700, (4, 700)),
+            "--detect",
+            "no detector will judge",
+        ),
     ],
-    ids=["a run", "noise"],
+    ids=["judged", "not judged", "noise"],
 )
-def test_a_run_is_recorded_for_a_duration_checked_and_judged(tmp_path, capsys, counts, said):
+def test_a_run_is_recorded_for_a_duration_checked_and_judged(
+    tmp_path, capsys, counts, detect, said
+):
     write_templates(tmp_path)
     write_learned(tmp_path, CONFIGURATION, taught_by())
     where = f"--raw {tmp_path}/raw --logs {tmp_path} --templates {tmp_path}/templates.npz"
     names = "--size 3 --session monday --site A --setup gut-2"
-    words = f"{names} --detect --duration 53 {where}".split()
+    words = f"{names} {detect} --duration 53 {where}".split()
     run = demo_command.PlayedRun(counts, PHANTOM, 2, 100.0)
     path = recorder.record(parsers()["record"].parse_args(words), run)
     recording = read(path)
@@ -112,9 +120,11 @@ def test_a_run_is_recorded_for_a_duration_checked_and_judged(tmp_path, capsys, c
     assert path.parent.name == "3mm"
     expected = {"session": "monday", "site": "A", "setup": "gut-2", "simulator_seed": "2"}
     assert expected.items() <= recording.header.items()
-    printed = capsys.readouterr().out
+    printed, errors = capsys.readouterr()
+    assert errors == ""
     assert "ended: --duration is over" in printed and "00:53.0 of 00:53.0" in printed
-    assert said in printed.partition("archived ")[2]
+    told = printed.partition("archived ")[2]
+    assert said in told and ("\ntaught " in told) == (said == "\ntaught ")
 
 
 def test_each_demo_plays_another_run_beside_those_before(tmp_path):
