@@ -108,14 +108,6 @@ def session_contents(**about):
     }
 
 
-def lost_contents():
-    """Return the contents of a session that never knew its position."""
-    head, rows = stream_rows()
-    at = head.index("head_mm")
-    unknown = [[*row[:at], "", *row[at + 1 :]] for row in rows]
-    return session_contents() | {"stream.csv": table(head, unknown)}
-
-
 def write_session(folder, contents=None):
     """Write a session's files into a new folder."""
     folder.mkdir(parents=True)

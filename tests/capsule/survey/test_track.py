@@ -5,7 +5,7 @@ import pytest
 
 from capsule.survey.files import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from support.surveys import CREST_MM, DETECTOR, head_mm, lost_contents, session_contents
+from support.surveys import CREST_MM, DETECTOR, head_mm, session_contents, stream_rows, table
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,10 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(sess
 
 
 def test_a_survey_that_never_knew_its_position_has_no_path():
-    lost = parse_session("lost", lost_contents())
+    head, rows = stream_rows()
+    at = head.index("head_mm")
+    unknown = table(head, [[*row[:at], "", *row[at + 1 :]] for row in rows])
+    lost = parse_session("lost", session_contents() | {"stream.csv": unknown})
     assert not track_of(lost).known.any()
     assert np.isnan(crest_at_mm(lost, DETECTOR))
 
