@@ -55,14 +55,6 @@ def test_a_recording_is_drawn_in_its_place(state):
     assert screen.getvalue().endswith("\x1b[7A\x1b[Jthe board was unplugged\n")
 
 
-def test_readings_in_volts_are_shown_too(state):
-    state.full_scale = 5.0
-    state.recent.extend([(0.0, 2.5, 2.5, 5.0), (0.0, 2.4951, 2.5, 5.0)])
-    screen = Screen()
-    Terminal(screen).show(state)
-    assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]
-
-
 # Kills: a log file with control characters, and one with a drawing of a survey a second.
 def test_a_log_file_gets_plain_lines_now_and_then(state):
     stream = io.StringIO()
@@ -118,14 +110,17 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
     assert "\x1b" not in screen.getvalue()[len(ended) :]
 
 
-def test_a_narrow_plain_terminal_gets_what_it_can_show(state):
+def test_a_narrow_plain_terminal_gets_what_it_can_show_also_readings_in_volts(state):
     start = replace(STATE, head_mm=NAN, threshold=NAN, places=[], following="", doing="waits")
     assert state_lines(start, 20) == ["demo, simulated  21 "]
     state.judgement.lines_so_far = lambda: [f"{MINUS}2.0 mm"]
+    state.full_scale = 5.0
+    state.recent.extend([(0.0, 2.5, 2.5, 5.0), (0.0, 2.4951, 2.5, 5.0)])
     screen = Screen()
     screen.encoding = "ascii"
     Terminal(screen).show(state)
     assert screen.getvalue().endswith("\n-2.0 mm\n") and screen.getvalue().isascii()
+    assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]
 
 
 # Kills: a display that is drawn at each sample, or never again.
