@@ -2,7 +2,7 @@
 
 The cable behaves as a USB port with an Arduino behind it. If a program opens the port, the board
 resets and waits in its boot loader. While the port is closed, the board's bytes are lost. If the
-cable is unplugged, the port disappears. The cable can damage bytes, and it counts whole frames.
+cable is unplugged, the port disappears. The cable can damage bytes, and it keeps whole frames.
 """
 
 import contextlib
@@ -32,8 +32,7 @@ class TerminalCable:
 
     `link` is the permanent name of its pseudo-terminal, like one in /dev/serial/by-id.
     `spoil` returns the bytes that arrive of a frame. `sticks`: a byte that comes too early blocks
-    the boot loader, as on a Mega. `whole` holds the frames that reached the program undamaged,
-    `spoilt` counts the others.
+    the boot loader, as on a Mega. `whole` holds the frames that reached the program undamaged.
     """
 
     def __init__(
@@ -47,7 +46,6 @@ class TerminalCable:
         self.spoil = spoil
         self.sticks = sticks
         self.whole: list[bytes] = []
-        self.spoilt = 0
         self.plugged = False
         self.boot_loader_stuck = False
         self._opened = False
@@ -74,15 +72,6 @@ class TerminalCable:
         self._close_port()
         self.plugged = self._opened = False
         self._unfinished = b""
-
-    def press_reset(self) -> None:
-        """Press the board's reset button."""
-        self._boot_ends_us = -1
-
-    @property
-    def opened(self) -> bool:
-        """Return whether a program has the port open."""
-        return self._opened
 
     def step(self, now_us: int, until_us: int) -> None:
         """Run the board from now to a point in time, and transfer the bytes of both sides."""
@@ -128,8 +117,6 @@ class TerminalCable:
             heard = self._as_heard(self.spoil(frame) if self.spoil else frame)
             if self._write(heard) and frame in heard:
                 self.whole.append(frame)
-            else:
-                self.spoilt += 1
 
     def _open_port(self) -> None:
         self._master, slave = os.openpty()
