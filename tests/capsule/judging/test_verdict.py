@@ -25,15 +25,11 @@ def final_in(folder):
     return FinalVerdict(folder / "templates.npz", folder / "detectors.json", CONFIGURATION)
 
 
-def final_verdict(folder, archive):
-    write_learned(folder, CONFIGURATION, archive)
-    return final_in(folder)
-
-
 @pytest.fixture
 def final(tmp_path):
     """Make detectors that have learned from a few passages, with templates of one size, 3 mm."""
-    return final_verdict(tmp_path, taught_by())
+    write_learned(tmp_path, CONFIGURATION, taught_by())
+    return final_in(tmp_path)
 
 
 def run_of_waves(bumps):
@@ -49,7 +45,7 @@ def samples_of(values):
     return [tuple(sample) for sample in values.astype(int).T.tolist()]
 
 
-RUN, STILL = run_of_waves(bumps=True), run_of_waves(bumps=False)
+RUN = run_of_waves(bumps=True)
 NOISE = np.random.default_rng(2).normal(500, 20, (4, 700)).round()
 # Over 5 mm the capsule may be held until the run is stopped by hand.
 SIMULATED = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
@@ -71,7 +67,7 @@ def test_a_run_is_judged_as_if_it_ended_now(final):
     ("samples", "told"),
     [
         (RUN, r"template +nodule +3\.0 mm +not given +[\d.]+ s"),
-        (STILL, r"template +no nodule +not given"),
+        (run_of_waves(bumps=False), r"template +no nodule +not given"),
         ([*RUN[:300], *[None] * 10, *RUN[310:]], r"template +nodule +3\.0 mm .*"),
     ],
     ids=["bumps", "waves alone", "missing samples"],
@@ -115,12 +111,6 @@ def test_every_detector_judges_a_whole_run(final):
     assert float(found[4]) == pytest.approx(SIMULATED.nodule_at_mm, abs=4)
 
 
-def test_a_probability_is_never_told_as_certain():
-    verdicts = {"diagonal": Verdict(0.0, 9.0, 1.0, 0.99999)}
-    _, told = Judgement(CONFIGURATION, verdicts, Familiarity(True)).table()
-    assert told.endswith("> 99.9 %")
-
-
 @pytest.mark.parametrize(
     ("scores", "advice"),
     [
@@ -129,15 +119,18 @@ def test_a_probability_is_never_told_as_certain():
         ((2.0, 0.0), "pass again: "),
     ],
 )
-def test_it_is_enough_if_all_detectors_say_the_same(scores, advice):
-    verdicts = {f"{n}": Verdict(float(score > 1), score, 1.0) for n, score in enumerate(scores)}
-    assert Judgement(CONFIGURATION, verdicts, Familiarity(True)).advice.startswith(advice)
+def test_it_is_enough_if_all_say_the_same_and_no_probability_is_told_as_certain(scores, advice):
+    verdicts = {
+        f"{n}": Verdict(float(score > 1), score, 1.0, 0.99999) for n, score in enumerate(scores)
+    }
+    judgement = Judgement(CONFIGURATION, verdicts, Familiarity(True))
+    assert judgement.advice.startswith(advice)
+    assert "  > 99.9 % " in f"{judgement.table()[1]} "
 
 
 def test_the_final_verdict_says_why_there_is_none(tmp_path):
-    *_, by_diagonal, by_taught, _ = (
-        final_verdict(tmp_path, taught_by(healthy_scores=())).judge(NOISE).lines()
-    )
+    write_learned(tmp_path, CONFIGURATION, taught_by(healthy_scores=()))
+    *_, by_diagonal, by_taught, _ = final_in(tmp_path).judge(NOISE).lines()
     assert re.match("taught +no verdict: no score", by_taught)
     assert re.match("diagonal +no verdict: no threshold: labelled", by_diagonal)
 
@@ -172,25 +165,25 @@ def rewrite(folder, lacking, **changes):
 @pytest.mark.parametrize(
     ("spoil", "told"),
     [
-        (lambda folder: (folder / "templates.npz").unlink(), r"templates\.npz; make it first: "),
-        (lambda folder: (folder / "detectors.json").unlink(), r"detectors\.json; make it first: "),
+        (lambda to: (to / "templates.npz").unlink(), r"templates\.npz; make it first: "),
+        (lambda to: (to / "detectors.json").unlink(), r"detectors\.json; make it first: "),
         (
-            lambda folder: write_learned(folder, CONFIGURATION, taught_by(), dwell=99),
+            lambda to: write_learned(to, CONFIGURATION, taught_by(), dwell=99),
             "another configuration or version; make it again: ",
         ),
-        (lambda folder: rewrite(folder, "", scorer="of others"), "or version; make it again: "),
+        (lambda to: rewrite(to, "", scorer="of others"), "or version; make it again: "),
         (
-            lambda folder: (folder / "detectors.json").write_text("{}"),
+            lambda to: (to / "detectors.json").write_text("{}"),
             "damaged, or of another version; delete it, and make it again: ",
         ),
         (
-            lambda folder: np.savez(folder / "templates.npz", **{"2mm": np.ones((4, 1000))}),
+            lambda to: np.savez(to / "templates.npz", **{"2mm": np.ones((4, 1000))}),
             "were not made together, .*: ",
         ),
-        *(
-            (lambda folder, lacking=lacking: rewrite(folder, lacking), r"detectors\.json .* ")
-            for lacking in ("templates", "scorer", "familiar", "settings")
-        ),
+        (lambda to: rewrite(to, "templates"), r"detectors\.json .* "),
+        (lambda to: rewrite(to, "scorer"), r"detectors\.json .* "),
+        (lambda to: rewrite(to, "familiar"), r"detectors\.json .* "),
+        (lambda to: rewrite(to, "settings"), r"detectors\.json .* "),
     ],
 )
 @pytest.mark.usefixtures("final")
