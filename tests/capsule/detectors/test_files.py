@@ -19,19 +19,14 @@ from capsule.engine.project import WEIGHTS
 SHAPES = {"0mm": np.zeros((4, 9)), "2.5mm": np.ones((4, 9)), "10mm": np.eye(4, 9)}
 
 
-@pytest.fixture
-def path(tmp_path):
-    np.savez(tmp_path / "templates.npz", **SHAPES)
-    return tmp_path / "templates.npz"
-
-
-def test_templates_are_read_by_size_in_their_order(path):
-    read = read_templates(path)
-    assert list(read) == [0.0, 2.5, 10.0]
+def test_templates_are_read_by_size_in_their_order(tmp_path):
+    path = tmp_path / "templates.npz"
+    np.savez(path, **SHAPES)
+    read, whole = read_templates(path), read_template_set(path, 3)
+    assert list(read) == [0.0, 2.5, 10.0] == list(whole.sizes_mm)
     np.testing.assert_equal(list(read.values()), list(SHAPES.values()))
-    whole = read_template_set(path, 3)
-    assert (whole.sizes_mm, whole.first_peak) == ((0.0, 2.5, 10.0), 3)
     np.testing.assert_equal(list(whole.matrices), list(SHAPES.values()))
+    assert whole.first_peak == 3
 
 
 def features_of(number):
@@ -40,31 +35,30 @@ def features_of(number):
     return Features(float(number), np.full(3, number, np.float32), gradient)
 
 
-def test_features_come_back_as_they_were(tmp_path):
-    written = {"3mm/r1": features_of(1), "3mm/r2": features_of(float("nan"))}
-    write_features(tmp_path / "batch.npz", written)
-    read = read_features(tmp_path / "batch.npz")
-    assert list(read) == list(written)
-    for name, features in read.items():
-        np.testing.assert_equal(vars(features), vars(written[name]))
+PLACE = Passage(0.1 + 0.2, 1, 2, 3, 4.5, 128, 130, 0.1, 1 / 3, 0.1)
+TRAITS = WaveTraits(3.2, 0.25, 1 / 3, 0.01, 0.9, 0.1)
 
 
-def test_best_places_and_traits_come_back_as_they_were_in_full_precision(tmp_path):
-    place = Passage(0.1 + 0.2, 1, 2, 3, 4.5, 128, 130, 0.1, 1 / 3, 0.1)
-    traits = WaveTraits(3.2, 0.25, 1 / 3, 0.01, 0.9, 0.1)
-    written = {"3mm/r1": (place, traits), "3mm/r2": (UNKNOWN, UNKNOWN_TRAITS)}
-    write_best_places(tmp_path / "batch.csv", written)
-    read = read_best_places(tmp_path / "batch.csv")
-    assert list(read) == list(written)
-    for name, kinds in read.items():
-        np.testing.assert_equal([*map(vars, kinds)], [*map(vars, written[name])])
+def numbers_of(described):
+    return [vars(part) for part in (described if isinstance(described, tuple) else [described])]
 
 
-def test_a_batch_without_a_usable_recording_has_neither(tmp_path):
-    write_features(tmp_path / "batch.npz", {})
-    write_best_places(tmp_path / "batch.csv", {})
-    assert read_features(tmp_path / "batch.npz") == {}
-    assert read_best_places(tmp_path / "batch.csv") == {}
+@pytest.mark.parametrize(
+    ("write", "read", "made"),
+    [
+        (write_features, read_features, [features_of(1), features_of(np.nan)]),
+        (write_best_places, read_best_places, [(PLACE, TRAITS), (UNKNOWN, UNKNOWN_TRAITS)]),
+        # A batch without a usable recording has none.
+        (write_features, read_features, []),
+        (write_best_places, read_best_places, []),
+    ],
+)
+def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, write, read, made):
+    written = {f"3mm/r{number}": each for number, each in enumerate(made)}
+    write(tmp_path / "batch", written)
+    found = read(tmp_path / "batch")
+    assert list(found) == list(written)
+    np.testing.assert_equal([*map(numbers_of, found.values())], [*map(numbers_of, made)])
 
 
 def test_the_weights_that_ship_make_a_scorer():

@@ -37,13 +37,8 @@ def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3)):
     return Beats(channels, centre, 0 * centre)
 
 
-def find_passage(beats, settings):
-    """Return the best candidate alone."""
-    return search_beats(beats, settings)[0]
-
-
 def test_a_nodule_is_found_where_it_lies():
-    passage = find_passage(passing(0.5), SEARCH)
+    passage = search_beats(passing(0.5), SEARCH)[0]
     assert passage.location_mm == pytest.approx(7.0, abs=1.0)
     assert passage.location_samples == pytest.approx(7.0 / 0.045, abs=20)
     assert passage.lag_samples == pytest.approx(6.0 / 0.045, rel=0.15)
@@ -99,7 +94,7 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
     weighted = standardised_beats(beats, search)
 
-    passage = find_passage(beats, search)
+    passage = search_beats(beats, search)[0]
     tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
     assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
     (there,) = (
@@ -113,11 +108,9 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     np.testing.assert_allclose(spreads, [np.mean(np.std(each, axis=1)) for each in channels])
 
 
-def test_a_place_that_a_sensor_never_meets_says_nothing_even_without_dwell():
+def test_a_place_that_a_sensor_never_meets_and_a_recording_without_a_wave_say_nothing():
     search = SEARCH | {"dwell": 0.0, "pitch_mm": 100.0, "lag_range": (1300.0, 5000.0)}
-    passage = find_passage(passing(0.3, sensors=(0,)), search)
+    passage = search_beats(passing(0.3, sensors=(0,)), search)[0]
     assert 0 < passage.evidence <= search["limit"] / 4
-
-
-def test_without_a_wave_no_place_is_the_best():
+    # Without a wave, no place is the best.
     assert passage_of(wave_of(np.ones((4, 300)), 10, SETTINGS), SETTINGS) is UNKNOWN

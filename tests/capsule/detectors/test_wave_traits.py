@@ -42,41 +42,38 @@ def test_period_and_steps_are_found(period_s, step_s):
     assert traits.wave_share > 0.98
 
 
-def test_a_sensor_out_of_turn_spreads_the_steps():
+def test_a_sensor_out_of_turn_spreads_the_steps_and_gain_and_offset_do_not_matter():
     values = readings()
-    swapped = traits_of(values[[0, 2, 1, 3]])
+    usual, swapped = traits_of(values), traits_of(values[[0, 2, 1, 3]])
     # The steps are 0.5, -0.25 and 0.5 s in place of 0.25 s.
     assert swapped.step_spread_s == pytest.approx(0.5, abs=0.02)
     assert swapped.step_s == pytest.approx(0.25, abs=0.01)
-
-
-def test_a_wave_that_comes_irregularly_is_unsteady():
-    time_s = np.arange(600) / RATE_HZ
-    wandering = 0.5 * np.sin(2 * np.pi * time_s / 25)
-    turn = 2 * np.pi * (time_s + 0.25 * np.arange(4)[:, np.newaxis]) / 3.2 + wandering
-    # From one wave to the next, the wandering phase changes by 2 sin(pi 3.2 / 25) times itself.
-    expected = 0.5 / np.sqrt(2) * 2 * np.sin(np.pi * 3.2 / 25) / (2 * np.pi)
-    assert traits_of(np.cos(turn)).unsteadiness == pytest.approx(expected, rel=0.15)
-
-
-def test_gain_and_offset_of_each_sensor_do_not_matter():
-    values = readings()
     changed = values * [[3.0], [0.1], [7.0], [1.0]] + [[-9.0], [2.0], [0.0], [100.0]]
-    np.testing.assert_allclose(astuple(traits_of(changed)), astuple(traits_of(values)), rtol=1e-6)
+    np.testing.assert_allclose(astuple(traits_of(changed)), astuple(usual), rtol=1e-6)
 
 
-def test_a_single_sensor_has_no_steps():
+def test_an_irregular_wave_is_unsteady_and_its_depth_is_measured_along_its_own_phase():
+    time_s = np.arange(600) / RATE_HZ + 0.25 * np.arange(4)[:, np.newaxis]
+    wandering = 0.8 * np.sin(2 * np.pi * np.arange(600) / RATE_HZ / 27)
+    values = np.cos(2 * np.pi * time_s / 3.2 + wandering)
+    # From one wave to the next, the wandering phase changes by 2 sin(pi 3.2 / 27) times itself.
+    expected = 0.8 / np.sqrt(2) * 2 * np.sin(np.pi * 3.2 / 27) / (2 * np.pi)
+    assert traits_of(values).unsteadiness == pytest.approx(expected, rel=0.15)
+    # The cosine has a depth of 1, however irregularly it comes.
+    values += generator(1, "own phase").normal(0, 0.3, values.shape)
+    bends = np.abs(np.diff(values, n=2, axis=1)).mean(axis=1)
+    assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.05)
+
+
+def test_a_single_sensor_has_no_steps_and_a_dead_sensor_or_fewer_than_four_waves_no_traits():
     traits = traits_of(readings(sensors=1))
     assert np.isnan([traits.step_s, traits.step_spread_s]).all()
     assert traits_of(readings(sensors=2)).step_s == pytest.approx(0.25, abs=0.01)
     assert traits.period_s == pytest.approx(3.2, rel=0.01)
-
-
-def test_fewer_than_four_waves_and_a_dead_sensor_have_none():
-    assert traits_of(readings(samples=100)) == UNKNOWN_TRAITS
     dead = readings()
     dead[2] = 5.0
-    assert traits_of(dead) == UNKNOWN_TRAITS
+    for values in (dead, readings(samples=100)):
+        assert traits_of(values) == UNKNOWN_TRAITS
 
 
 def test_the_share_of_the_wave_counts_its_first_two_overtones_and_what_lies_near_them():
@@ -116,13 +113,3 @@ def test_missing_samples_take_no_part_in_the_noise():
     bends = np.abs(np.diff(values, n=2, axis=1))
     expected = np.median(np.nanmean(bends, axis=1))
     assert traits_of(values).noise == pytest.approx(expected, rel=0.03)
-
-
-def test_the_depth_of_a_wave_is_measured_along_its_own_phase():
-    time_s = np.arange(600) / RATE_HZ
-    wandering = 1.2 * np.sin(2 * np.pi * time_s / 30)
-    turn = 2 * np.pi * (time_s + 0.25 * np.arange(4)[:, np.newaxis]) / 3.2 + wandering
-    values = np.cos(turn) + generator(1, "own phase").normal(0, 0.3, turn.shape)
-    bends = np.abs(np.diff(values, n=2, axis=1)).mean(axis=1)
-    # The cosine has a depth of 1, however irregularly it comes.
-    assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.05)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -39,14 +40,9 @@ RULES = {
 }
 
 
-def row(site="", session="", setup="", near_copies="", no_verdict=""):
-    return {
-        "site": site,
-        "session": session,
-        "setup": setup,
-        "near_copies": near_copies,
-        "no_verdict": no_verdict,
-    }
+def row(site="", session="", setup="", near_copies=""):
+    names = {"site": site, "session": session, "setup": setup}
+    return names | {"near_copies": near_copies, "no_verdict": ""}
 
 
 def by_scheme(rows, **changes):
@@ -57,33 +53,21 @@ def by_scheme(rows, **changes):
     return found
 
 
-def test_the_passes_over_a_place_are_left_out_together():
-    rows = {"0mm/a": row("x"), "0mm/b": row("x"), "0mm/c": row(), "1mm/d": row("y")}
-    rows |= {"1mm/e": row("z", near_copies="1mm/d"), "2mm/f": row()}
-    found = by_scheme(rows)
-    assert found[LEAVE_ONE_OUT] == [
-        (("0mm/a", "0mm/b"), {"0mm/a", "0mm/b"}),
-        (("0mm/c",), {"0mm/c"}),
-        (("1mm/d", "1mm/e"), {"1mm/d", "1mm/e"}),
-        (("2mm/f",), {"2mm/f"}),
-    ]
-    assert found[RESUBSTITUTION] == [(tuple(rows), set())]
-    assert list(found) == [LEAVE_ONE_OUT, RESUBSTITUTION]
-
-
-def test_held_out_sessions_teach_nothing_and_are_judged_by_all_others():
-    rows = {"0mm/a": row("x", "1"), "0mm/b": row("y", "1"), "1mm/c": row("z", "2")}
-    rows |= {"0mm/h": row("p", "late"), "1mm/h": row("q", "late"), "0mm/i": row("y", "late")}
-    found = by_scheme(rows, held_out=["late", "never"])
-    late = {"0mm/h", "1mm/h", "0mm/i"}
+def test_a_place_is_left_out_whole_and_held_out_sessions_teach_nothing():
+    rows = {"0mm/a": row("x", "1"), "0mm/b": row("x", "1"), "0mm/c": row("y", "1")}
+    rows |= {"1mm/d": row("z"), "1mm/e": row("w", near_copies="1mm/d"), "2mm/f": row()}
+    places = [("0mm/a", "0mm/b"), ("0mm/c",), ("1mm/d", "1mm/e"), ("2mm/f",)]
+    assert by_scheme(rows) == {
+        LEAVE_ONE_OUT: [(place, set(place)) for place in places],
+        RESUBSTITUTION: [(tuple(rows), set())],
+    }
+    late = {"0mm/h": row("p", "late"), "1mm/h": row("q", "late"), "0mm/i": row("y", "late")}
+    found = by_scheme(rows | late, held_out=["late", "never"])
+    assert list(found) == [HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION]
     # 0mm/i is a pass over a place that teaches the others.
-    assert found[HELD_OUT] == [(("0mm/h", "1mm/h"), late), (("0mm/i",), late | {"0mm/b"})]
-    assert found[LEAVE_ONE_OUT] == [
-        (("0mm/a",), late | {"0mm/a"}),
-        (("0mm/b",), late | {"0mm/b"}),
-        (("1mm/c",), late | {"1mm/c"}),
-    ]
-    assert found[RESUBSTITUTION] == [(("0mm/a", "0mm/b", "1mm/c"), late)]
+    assert found[HELD_OUT] == [(("0mm/h", "1mm/h"), {*late}), (("0mm/i",), {*late, "0mm/c"})]
+    assert found[LEAVE_ONE_OUT] == [(place, {*late, *place}) for place in places]
+    assert found[RESUBSTITUTION] == [(tuple(rows), {*late})]
 
 
 def named(key, healthy, nodules):
@@ -182,19 +166,11 @@ def test_places_of_one_size_are_left_out_together_if_there_are_more_than_the_fol
     assert together == 1 or 1 + sum(np.ceil(n / (together - 1)) for n in of_size) > allowed
 
 
-class Asked:
-    """Detectors that repeat what they are asked."""
-
-    def rows(self, judged, left_out):
-        """Return it."""
-        return [(set(left_out), judged)]
-
-
 def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place():
     rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
     rows["unlabelled/r"] = row(near_copies="0mm/a")
-    names = ["unlabelled/p", "unlabelled/q", "unlabelled/r"]
-    assert judge_unlabelled(Asked(), names, rows, ["0mm/h"]) == [
+    asked = SimpleNamespace(rows=lambda judged, left_out: [(set(left_out), judged)])
+    assert judge_unlabelled(asked, [*rows][2:], rows, ["0mm/h"]) == [
         ({"0mm/h", "2mm/b"}, ["unlabelled/p"]),
         ({"0mm/h"}, ["unlabelled/q"]),
         ({"0mm/h", "0mm/a"}, ["unlabelled/r"]),
@@ -223,10 +199,6 @@ SETTINGS = {
 }
 
 
-def passage(evidence):
-    return Passage(evidence, *[evidence] * 3, 10.0, 200.0, 130.0, *[1.0] * 3)
-
-
 @pytest.fixture(scope="module")
 def archive():
     numbers = generator(1, "predictions")
@@ -240,7 +212,10 @@ def archive():
             matrices[name] += render(particle, 50, 300)
     by_size = {2.0: list(particles.values())}
     templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
-    passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
+    passages = {
+        name: Passage(*[float(place)] * 4, 10.0, 200.0, 130.0, 1.0, 1.0, 1.0)
+        for place, name in enumerate(SIZES_MM)
+    }
     traits = dict.fromkeys(SIZES_MM, WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1))
     recordings = recordings_of(passages, traits=traits, matrices=matrices)
     return TrainingArchive(SIZES_MM, recordings, templates, particles, SETTINGS)
@@ -285,28 +260,9 @@ def test_what_is_left_out_or_has_no_verdict_teaches_nothing(archive, detectors):
     assert stored["diagonal"]["threshold"] == by_threshold["threshold"]
 
 
-def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fold(detectors):
-    folds = folds_of({name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES)
-    rows = cross_validate(detectors, folds)
-    # The passes over the place x stand where its first pass does.
-    order = ["0mm/a", "0mm/b", "2mm/b", "0mm/c", "2mm/a"]
-    of_each = [(LEAVE_ONE_OUT, name) for name in order]
-    of_each += [(RESUBSTITUTION, name) for name in SIZES_MM]
-    assert [(each["detector"], each["scheme"], each["recording"]) for each in rows] == [
-        (detector, *each) for detector in SETTINGS["detectors"] for each in of_each
-    ]
-    assert all(each["size_mm"] == SIZES_MM[each["recording"]] for each in rows)
-    (expected,) = list(detectors.rows(["2mm/b"], ["0mm/b", "2mm/b"]))[1:]
-    (found,) = [
-        each
-        for each in rows
-        if (each["recording"], each["detector"], each["scheme"])
-        == ("2mm/b", "template", LEAVE_ONE_OUT)
-    ]
-    assert found == expected | {"size_mm": 2.0, "scheme": LEAVE_ONE_OUT}
-
-
-def test_folds_that_differ_in_the_scheme_alone_are_judged_once(detectors, monkeypatch):
+def test_each_fold_is_judged_once_by_the_others_and_listed_by_detector_scheme_and_fold(
+    detectors, monkeypatch
+):
     judged, rows_of = [], detectors.rows
 
     def counted(names, left_out):
@@ -314,8 +270,23 @@ def test_folds_that_differ_in_the_scheme_alone_are_judged_once(detectors, monkey
         return rows_of(names, left_out)
 
     monkeypatch.setattr(detectors, "rows", counted)
-    folds = folds_of({name: row(session=name) for name in SIZES_MM}, RULES)
-    assert {fold.scheme for fold in folds} >= {LEAVE_ONE_OUT, RESUBSTITUTION}
-    rows = cross_validate(detectors, [*folds, *(replace(each, scheme="again") for each in folds)])
-    assert judged == [*((name,) for name in SIZES_MM), tuple(SIZES_MM)]
-    assert len(rows) == 2 * len(cross_validate(detectors, folds))
+    folds = folds_of({name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES)
+    # The passes over the place x stand where its first pass does.
+    order = [("0mm/a",), ("0mm/b", "2mm/b"), ("0mm/c",), ("2mm/a",)]
+    again = [replace(fold, scheme="again") for fold in folds if fold.scheme == LEAVE_ONE_OUT]
+    rows = cross_validate(detectors, [*folds, *again])
+    # Folds that differ in the scheme alone are judged once.
+    assert judged == [*order, tuple(SIZES_MM)]
+    one_out = [name for names in order for name in names]
+    of_each = [(LEAVE_ONE_OUT, name) for name in one_out]
+    of_each += [(RESUBSTITUTION, name) for name in SIZES_MM]
+    of_each += [("again", name) for name in one_out]
+    by_key = {(each["detector"], each["scheme"], each["recording"]): each for each in rows}
+    assert [*by_key] == [
+        (detector, *each) for detector in SETTINGS["detectors"] for each in of_each
+    ]
+    assert len(rows) == len(by_key)
+    for expected in rows_of(["2mm/b"], ["0mm/b", "2mm/b"]):
+        for scheme in (LEAVE_ONE_OUT, "again"):
+            found = by_key[expected["detector"], scheme, "2mm/b"]
+            assert str(found) == str(expected | {"size_mm": 2.0, "scheme": scheme})
