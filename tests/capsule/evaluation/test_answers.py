@@ -27,6 +27,9 @@ SETTINGS = {
 }
 
 
+OF_RULE = ("template", "leave_one_out")
+
+
 def rates_of(evaluation):
     """Return the rates of an evaluation in which each recording is a place."""
     labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
@@ -42,17 +45,16 @@ def verdicts(healthy, alarms, nodules, found):
 
 def test_predictive_values_are_those_of_a_thousand_places():
     # 100 of 1000 places hold a nodule: 80 are found; of the 900 others, 45 are called one.
-    ppv, npv = predictive_values(0.8, 0.95, 0.1)
-    assert ppv == pytest.approx(80 / (80 + 45))
-    assert npv == pytest.approx(855 / (855 + 20))
+    told = predictive_values(0.8, 0.95, 0.1)
+    assert told == pytest.approx((80 / (80 + 45), 855 / (855 + 20)))
     assert predictive_values(0.0, 1.0, 0.1) == (pytest.approx(UNKNOWN, nan_ok=True), 0.9)
 
 
 def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_its_table():
     rates = rates_of(evaluated(verdicts(20, 3, 10, 8), detectors=("diagonal", "template")))
-    assert set(rates.verdicts("template", "leave_one_out")["detector"]) == {"template"}
+    assert set(rates.verdicts(*OF_RULE)["detector"]) == {"template"}
     assert rates.verdicts("template", "held_out").empty
-    answers = answers_of(rates, "template", "leave_one_out")
+    answers = answers_of(rates, *OF_RULE)
     # Of 3 mm, nothing was judged.
     assert list(answers.found) == [2.0]
     alarms = false_alarms(answers.specificity)
@@ -63,17 +65,14 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     assert answers.set_specificity is None
     ppv, npv = (each.value for each in answers.meaning)
     assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+    # One that detects nothing still says how often that is right.
+    ppv, npv = answers_of(rates_of(evaluated(verdicts(20, 0, 10, 0))), *OF_RULE).meaning
+    assert math.isnan(ppv.value) and npv.value == pytest.approx(0.9)
     # Chosen as the best of two, its intervals are those of 97.5 %.
-    chosen = answers_of(rates, "template", "leave_one_out", Lead("template", False, 0.8, 2))
+    chosen = answers_of(rates, *OF_RULE, Lead("template", False, 0.8, 2))
     _, low, high = rate(3, 20, 0.975)
     alarms = false_alarms(chosen.specificity)
     assert (alarms.low, alarms.high) == pytest.approx((low, high))
-
-
-def test_a_detector_that_detects_nothing_still_says_how_often_that_is_right():
-    rates = rates_of(evaluated(verdicts(20, 0, 10, 0)))
-    ppv, npv = answers_of(rates, "template", "leave_one_out").meaning
-    assert math.isnan(ppv.value) and npv.value == pytest.approx(0.9)
 
 
 def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():
@@ -105,26 +104,21 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
 )
 def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, found, reason):
     rates = rates_of(evaluated(verdicts(healthy, alarms, nodules, found)))
-    assert answers_of(rates, "template", "leave_one_out").not_reliable(0.85) == reason
+    assert answers_of(rates, *OF_RULE).not_reliable(0.85) == reason
 
 
-def test_a_bound_at_the_level_is_reliable():
+def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_it():
     found = {size_mm: Estimate(1.0, 0.8, 1.0, 9, 9, 0.85) for size_mm in (2.0, 3.0)}
     assert smallest_reliable_size(found, 0.85, 0.85) == 2.0
+    needed, z = recordings_to_show(0.85), 1.6448536269514722
+    assert needed / (needed + z**2) >= 0.85 > (needed - 1) / (needed - 1 + z**2)
 
 
 @pytest.mark.parametrize(
     ("share", "shown"), [(0.986, "98.6"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")]
 )
 def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
-    value, span = Estimate(share, 0.0, 0.004).in_hundred()
-    assert (value, span) == (shown, "0 to 0.4")
-
-
-def test_so_many_recordings_all_right_show_a_rate():
-    needed = recordings_to_show(0.85)
-    z = 1.6448536269514722
-    assert needed / (needed + z**2) >= 0.85 > (needed - 1) / (needed - 1 + z**2)
+    assert Estimate(share, 0.0, 0.004).in_hundred() == (shown, "0 to 0.4")
 
 
 @pytest.mark.parametrize(

@@ -7,21 +7,13 @@ import pandas as pd
 import pytest
 
 from capsule.evaluation import archive_rates as rates
-from capsule.evaluation.archive_rates import (
-    Lead,
-    headline_confidence,
-    leading,
-)
+from capsule.evaluation.archive_rates import Lead, headline_confidence, leading
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import Evaluation
 
 
-def predictions(*names):
-    return pd.DataFrame({"scheme": names}, dtype=str)
-
-
 def rates_by(shown, table=None, configured=()):
-    evaluation = Evaluation(predictions(*shown), {}, {})
+    evaluation = Evaluation(pd.DataFrame({"scheme": shown}, dtype=str), {}, {})
     settings = {"evaluation": {"schemes": configured, "held_out": ["late"]}}
     return rates.Rates(evaluation, table, settings)
 
@@ -99,7 +91,7 @@ SCHEMES = ["leave_one_out", "resubstitution"]
 
 
 def summary(**by_detector):
-    """Return the summary of scores above a threshold of 1, of four healthy recordings and of 2 mm.
+    """Return the summary of scores above a threshold of 1, of four healthy recordings and of 1 mm.
 
     The thresholds let a quarter of the healthy recordings pass, and that of `template` all.
     """
@@ -108,68 +100,64 @@ def summary(**by_detector):
         | {"predicted_mm": score if np.isnan(score) else 2.0 * (score > 1)}
         for detector, scores in by_detector.items()
         for scheme in SCHEMES
-        for true, score in zip([0.0] * 4 + [2.0] * 4, scores, strict=True)
+        for true, score in zip([0.0] * 4 + [1.0] * 4, scores, strict=True)
     ]
     columns = ["detector", "scheme", "score", "size_mm", "threshold", "predicted_mm"]
     table = pd.DataFrame(rows, columns=columns)
-    return measure_tables(table, [0.0, 2.0], RULES, names=["summary"])["summary"]
+    return measure_tables(table, [0.0, 1.0, 2.0], RULES, names=["summary"])["summary"]
 
 
-NAMES = ["template", "diagonal", "taught"]
 # By balanced accuracy `template` would lead, whose threshold of 1 raises no false alarm here.
 SCORES = {
     "template": [0, 0, 0.9, 0.8, 2, 2, 0.5, 0.5],
     "diagonal": [0, 0, 2, 0.8, 2, 2, 1.5, 0.5],
     "taught": [0, 0, 0.9, 2, 1.5, 0.5, 3, 1.2],
 }
-TABLE = summary(**SCORES)
+TURNED = dict(reversed(SCORES.items()))
+OF_TAUGHT = np.array(SCORES["taught"])
+TEMPLATE, NAN = {"template": SCORES["template"]}, float("nan")
 
 
 @pytest.mark.parametrize(
-    ("named", "detector", "sensitivity"),
-    [("best", "diagonal", 0.75), ("taught", "taught", 0.75), ("template", "template", 0.5)],
+    ("scores", "named", "detector", "sensitivity"),
+    [
+        # The one that finds most at the same specificity leads, unless another is named.
+        (SCORES, "best", "diagonal", 0.75),
+        (TURNED, "best", "taught", 0.75),
+        (SCORES, "taught", "taught", 0.75),
+        (SCORES, "template", "template", 0.5),
+        # Its own threshold, which then finds all or nothing, does not choose.
+        (TEMPLATE | {"taught": OF_TAUGHT + 5}, "best", "taught", 0.75),
+        (TEMPLATE | {"taught": OF_TAUGHT - 5}, "best", "taught", 0.75),
+        # No verdict counts as a false alarm, or as a missed nodule.
+        (TEMPLATE | {"taught": [0, 0, NAN, 0.5, 2, 2, NAN, 0.2]}, "taught", "taught", 0.5),
+        ({"taught": [NAN, NAN, 0, 0.5, 2, 2, 2, 2]}, "best", "taught", 0.0),
+        # Where nothing can be compared, the first leads.
+        ({"diagonal": [NAN] * 8, "template": [NAN] * 8}, "best", "diagonal", NAN),
+    ],
 )
-def test_the_one_that_finds_most_at_the_same_specificity_leads_unless_another_is_named(
-    named, detector, sensitivity
-):
-    lead = leading(TABLE, NAMES, SCHEMES, named)
+def test_detectors_are_compared_at_the_same_specificity(scores, named, detector, sensitivity):
+    lead = leading(summary(**scores), list(scores), SCHEMES, named)
     assert (lead.detector, lead.named) == (detector, named != "best")
-    assert (lead.sensitivity, lead.compared) == (sensitivity, 3)
-    assert leading(TABLE, NAMES[::-1], SCHEMES, "best").detector == "taught"
+    assert lead.sensitivity == pytest.approx(sensitivity, nan_ok=True)
+    assert lead.compared == (0 if math.isnan(sensitivity) else len(scores))
 
 
-def test_a_threshold_that_is_set_too_high_or_too_low_does_not_choose():
-    # Every score of `taught` is moved, so that its own threshold finds all, or nothing.
-    for moved in (+5, -5):
-        scores = SCORES | {"taught": [each + moved for each in SCORES["taught"]]}
-        lead = leading(summary(**scores), ["template", "taught"], SCHEMES, "best")
-        assert (lead.detector, lead.sensitivity) == ("taught", 0.75)
+def test_scores_are_compared_with_the_threshold_of_their_fold_and_held_out_ones_never_choose():
     # Half of the folds add 10 to score and threshold alike, as an adapted network may.
     added, sizes_mm = np.tile([0.0, 10.0], 4), np.repeat([0.0, 2.0], 4)
     made = {"size_mm": sizes_mm, "predicted_mm": sizes_mm, "score": added + sizes_mm}
     made = pd.DataFrame(made | {"threshold": added + 1, "detector": "one", "scheme": SCHEMES[0]})
     made = measure_tables(made, [0.0, 2.0], RULES, names=["summary"])["summary"]
     assert made["sensitivity_at_specificity"][0] == 1.0
-
-
-def test_no_verdict_counts_as_a_false_alarm_or_a_missed_nodule():
-    unknown = float("nan")
-    table = summary(template=SCORES["template"], taught=[0, 0, unknown, 0.5, 2, 2, unknown, 0.2])
-    assert leading(table, NAMES, SCHEMES, "taught").sensitivity == 0.5
-    table = summary(taught=[unknown, unknown, 0, 0.5, 2, 2, 2, 2])
-    assert leading(table, NAMES, SCHEMES, "taught").sensitivity == 0.0
-
-
-def test_held_out_recordings_never_choose_and_where_nothing_can_be_compared_the_first_leads():
-    apart = TABLE[TABLE["scheme"] == "leave_one_out"].assign(scheme="held_out")
+    table = summary(**SCORES)
+    apart = table[table["scheme"] == "leave_one_out"].assign(scheme="held_out")
     apart["sensitivity_at_specificity"] = (apart["detector"] == "template").astype(float)
-    both = pd.concat([apart, TABLE])
-    assert leading(both, NAMES, ["held_out", *SCHEMES], "best").detector == "diagonal"
-    healthy = {name: [*each[:4], *[math.nan] * 4] for name, each in SCORES.items()}
-    for table in (summary(), summary(**healthy).assign(sensitivity_at_specificity=math.nan)):
-        lead = leading(table, NAMES, SCHEMES, "best")
-        assert (lead.detector, lead.compared) == ("template", 0)
-        assert math.isnan(lead.sensitivity)
+    both = pd.concat([apart, table])
+    assert leading(both, list(SCORES), ["held_out", *SCHEMES], "best").detector == "diagonal"
+    # Without any verdict, the first leads.
+    lead = leading(summary(), list(SCORES), SCHEMES, "best")
+    assert (lead.detector, lead.compared) == ("template", 0)
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,7 @@ from collections import Counter
 
 import pytest
 
-from capsule.evaluation.confounded import (
-    KEYS,
-    OWN,
-    confounded_keys,
-    in_words,
-    of_values,
-)
+from capsule.evaluation.confounded import KEYS, OWN, confounded_keys, in_words, of_values
 
 SIZES = (1.0, 2.0, 3.0, 4.0, 5.0)
 
@@ -18,14 +12,11 @@ SIZES = (1.0, 2.0, 3.0, 4.0, 5.0)
 def told(pairs, place=lambda number: f"place {number}"):
     """Return what values tell, from pairs of a value and a size; each is a place of its own."""
     names = [f"{size:g}mm/{number}" for number, (_, size) in enumerate(pairs)]
-    values, sizes_mm = zip(*pairs, strict=True)
-    places = [place(number) for number in range(len(names))]
-    return of_values(
-        "session",
-        dict(zip(names, values, strict=True)),
-        dict(zip(names, map(float, sizes_mm), strict=True)),
-        dict(zip(names, places, strict=True)),
+    values, sizes_mm, places = (
+        dict(zip(names, each, strict=True))
+        for each in (*zip(*pairs, strict=True), map(place, range(len(names))))
     )
+    return of_values("session", values, sizes_mm, places)
 
 
 def healthy(value, count=20):
@@ -44,6 +35,7 @@ def alone(pairs):
 DAYS = [f"day {day}" for day in range(4)]
 EACH_DAY = [pair for day in DAYS for pair in healthy(day, 5) + nodules(day, 5)]
 OF_DAYS = [(f"day {size:g}", size) for _, size in nodules("")]
+BOTH_OF_DAYS = [*OF_DAYS, *(pair for size in SIZES for pair in healthy(f"day {size:g}"))]
 
 
 @pytest.mark.parametrize(
@@ -57,12 +49,7 @@ OF_DAYS = [(f"day {size:g}", size) for _, size in nodules("")]
         pytest.param([*healthy("A"), *alone(nodules(""))], True, (), id="healthy in common"),
         pytest.param([*alone(healthy("")), *nodules("B")], True, (), id="nodules in common"),
         pytest.param([*healthy("day 0"), *OF_DAYS], True, SIZES, id="a session for each size"),
-        pytest.param(
-            [*(pair for size in SIZES for pair in healthy(f"day {size:g}")), *OF_DAYS],
-            False,
-            SIZES,
-            id="a session for each size, with healthy ones",
-        ),
+        pytest.param(BOTH_OF_DAYS, False, SIZES, id="a session for each size, with healthy ones"),
         pytest.param(EACH_DAY, False, (), id="each session has all"),
         pytest.param([*EACH_DAY, ("day 4", 0.0), ("day 4", 1.0)], False, (), id="a small session"),
         # Kills: any other chance. Four healthy places meet with (24/124)^4 = 0.0014, five with
@@ -105,10 +92,8 @@ def test_recordings_of_one_place_count_once():
 
 def rows_of(pairs):
     usual = {"status": "accepted", "no_verdict": "", "near_copies": ""}
-    return {
-        f"{size:g}mm/{number}": usual | {"source": value}
-        for number, (value, size) in enumerate(pairs)
-    }
+    rows = enumerate(pairs)
+    return {f"{size:g}mm/{number}": usual | {"source": value} for number, (value, size) in rows}
 
 
 def test_recordings_that_do_not_teach_do_not_count():
@@ -136,18 +121,17 @@ def test_each_key_is_looked_at_and_a_missing_line_is_a_value(key):
 
 
 def test_versions_of_a_simulator_are_sources_but_its_seeds_are_not():
-    source = "simulated phantom, version {}, seed {}"
-    seeds = [source.format(5, 1 + (size > 0)) for _, size in [*healthy(""), *nodules("")]]
-    sizes_mm = [size for _, size in [*healthy(""), *nodules("")]]
-    assert confounded_keys(rows_of(list(zip(seeds, sizes_mm, strict=True))), []) == []
-    versions = [source.format(4 + (size > 0), number) for number, size in enumerate(sizes_mm)]
-    (found,) = confounded_keys(rows_of(list(zip(versions, sizes_mm, strict=True))), [])
+    source, pairs = "simulated phantom, version {}, seed {}", [*healthy(""), *nodules("")]
+    seeds = [(source.format(5, 1 + (size > 0)), size) for _, size in pairs]
+    assert confounded_keys(rows_of(seeds), []) == []
+    versions = [(source.format(4 + (each > 0), n), each) for n, (_, each) in enumerate(pairs)]
+    (found,) = confounded_keys(rows_of(versions), [])
     assert set(found.counts) == {"simulated phantom, version 4", "simulated phantom, version 5"}
 
 
 def test_what_follows_from_several_keys_is_one_clause():
     by_source = told([*healthy("A"), *nodules("B")])
-    by_day = told([*OF_DAYS, *(pair for size in SIZES for pair in healthy(f"day {size:g}"))])
+    by_day = told(BOTH_OF_DAYS)
     assert in_words([]) == ""
     said = in_words([by_source, by_source, by_day])
     assert said.count("from the session") == 3 and "nodules of 1, 2, 3, 4 and 5 mm" in said
