@@ -24,65 +24,48 @@ PLACES = [
 ]
 
 
-@pytest.fixture
-def folders(tmp_path):
-    made = []
-    for name, checksum, verdict, rate in (("A", 1, 3, 0.5), ("B", 4, 5, 0.75)):
-        folder = tmp_path / name
-        (folder / "evaluation").mkdir(parents=True)
-        rows = [{"recording": row[0], "size_mm": row[2], "sha256": row[checksum]} for row in PLACES]
-        pd.DataFrame(rows).to_csv(folder / "recordings.csv", index=False)
-        said = [KEY | {"recording": row[0], "size_mm": row[2]} for row in PLACES]
-        said = [
-            each | {"predicted_mm": row[verdict]} for each, row in zip(said, PLACES, strict=True)
-        ]
-        pd.DataFrame(said).to_csv(folder / "evaluation/predictions.csv", index=False)
-        summary = [KEY | {"sensitivity": rate, "specificity": rate}]
-        if name == "B":  # A is of an earlier version, whose table had no sizes.
-            one = KEY | {"sensitivity": 0.0, "specificity": 0.0}
-            summary = [summary[0] | {"size_mm": None}, one | {"size_mm": 1.0}]
-        pd.DataFrame(summary).to_csv(folder / "evaluation/summary.csv", index=False)
-        made.append(folder)
-    return tuple(made)
+def write(folder, checksum, verdict, summary):
+    """Write a folder of results; `checksum` and `verdict` are the places in `PLACES`."""
+    (folder / "evaluation").mkdir(parents=True)
+    sizes = [{"recording": row[0], "size_mm": row[2]} for row in PLACES]
+    listed = [each | {"sha256": row[checksum]} for each, row in zip(sizes, PLACES, strict=True)]
+    said = [
+        KEY | each | {"predicted_mm": row[verdict]} for each, row in zip(sizes, PLACES, strict=True)
+    ]
+    tables = {"recordings": listed, "evaluation/predictions": said, "evaluation/summary": summary}
+    for name, rows in tables.items():
+        pd.DataFrame(rows).to_csv(folder / f"{name}.csv", index=False)
+
+
+def rates(rate):
+    return KEY | {"sensitivity": rate, "specificity": rate}
 
 
 # Kills: pairing by the name alone; two missing verdicts that count as a change.
-def test_verdicts_are_paired_over_the_same_recordings(folders):
+def test_verdicts_are_paired_over_the_same_recordings(tmp_path):
+    folders = tmp_path / "A", tmp_path / "B"
+    # A is of an earlier version, whose table had no sizes.
+    write(folders[0], 1, 3, [rates(0.5)])
+    write(folders[1], 4, 5, [rates(0.75) | {"size_mm": None}, rates(0.0) | {"size_mm": 1.0}])
     listed = [pd.read_csv(folder / "recordings.csv") for folder in folders]
     (row,) = compared(folders, listed).to_dict("records")
-    assert row | {"p": None} == KEY | {
-        "sensitivity_a": 0.5,
-        "sensitivity_b": 0.75,
-        "specificity_a": 0.5,
-        "specificity_b": 0.75,
-        "paired": 5,
-        "changed": 4,
-        "only_a_right": 1,
-        "only_b_right": 2,
-        "p": None,
-    }
+    told = {"sensitivity_a": 0.5, "sensitivity_b": 0.75, "specificity_a": 0.5}
+    told |= {"specificity_b": 0.75, "paired": 5, "changed": 4}
     # Three differ, one of them to A: McNemar's exact test.
-    assert row["p"] == 1.0
-    assert recordings_that_differ(*listed) == [
-        "5 the same",
-        "1 with other content, such as 2mm/r3",
-    ]
+    assert row == KEY | told | {"only_a_right": 1, "only_b_right": 2, "p": 1.0}
+    content = ["5 the same", "1 with other content, such as 2mm/r3"]
+    assert recordings_that_differ(*listed) == content
 
 
 # Kills: comparing sections as wholes; a key of one side that is passed over.
 def test_settings_and_code_that_differ_are_named():
     a = {"preprocessing": {"window": 84, "threshold": 1.0}, "detectors": ["template", "diagonal"]}
-    b = {"preprocessing": {"window": 40, "threshold": 1.0}, "taught": {"height": 10}} | {
-        "detectors": ["template", "diagonal"]
-    }
-    assert settings_that_differ(a, b) == [
-        "preprocessing.window: 84 -> 40",
-        "taught.height: none -> 10",
-    ]
+    b = a | {"preprocessing": {"window": 40, "threshold": 1.0}, "taught": {"height": 10}}
+    differing = ["preprocessing.window: 84 -> 40", "taught.height: none -> 10"]
+    assert settings_that_differ(a, b) == differing
     assert settings_that_differ(a, a) == ["the same"]
-    assert steps_that_differ({"fit.py": "1", "list.py": "2"}, {"fit.py": "3", "list.py": "2"}) == [
-        "other code of fit.py"
-    ]
+    steps = {"fit.py": "1", "list.py": "2"}
+    assert steps_that_differ(steps, steps | {"fit.py": "3"}) == ["other code of fit.py"]
     assert steps_that_differ(None, {}) == ["not known: an earlier version made one of them"]
 
 

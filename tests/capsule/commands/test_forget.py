@@ -11,6 +11,11 @@ from support.synthetic import write_archive
 NAMES = ["0mm/r01", "3mm/r07", "3mm/r07b", "unlabelled/p1"]
 
 
+def write(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Work in a folder with recordings and results."""
@@ -18,16 +23,12 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("CAPSULE_RUN", "")
     write_archive(tmp_path / "raw", NAMES, samples=30)
     made = [f"{kind}/{name}.npy" for kind in ("signals", "matrices") for name in NAMES]
-    made += [f"fits/{name}.json" for name in NAMES]
-    made += ["recordings.csv", "report.html", "logs/fit/3mm/r07.log"]
-    for name in [*made, "surveys/gut-7/survey.json", "surveys/gut-8/survey.json"]:
-        path = tmp_path / "results" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f"made for {name}\n")
+    made += [*(f"fits/{name}.json" for name in NAMES), "recordings.csv", "report.html"]
+    made += ["logs/fit/3mm/r07.log", "surveys/gut-7/survey.json", "surveys/gut-8/survey.json"]
+    for name in made:
+        write(tmp_path / "results" / name, f"made for {name}\n")
     for name in ("gut-7", "gut-8"):
-        path = tmp_path / "sessions" / name / "stream.csv"
-        path.parent.mkdir(parents=True)
-        path.write_text(f"1.0,2.0,3.0,4.0 of {name}\n")
+        write(tmp_path / "sessions" / name / "stream.csv", f"1.0,2.0,3.0,4.0 of {name}\n")
     return tmp_path
 
 
@@ -52,11 +53,9 @@ def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder, deleted, 
     (folder / "raw/3mm/r07.csv.part").touch()
     others = {"raw/3mm/r07.2.csv", "results/fits/3mm/r07.2.json"}
     for name in others:
-        (folder / name).write_text("made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b.")
+        write(folder / name, "made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b.")
     for name in ("r07", "r07b"):
-        log = folder / f"logs/acquisition/3mm/{name}.log"
-        log.parent.mkdir(parents=True, exist_ok=True)
-        log.write_text("damaged, a wrong checksum\n")
+        write(folder / f"logs/acquisition/3mm/{name}.log", "damaged, a wrong checksum\n")
     if deleted:
         (folder / "raw/3mm/r07.csv").unlink()
     assert forget("raw/3mm/r07.csv", "--yes") == 0
@@ -72,10 +71,8 @@ def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder, deleted, 
 
 def test_a_survey_goes_with_its_pictures(folder):
     assert forget("sessions/gut-7", "--yes") == 0
-    assert {name for name in present(folder) if "gut-" in name} == {
-        "sessions/gut-8/stream.csv",
-        "results/surveys/gut-8/survey.json",
-    }
+    left = {"sessions/gut-8/stream.csv", "results/surveys/gut-8/survey.json"}
+    assert {name for name in present(folder) if "gut-" in name} == left
     assert not (folder / "sessions/gut-7").exists()
 
 
@@ -133,23 +130,21 @@ def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
 
 def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
-    original, survey = elsewhere / "r07.csv", elsewhere / "gut-7"
-    (folder / "raw/3mm/r07.csv").rename(original)
-    (folder / "raw/3mm/r07.csv").symlink_to(original)
-    (folder / "sessions/gut-7").rename(survey)
-    (folder / "sessions/gut-7").symlink_to(survey)
-    assert forget("3mm/r07", "sessions/gut-7", "--yes") == 0
-    assert original.exists() and (survey / "stream.csv").exists()
-    for name in ("raw/3mm/r07.csv", "sessions/gut-7"):
-        assert not (folder / name).is_symlink()
+
+    def link(name):
+        (folder / name).rename(elsewhere / Path(name).name)
+        (folder / name).symlink_to(elsewhere / Path(name).name)
+
+    names = ["raw/3mm/r07.csv", "sessions/gut-7"]
+    for name in names:
+        link(name)
+    assert forget(*names, "--yes") == 0
+    assert (elsewhere / "r07.csv").exists() and (elsewhere / "gut-7/stream.csv").exists()
+    assert not any((folder / name).is_symlink() for name in names)
     capsys.readouterr()
     # A folder behind a link is not entered.
-    (folder / "results").rename(elsewhere / "results")
-    (folder / "results").symlink_to(elsewhere / "results")
-    (folder / ".snakemake").rename(elsewhere / "notes")
-    (folder / ".snakemake").symlink_to(elsewhere / "notes")
-    (folder / "raw/0mm").rename(elsewhere / "0mm")
-    (folder / "raw/0mm").symlink_to(elsewhere / "0mm")
+    for name in ("results", ".snakemake", "raw/0mm"):
+        link(name)
     before = present(elsewhere)
     assert forget("0mm/r01", "--yes") == 1
     assert present(elsewhere) == before

@@ -17,11 +17,11 @@ from capsule.store import files
         (KeyboardInterrupt(), 130, ""),
         (CapsuleError("raw/3mm/r01.csv: say why"), 1, "error: raw/3mm/r01.csv: say why\n"),
         (FileNotFoundError(2, "No such file", "none.csv"), 1, "error: none.csv: No such file"),
+        # A program that reads no more, such as `head`, is no error to tell of.
         (BrokenPipeError(), 141, ""),
     ],
 )
 def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, monkeypatch):
-    # A program that reads no more, such as `head`, is no error to tell of.
     monkeypatch.setattr(os, "dup2", lambda *_: None)
     monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
 
@@ -31,9 +31,9 @@ def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, mo
     with pytest.raises(SystemExit) as stop:
         jobs.run(main)
     # Python prints the text of an exit as a line, and ends with status 1.
-    code = stop.value.code
-    assert (1 if isinstance(code, str) else code) == status
-    assert (capsys.readouterr().err or (code if isinstance(code, str) else "")) == line
+    code, printed = stop.value.code, capsys.readouterr().err
+    told = (1, code) if isinstance(code, str) else (code, printed)
+    assert told == (status, line)
 
 
 def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
