@@ -8,8 +8,7 @@ import pytest
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples
-from support.bench.workbench import Workbench
-from support.bench.world import Clock
+from support.bench.workbench import Clock, Workbench
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
 

@@ -261,13 +261,8 @@ class AnyOrder(RuleBasedStateMachine):
 
     @invariant()
     def nothing_forbidden_has_happened(self):
-        """Check each move and the coils at rest.
-
-        A move needs a lease and an open switch, and is short. At rest the coils are off.
-        """
+        """Check that no tick has broken a rule; the bits of origami_host.c tell which."""
         assert self.bench.forbidden() == 0
-        assert self.bench.longest_move_ms() <= 1000 * LONGEST_S
-        assert self.bench.half_steps() >= -LET_OUT
 
 
 TestAnyOrder = AnyOrder.TestCase

@@ -21,8 +21,7 @@ from capsule.errors import CapsuleError
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, wait_until
-from support.bench.workbench import Workbench
-from support.bench.world import Clock
+from support.bench.workbench import Clock, Workbench
 from support.project import ROOT
 
 pytestmark = pytest.mark.boards

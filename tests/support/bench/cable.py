@@ -2,7 +2,7 @@
 
 The cable behaves as a USB port with an Arduino behind it. If a program opens the port, the board
 resets and waits in its boot loader. While the port is closed, the board's bytes are lost. If the
-cable is unplugged, the port disappears. The cable can damage bytes, and it keeps whole frames.
+cable is unplugged, the port disappears.
 """
 
 import contextlib
@@ -25,6 +25,7 @@ BOOT_LOADER_US = 1_000_000
 # A byte that reaches a Mega's boot loader while it waits for an upload blocks the boot loader.
 STUCK_BOOT_LOADER_US = 7_000_000
 BAUD_TOLERANCE = 0.04
+_GET_BAUD, _COUNT_WAITING = 0x802C542A, 0x541B  # TCGETS2 and FIONREAD of Linux
 
 
 class TerminalCable:
@@ -153,14 +154,7 @@ class TerminalCable:
         return True
 
     def _host_baud(self) -> int:
-        tcgets2 = 0x802C542A
-        return struct.unpack("4I20B2I", fcntl.ioctl(self._master, tcgets2, bytes(44)))[-1]
-
-    @staticmethod
-    def waiting(end: int) -> int:
-        """Return the number of bytes in the port, given its open end."""
-        count_waiting = 0x541B
-        return struct.unpack("i", fcntl.ioctl(end, count_waiting, bytes(4)))[0]
+        return struct.unpack("4I20B2I", fcntl.ioctl(self._master, _GET_BAUD, bytes(44)))[-1]
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Wait until the program has read all bytes in the port."""
@@ -169,7 +163,7 @@ class TerminalCable:
         end = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
         empty_since = started = time.monotonic()
         while (now := time.monotonic()) - empty_since < 0.05:
-            if self.waiting(end):
+            if struct.unpack("i", fcntl.ioctl(end, _COUNT_WAITING, bytes(4)))[0]:
                 empty_since = now
             if now - started > limit_s:
                 raise RuntimeError("the program does not read its port")

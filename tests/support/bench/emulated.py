@@ -1,11 +1,9 @@
 """Run the boards' real firmware in the emulator libsimavr."""
 
 import atexit
-import binascii
 import ctypes
 import functools
 import shutil
-import struct
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -25,6 +23,8 @@ FOLD = "fold", "atmega328p"
 BOARDS = LOGGER, PERISTALSIS, FOLD
 END_STOP, PIN_2, PIN_3 = range(3)  # the logger's switch, and those at an UNO's digital pins
 MHZ = 16
+# A fold board that is set up, its thread unwound: `record_t` of origami.h.
+FIRST_RECORD = bytes.fromhex("01 00 00 00 00 00 00 00 00 00 7c 8e")
 _STRETCH_US = 5000
 # Sets voltages and switches for a stretch of time, from its start to its end in s.
 World = Callable[[float, float], None]
@@ -51,12 +51,6 @@ def temporary_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-def fold_record(sequence: int, half_steps: int, on_ticks: int) -> bytes:
-    """Return a record of the fold board's memory: `record_t` of origami.h."""
-    content = struct.pack("<IiH", sequence, half_steps, on_ticks)
-    return content + struct.pack("<H", binascii.crc_hqx(content, 0xFFFF))
 
 
 @functools.cache
@@ -170,7 +164,7 @@ class EmulatedBoard:
         for switch in {LOGGER: (END_STOP,), FOLD: (PIN_2, PIN_3)}.get(board, ()):
             self.set_switch(switch, False)
         if board == FOLD:
-            self.write_eeprom(0, fold_record(1, 0, 0))
+            self.write_eeprom(0, FIRST_RECORD)
 
     @property
     def baud(self) -> int:

@@ -11,24 +11,21 @@ class FoldingOrigami:
     """A world in which the motor winds the thread, and the thread closes the end switches.
 
     `wound` is in half-steps, from 0 (unfolded) to `TRAVEL` (folded); below 0 the thread is slack.
-    A test may set `stuck` (switches that say nothing true: the name, and whether it is closed),
-    `stalled` (the motor hums, and turns nothing) or `broken` (the thread is, so the origami springs
-    back whatever the motor does).
+    A test may set `stuck` (switches that say nothing true: the name, and whether it is closed) or
+    `stalled` (the motor hums, and turns nothing).
     """
 
     def __init__(self, board: EmulatedBoard, wound: float = 0) -> None:
-        self._board = board
-        self._before = board.half_steps
+        self._board, self._before = board, board.half_steps
         self.stuck: dict[str, bool] = {}
-        self.stalled = False
-        self.broken = False
-        self.wound = wound
+        self.stalled, self.wound = False, wound
         self._press()
 
     @property
     def folded(self) -> float:
-        """The folded share of the origami, 0..1."""
-        return 0.0 if self.broken else min(max(self.wound / TRAVEL, 0.0), 1.0)
+        """The folded share of the origami: 0 or 1 if an end switch is closed."""
+        way = (self.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
+        return min(max(way, 0.0), 1.0)
 
     def __call__(self, start_s: float, end_s: float) -> None:
         """Move the thread by the motor's half-steps in the last stretch of time."""
@@ -41,7 +38,9 @@ class FoldingOrigami:
         self._press()
 
     def _press(self) -> None:
-        drawn = self.folded * TRAVEL
-        closed = {"unfolded": drawn < SWITCH_TRAVEL, "folded": drawn > TRAVEL - SWITCH_TRAVEL}
+        closed = {
+            "unfolded": self.wound < SWITCH_TRAVEL,
+            "folded": self.wound > TRAVEL - SWITCH_TRAVEL,
+        }
         for name, is_closed in (closed | self.stuck).items():
             self._board.set_switch(SWITCHES[name], is_closed)

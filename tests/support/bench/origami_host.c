@@ -12,8 +12,8 @@ typedef struct {
     origami_t origami;
     record_t memory;
     int wound, lowest, stuck[2], stalled, unwritable, attempts;
-    int both_ticks, move_ticks, unheard_ticks, longest_move;
-    int moves_with_both, moves_without_lease, coils_at_rest;
+    int both_ticks, move_ticks, unheard_ticks;
+    int forbidden; /* bits: what must never happen, in the order of tick() */
     origami_state_t last_state;
 } bench_t;
 
@@ -57,14 +57,13 @@ static void tick(bench_t *bench) {
     int goes_on = origami->coils && origami->state == bench->last_state;
     bench->move_ticks = goes_on ? bench->move_ticks + 1 : 0;
     bench->last_state = origami->state;
-    if (bench->move_ticks > bench->longest_move) {
-        bench->longest_move = bench->move_ticks;
-    }
-    bench->moves_with_both += turned && bench->both_ticks > TICKS(15);
-    bench->coils_at_rest +=
-        origami->coils && origami->state != FOLDING && origami->state != UNFOLDING;
-    bench->moves_without_lease += (origami->state == FOLDING || origami->state == FOLDED) &&
-                                  bench->unheard_ticks > TICKS(LEASE_MS);
+    int folds = origami->state == FOLDING || origami->state == FOLDED;
+    int moves = origami->state == FOLDING || origami->state == UNFOLDING;
+    bench->forbidden |= (turned && bench->both_ticks > TICKS(15)) |
+                        (origami->coils && !moves) << 1 |
+                        (folds && bench->unheard_ticks > TICKS(LEASE_MS)) << 2 |
+                        (bench->move_ticks > TICKS(LONGEST_MS)) << 3 |
+                        (origami->half_steps < -LET_OUT_HALF_STEPS) << 4;
 }
 
 void bench_run(bench_t *bench, int ms) {
@@ -97,17 +96,14 @@ void bench_reset(bench_t *bench) {
 void bench_unfold_by_hand(bench_t *bench) { bench->wound = 0; }
 
 const char *bench_reason(const bench_t *bench) { return bench->origami.reason; }
-int bench_writes(const bench_t *bench) { return bench->attempts; }
 void bench_damage_memory(bench_t *bench) { bench->unwritable = 1; }
 void bench_stick(bench_t *bench, int number, int how) { bench->stuck[number] = how; }
 void bench_stall(bench_t *bench, int stalled) { bench->stalled = stalled; }
+int bench_writes(const bench_t *bench) { return bench->attempts; }
 int bench_lowest(const bench_t *bench) { return bench->lowest; }
 int bench_wound(const bench_t *bench) { return bench->wound; }
 int bench_state(const bench_t *bench) { return bench->origami.state; }
 int bench_coils(const bench_t *bench) { return bench->origami.coils; }
 int bench_half_steps(const bench_t *bench) { return bench->origami.half_steps; }
 int bench_wait_s(const bench_t *bench) { return origami_wait_s(&bench->origami); }
-int bench_longest_move_ms(const bench_t *bench) { return bench->longest_move * TICK_US / 1000; }
-int bench_forbidden(const bench_t *bench) {
-    return bench->moves_with_both + bench->moves_without_lease + bench->coils_at_rest;
-}
+int bench_forbidden(const bench_t *bench) { return bench->forbidden; }

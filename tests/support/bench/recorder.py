@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule.recordings.recording import Recording, read_recording
 from support.bench.cable import TerminalCable
-from support.bench.world import taken_at_s
+from support.bench.workbench import taken_at_s
 from support.command import CAPSULE
 
 

@@ -30,7 +30,7 @@ from capsule.phantom.journey import Journey
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.emulated import HALF_STEPS_PER_MM
-from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
+from support.bench.folding import FoldingOrigami
 from support.bench.workbench import Workbench
 from support.command import parsers
 
@@ -39,19 +39,13 @@ GUT_MM = 80.0  # where the end stop is
 _AT_ONCE = 8
 
 
-def folded_by(origami: FoldingOrigami) -> float:
-    """Return the folded share of an origami: 0 or 1 if an end switch is closed."""
-    way = (origami.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
-    return min(max(way, 0.0), 1.0)
-
-
 class BentJourney(Journey):
     """A journey whose origami follows a motor's thread."""
 
     origami: FoldingOrigami
 
     def _fold_on(self, samples: int) -> np.ndarray:
-        before, self._folded = self._folded, folded_by(self.origami)
+        before, self._folded = self._folded, self.origami.folded
         if self._folded > before:
             self.fold()
         elif self._folded < before:
@@ -108,7 +102,7 @@ class Gut:
     def _sample(self) -> tuple[np.ndarray, float]:
         """Return the next counts, and the place of the head."""
         if not self._ahead:
-            folded = folded_by(self._origami)
+            folded = self._origami.folded
             # Several samples at once take less time, but not while the origami moves.
             way, counts = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
             self._ahead.extend(zip(counts.T.astype(float), way.head_mm, strict=True))
@@ -258,7 +252,7 @@ class Rig:
     @property
     def folded(self) -> float:
         """The folded share of the origami, 0..1."""
-        return folded_by(self.origami)
+        return self.origami.folded
 
     def survey(self, *options: object, then: Then = ()) -> None:
         """Run capsule survey on these boards to its end."""

@@ -1,10 +1,14 @@
 """A simulated bench: several boards share one clock, and a function sets their inputs."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+
+import numpy as np
 
 from support.bench.cable import TerminalCable
-from support.bench.emulated import World
+from support.bench.emulated import EmulatedBoard, World
+
+STRETCH_S = 0.005
 
 
 class Workbench:
@@ -58,3 +62,29 @@ class Workbench:
         """Run for this many seconds of the bench's time."""
         end_us = self.now_us + int(seconds * 1e6)
         self.run(lambda: self.now_us >= end_us, stretch_us=stretch_us)
+
+
+def counts_at(stretch: int) -> tuple[int, int, int, int]:
+    """Return ADC counts that tell a stretch of time twice, so that no two samples can be mixed."""
+    high, low = divmod(stretch, 1024)
+    return high, low, (7 * stretch + 3) % 1024, (11 * stretch + 5) % 1024
+
+
+def taken_at_s(counts: Sequence[float]) -> float:
+    """Return the time at which a sample was taken, in s."""
+    stretch = int(counts[0]) * 1024 + int(counts[1])
+    assert tuple(counts) == counts_at(stretch), f"{counts} was never measured"
+    return stretch * STRETCH_S
+
+
+class Clock:
+    """A world whose voltages encode the time, so that every sample contains its true time."""
+
+    def __init__(self, board: EmulatedBoard) -> None:
+        self._board = board
+
+    def __call__(self, start_s: float, end_s: float) -> None:
+        """Set the voltages of one stretch, in the middle of each step of the ADC."""
+        del end_s
+        voltages_mv = (np.array(counts_at(round(start_s / STRETCH_S))) + 0.5) * 5000 / 1024
+        self._board.set_voltages(voltages_mv, voltages_mv)
