@@ -1,18 +1,22 @@
-"""The paper's detector works on simulated archives, and the motion of their capsule is right."""
+"""Simulated archives: motion, verdicts, signals as they are described, and faults of a bench."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from phantom_study import simulated_archive
+from phantom_study import draw, simulated_archive
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import read_detector
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.parameters import with_values
+from capsule.phantom.origami import sensor_offsets
+from capsule.phantom.parameters import value_of, with_values
+from capsule.store.files import read_csv
 
 pytestmark = pytest.mark.takes(0.2)
 
+STUDIES = Path(__file__).resolve().parents[3] / "workflow/studies"
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = simulated_archive.quick(read_detector())
 PAPER = read_paper_table()
@@ -28,9 +32,19 @@ def matrices(archive):
     return simulated_archive.archive_matrices(archive, DETECTOR)
 
 
-def test_an_archive_has_every_size_thinned_by_the_stride(matrices):
-    assert len(matrices) == 6 * 4
-    assert {matrix.shape for matrix in matrices.values()} == {(4, 100)}
+@pytest.fixture(scope="module")
+def templates(matrices):
+    return simulated_archive.learn(matrices, DETECTOR)
+
+
+def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices, templates):
+    # Every size, thinned by the stride.
+    assert [matrix.shape for matrix in matrices.values()] == [(4, 100)] * 6 * 4
+    confusion, motion = simulated_archive.simulate_and_judge(PHANTOM, DETECTOR, PAPER, 4, 3)
+    np.testing.assert_array_equal(confusion.sum(axis=1), 4)
+    assert confusion[5, 2:].sum() > confusion[0, 2:].sum()
+    np.testing.assert_array_equal(confusion, simulated_archive.classify(matrices, templates))
+    assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)
 
 
 def test_a_run_that_is_stopped_by_hand_has_not_arrived(archive):
@@ -41,19 +55,97 @@ def test_a_run_that_is_stopped_by_hand_has_not_arrived(archive):
     assert share < 100
 
 
-def test_passing_times_are_those_of_the_sensors(archive):
-    """At a steady speed, the sensors meet the nodule one after the other, a pitch apart."""
-    run = archive["3mm/r01"]
-    for speed, usual in ((0.4, 100), (1.0, 0), (0.2, 0)):
-        steady = replace(run, time_s=np.arange(2000) / 10, head_mm=speed * np.arange(2000) / 10)
-        motion = simulated_archive.archive_motion({"3mm/r01": steady}, PHANTOM, PAPER)
-        assert motion["Delta mu 100 to 250"] == usual
+@pytest.mark.parametrize(("speed", "usual"), [(0.4, 100), (1.0, 0), (0.2, 0)])
+def test_at_a_steady_speed_the_sensors_meet_the_nodule_a_pitch_apart(archive, speed, usual):
+    time_s = np.arange(2000) / 10
+    steady = replace(archive["3mm/r01"], time_s=time_s, head_mm=speed * time_s)
+    motion = simulated_archive.archive_motion({"3mm/r01": steady}, PHANTOM, PAPER)
+    assert motion["Delta mu 100 to 250"] == usual
 
 
-def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices):
-    confusion, motion = simulated_archive.simulate_and_judge(PHANTOM, DETECTOR, PAPER, 4, 3)
-    np.testing.assert_array_equal(confusion.sum(axis=1), 4)
-    assert confusion[5, 2:].sum() > confusion[0, 2:].sum()
-    templates = simulated_archive.learn(matrices, DETECTOR)
-    np.testing.assert_array_equal(confusion, simulated_archive.classify(matrices, templates))
-    assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)
+def test_each_size_is_described_and_the_documentation_shows_what_was(archive, matrices, templates):
+    rows = draw.describe(archive, matrices, templates, PHANTOM)
+    assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
+    spacings = [row["template_peak_spacing_samples"] for row in rows]
+    assert spacings[0] == "" and all("-" in each for each in spacings[1:])
+    names = [f"3mm/r{number:02d}" for number in range(1, 5)]
+    lengths = [archive[name].time_s.size for name in names]
+    passing = []
+    for run in map(archive.get, names):
+        places_mm = run.nodule_at_mm + sensor_offsets(PHANTOM.origami, 4)
+        passing += list(np.diff([np.argmax(run.head_mm >= place_mm) for place_mm in places_mm]))
+    row = rows[3]
+    assert (row["shortest_samples"], row["longest_samples"]) == (min(lengths), max(lengths))
+    assert row["stopped_by_hand"] == 0
+    assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
+    assert row["passing_high_samples"] == round(np.percentile(passing, 95))
+    text = (STUDIES / "phantom.md").read_text(encoding="utf-8")
+    for kept in read_csv(STUDIES / "results/phantom-signals.csv"):
+        assert list(kept) == list(row)
+        assert "| " + " | ".join(kept.values()) + " |" in text
+
+
+def test_an_example_is_the_run_with_the_middling_matrix(archive, matrices):
+    (healthy, example) = draw.examples(archive, matrices, (0, 3), window=84)
+    assert healthy.title.startswith("0mm/")
+    assert healthy.title.endswith("(no nodule)")
+    sums = {name: matrices[name].sum() for name in matrices if name.startswith("3mm/")}
+    assert sorted(sums.values())[2] == sums[example.title]
+    assert example.run is archive[example.title]
+    assert example.matrix is matrices[example.title]
+    # The matrix is the envelope above the threshold, here of every tenth sample.
+    high = example.envelope[:, ::10] > 1.0
+    np.testing.assert_array_equal(example.matrix[:, : high.shape[1]] > 0, high)
+
+
+def test_a_level_multiplies_what_it_is_about():
+    doubled = draw.varied(PHANTOM, ["sensor.noise"], 2.0)
+    assert value_of(doubled, "sensor.noise") == 2 * value_of(PHANTOM, "sensor.noise")
+    for parameters, _ in draw.VARIATIONS.values():
+        assert draw.varied(PHANTOM, parameters, 1.0) == PHANTOM
+
+
+def test_a_fault_spoils_one_sensor_of_each_run(archive):
+    assert draw.with_faults(archive, "none", 1).keys() == archive.keys()
+    for fault in draw.FAULTS:
+        for name, run in draw.with_faults(archive, fault, 1).items():
+            sound = archive[name].counts
+            changed = np.flatnonzero((run.counts != sound).any(axis=1))
+            assert len(changed) == (fault != "none")
+            for sensor in changed:
+                middle = int(np.median(sound[sensor]))
+                if fault == "dead":
+                    assert set(run.counts[sensor]) == {middle, middle + 1}
+                else:
+                    assert run.counts[sensor].min() == middle
+                    assert run.counts[sensor].max() == sound[sensor].max()
+
+
+def test_the_headline_has_the_specificity_the_recalls_and_the_means_over_the_papers_sizes():
+    confusion = 20 * np.eye(6, dtype=int)
+    confusion[0] = [8, 12, 0, 0, 0, 0]
+    confusion[1] = [5, 0, 0, 15, 0, 0]
+    confusion[2] = [2, 0, 0, 18, 0, 0]
+    confusion[5] = [0, 0, 20, 0, 0, 0]
+    assert draw.headline(confusion, PAPER) == {
+        "specificity": 40.0, "recall 1 mm": 75.0, "recall 2 mm": 90.0,
+        "exact size": 50.0, "within 1 mm": 72.5,
+    }  # fmt: skip
+
+
+def test_a_sweep_uses_the_calibrated_templates_at_every_level_and_fault(monkeypatch):
+    monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
+    rows = list(draw.sweep(PHANTOM, DETECTOR, PAPER, archives=1, runs=2))
+    levels = [(row.pop("variation"), row.pop("level")) for row in rows]
+    faults = [("one faulty sensor", fault) for fault in ("none", "dead", "saturated")]
+    assert levels == [("noise", 1), ("noise", 32), *faults]
+    # The calibrated bench without a fault is met twice.
+    assert rows[0] == rows[2]
+    taught, fresh = (
+        simulated_archive.archive_matrices(
+            simulated_archive.simulate_archive(PHANTOM, seed, 2), DETECTOR
+        )
+        for seed in (1, 1001)
+    )
+    confusion = simulated_archive.classify(fresh, simulated_archive.learn(taught, DETECTOR))
+    assert rows[0] == draw.headline(confusion, PAPER)

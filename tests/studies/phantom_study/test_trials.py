@@ -1,10 +1,11 @@
-"""A trial can be repeated, and its distance from the paper is right."""
+"""A trial can be repeated, is logged once, and its distance from the paper is right."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from phantom_study import calibrate, simulated_archive
+from phantom_study.calibrate import TrialLog
 from phantom_study.paper_table import read_paper_table
 from phantom_study.simulated_archive import quick, read_detector
 
@@ -67,12 +68,72 @@ def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
     # Archives that are all alike have the least spread, 1.5 points.
     expected = pytest.approx((off.max() / 1.5, off.mean()))
     assert calibrate.shortfall([perfect] * 3, PAPER) == expected
-
-
-def test_a_cell_that_varies_much_is_sooner_near():
-    # Two of the 3 mm runs taken for 4 mm: an exact rate of 45 instead of 55 %.
+    # Two of the 3 mm runs taken for 4 mm: an exact rate of 45 instead of 55 %, and so a mean of
+    # 50 %, which is one standard deviation of 5 from the paper.
     other = LIKE_THE_PAPER.copy()
     other[3] = [0, 3, 3, 9, 5, 0]
     tried = [trial_of(LIKE_THE_PAPER), trial_of(other)]
-    # Their mean is 50 %, one standard deviation of 5 from the paper.
     assert calibrate.shortfall(tried, PAPER) == pytest.approx((1.0, 5 / len(PAPER.cells)))
+
+
+CANDIDATES = [{"part.size": 1.5}, {"part.size": 2.5}, {"part.size": 3.5}]
+SEEDS = [7, 8, 9]
+
+
+def make(values, seeds):
+    """Yield trials that contain their own arguments."""
+    for candidate, seed in zip(values, seeds, strict=True):
+        yield {"archive_seed": seed, "confusion": "[]"} | candidate
+
+
+def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp_path):
+    path = tmp_path / "new/log.csv"
+    asked = []
+
+    def note(values, seeds):
+        asked.extend(seeds)
+        return make(values, seeds)
+
+    # Every trial is in the file before the next is asked for.
+    def interrupted(values, seeds):
+        yield next(make(values, seeds))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        TrialLog(path, interrupted).trials("first", CANDIDATES, SEEDS)
+    assert [row["archive_seed"] for row in read_csv(path)] == ["7"]
+    log = TrialLog(path, note)
+    made = log.trials("first", CANDIDATES, SEEDS)
+    assert asked == SEEDS[1:]
+    log.trials("second", CANDIDATES, SEEDS)
+    assert [row["stage"] for row in read_csv(path)] == 3 * ["first"] + 3 * ["second"]
+    known = TrialLog(path, note).trials("first", CANDIDATES, SEEDS)
+    assert asked == [*SEEDS[1:], *SEEDS]
+    assert known == [{name: str(value) for name, value in trial.items()} for trial in made]
+    assert known == read_csv(path)[:3]
+
+
+@pytest.mark.parametrize(
+    ("candidates", "seeds"),
+    [
+        ([{"part.size": 9.5}, *CANDIDATES[1:]], SEEDS),
+        ([{"part.other": 1.5}] * 3, SEEDS),
+        (CANDIDATES, [7, 8, 10]),
+        (CANDIDATES[:2], SEEDS[:2]),
+    ],
+    ids=["another value", "another parameter", "another archive", "fewer trials"],
+)
+def test_trials_of_other_candidates_are_refused(tmp_path, candidates, seeds):
+    path = tmp_path / "log.csv"
+    TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
+    before = path.read_bytes()
+    with pytest.raises(CapsuleError, match=r"log\.csv: first has other candidates than this"):
+        TrialLog(path, make).trials("first", candidates, seeds)
+    assert path.read_bytes() == before
+
+
+def test_another_table_is_no_log(tmp_path):
+    path = tmp_path / "cells.csv"
+    path.write_text("cell,paper\nspecificity,30\n", encoding="utf-8")
+    with pytest.raises(CapsuleError, match=r"cells\.csv: this is not a log of trials"):
+        TrialLog(path, make)
