@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from capsule.method.particle import Particle, render
-from capsule.method.sliding import RepeatedParticle, rmse_at_lag
+from capsule.method.sliding import RepeatedParticle
 from capsule.method.templates import (
     compare_templates,
     first_peak_sample,
@@ -19,24 +19,16 @@ from capsule.seeding import generator
 from support import literal
 
 
-def test_distances_equal_the_literal_formula():
-    numbers = generator(1, "distances")
-    matrix, *templates = numbers.random((4, 3, 24))
-    distances = template_distances(matrix, templates)
-    expected = [literal.smallest_rmse(matrix, template) for template in templates]
-    np.testing.assert_allclose(distances, expected, atol=1e-9)
-
-
-def test_a_margin_is_the_gain_over_no_template():
-    numbers = generator(1, "margin")
-    matrix, *templates = numbers.random((4, 3, 40))
+def test_distances_equal_the_literal_formula_and_a_gain_is_that_over_no_template():
+    matrix, *templates = generator(1, "distances").random((4, 3, 24))
     sought = [RepeatedParticle(template) for template in templates]
     distances, gains, lags = compare_templates(matrix, sought)
     np.testing.assert_array_equal(template_distances(matrix, templates), distances)
-    for template, gain, lag in zip(templates, gains, lags, strict=True):
-        rmse = rmse_at_lag(matrix, template, int(lag))
-        assert rmse**2 * 3 * 120 == pytest.approx((matrix**2).sum() - gain)
-    assert np.isnan(compare_templates(np.full((3, 40), np.nan), sought)).all()
+    expected = [literal.sliding_rmse(matrix, template) for template in templates]
+    np.testing.assert_allclose(distances, np.min(expected, axis=1), atol=1e-9)
+    np.testing.assert_array_equal(lags, np.argmin(expected, axis=1) + 1)
+    np.testing.assert_allclose(distances**2 * 3 * matrix.size, (matrix**2).sum() - gains)
+    assert np.isnan(compare_templates(np.full((3, 24), np.nan), sought)).all()
 
 
 def test_what_is_unknown_stays_unknown():
@@ -47,9 +39,7 @@ def test_what_is_unknown_stays_unknown():
     assert nearest_size(distances, [0, 1]) == 0
     assert np.isnan(template_distances(unknown, [known])).all()
     assert np.isnan(nearest_size(np.array([np.nan, np.nan]), [0, 1]))
-
-
-def test_of_equal_distances_the_smaller_size_wins():
+    # Of equal distances the smaller size wins.
     assert nearest_size(np.array([0.2, 0.1, 0.1]), [0, 3, 4]) == 3
 
 

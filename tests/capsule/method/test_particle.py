@@ -19,7 +19,7 @@ from support import literal
 from support.paper import PAPER
 from support.synthetic import make_recording
 
-SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)
+SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
 
 
 @pytest.mark.parametrize(
@@ -46,24 +46,27 @@ def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_
 
 
 @given(st.integers(1, 6), st.integers(0, 2**32))
-def test_random_particles_lie_in_their_ranges(sensors, seed):
+def test_random_particles_lie_in_their_ranges_and_integers_stay_integers(sensors, seed):
     drawn = PAPER.draw(50, sensors, generator(seed, "draw"))
     low, high = PAPER.bounds(sensors)
     assert drawn.shape == (50, 4 * sensors - 1)
     assert np.all((drawn >= low) & (drawn <= high))
-    integers = drawn[:, 2 * sensors :]
-    np.testing.assert_array_equal(integers, np.rint(integers))
+    steps = SMALL.draw_steps(50, sensors, generator(seed, "steps"))
+    for vectors in (drawn, steps):
+        integers = vectors[:, 2 * sensors :]
+        np.testing.assert_array_equal(integers, np.rint(integers))
 
 
-def test_random_integers_reach_both_ends_and_steps_have_the_papers_deviations():
+def test_random_integers_reach_both_ends_and_steps_have_their_deviations():
     drawn = PAPER.draw(20_000, 4, generator(1, "ends"))
     assert (drawn[:, 8:11].min(), drawn[:, 8:11].max()) == (100, 250)
     assert (drawn[:, 11:].min(), drawn[:, 11:].max()) == (1, 60)
-    steps = PAPER.draw_steps(40_000, 4, generator(1, "steps"))
-    np.testing.assert_allclose(steps[:, :8].std(), 0.1, rtol=0.01)
-    # A rounded standard normal has the variance 1 + 1/12.
-    np.testing.assert_allclose(steps[:, 8:].std(), np.sqrt(13 / 12), rtol=0.01)
-    np.testing.assert_array_equal(steps[:, 8:], np.rint(steps[:, 8:]))
+    for space, deviation in ((PAPER, 1), (SMALL, 2)):
+        steps = space.draw_steps(40_000, 4, generator(1, "steps"))
+        np.testing.assert_allclose(steps[:, :8].std(), 0.1, rtol=0.01)
+        # The variance of a rounded normal number is larger by 1/12.
+        expected = np.sqrt(deviation**2 + 1 / 12)
+        np.testing.assert_allclose(steps[:, 8:].std(), expected, rtol=0.01)
 
 
 def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
@@ -101,6 +104,8 @@ def test_a_fit_equals_the_literal_algorithm():
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
     assert fit.rmse == pytest.approx(smallest, abs=1e-9)
     assert fit.accepted_moves == accepted > 0
+    sliding = literal.sliding_rmse(matrix, render(fit.particle, 8, length))
+    assert fit.lag == np.argmin(sliding) + 1
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 3, 50])
@@ -126,22 +131,3 @@ def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, len
     renderer.draw_into(vectors, drawn)
     expected = [render(Particle.from_vector(vector), first_peak, length) for vector in vectors]
     np.testing.assert_allclose(drawn, expected, atol=1e-15)
-
-
-def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
-    hidden = Particle(
-        np.array([1.0, 1.2, 0.9, 1.1]),
-        np.full(4, 0.4),
-        np.array([150.0, 160.0, 140.0]),
-        np.array([30.0, 35.0, 30.0, 25.0]),
-    )
-    matrix = render(hidden, 230, 1000)
-    fit = fit_particle(
-        matrix, generator(1, "hidden"), particles=2000, iterations=2000, first_peak=150, space=PAPER
-    )
-    energy = np.linalg.norm(matrix) / np.sqrt(3 * matrix.size)
-    assert fit.rmse < fit.rmse_initial
-    assert fit.rmse < 0.1 * energy
-    np.testing.assert_allclose(fit.particle.peak_spacing, hidden.peak_spacing, atol=8)
-    # u = 150, the hidden particle starts at 230: it lies 80 columns beyond tau = L + 1.
-    assert fit.lag == pytest.approx(1000 + 1 + 80, abs=8)

@@ -1,0 +1,49 @@
+"""The package's names, its errors as lines, and plain values for JSON."""
+
+import errno
+
+import numpy as np
+import pytest
+
+import capsule
+from capsule import errors
+from capsule.arrays import plain
+from capsule.engine.project import project_version
+from capsule.interface.archive import load
+from capsule.method.particle import Particle, render
+
+
+def test_the_package_has_its_public_names_and_checks_what_its_functions_are_given():
+    assert capsule.__all__ == dir(capsule)
+    assert capsule.__version__ == project_version()
+    assert (capsule.Particle, capsule.load) == (Particle, load)
+    assert capsule.render is not render
+    with pytest.raises(AttributeError, match="no attribute 'renders'"):
+        _ = capsule.renders
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (errors.CapsuleError("say why"), "error: say why"),
+        (PermissionError(13, "not allowed", "a.csv"), "error: a.csv: not allowed"),
+        (OSError(5, "lost"), "error: disk: lost"),
+        (OSError("lost"), "error: disk: lost"),
+        (OSError(errno.ENOSPC, "full", "a.csv"), "error: a.csv: full; free some space and run"),
+        (OSError(errno.EDQUOT, "full", "a.csv"), "error: a.csv: full; free some space and run"),
+    ],
+)
+def test_an_error_is_one_line(error, line):
+    told = errors.error_line(error)
+    assert told.removesuffix(" again: finished results are kept") == line
+
+
+def test_a_wrong_option_has_its_own_exit_status():
+    assert (errors.RecordingError.status, errors.WrongOptionError.status) == (1, 2)
+
+
+def test_plain_values_are_numbers_lists_and_none_for_what_json_lacks():
+    values = {"a": np.array([1, 2]), "b": (np.float64(0.5), np.inf), "c": [{"d": np.nan}], "e": "x"}
+    expected = {"a": [1, 2], "b": [0.5, None], "c": [{"d": None}], "e": "x"}
+    assert plain(values) == expected
+    assert type(plain(values)["b"][0]) is float
