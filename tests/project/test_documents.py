@@ -58,28 +58,22 @@ CALL = re.compile(
 )
 
 
-@pytest.fixture
-def copy(tmp_path):
-    """Return a folder like the project's, in which examples may write."""
-    for name in RECORDINGS:
-        path = tmp_path / "raw" / f"{name}.csv"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / "raw" / f"{name}.csv", path)
-    (tmp_path / "raw/unlabelled").mkdir()
-    shutil.copyfile(ROOT / "raw/3mm/r09.csv", tmp_path / "raw/unlabelled/patient.csv")
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    return tmp_path
-
-
 @pytest.mark.takes
 @pytest.mark.parametrize("document", sorted(WITH_PYTHON | {"README.md", "docs/library.md"}))
-def test_the_python_in_a_document_runs_from_top_to_bottom(copy, document):
+def test_the_python_in_a_document_runs_from_top_to_bottom(tmp_path, document):
+    """In a folder like the project's, in which examples may write."""
+    copies = {name: name for name in RECORDINGS} | {"3mm/r09": "unlabelled/patient"}
+    for name, copy in copies.items():
+        path = tmp_path / "raw" / f"{copy}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / "raw" / f"{name}.csv", path)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
     run = [each for each in BLOCKS if each.document == document and each.is_python]
     program = "\n".join(each.text for each in run if not each.not_run)
     assert program
     environment = {"PYTHONPATH": str(SCRIPTS), "MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
     call = [sys.executable, "-W", "error", "-c", program]
-    output_of(*call, cwd=copy, env={**os.environ, **environment})
+    output_of(*call, cwd=tmp_path, env={**os.environ, **environment})
 
 
 def calls():
@@ -108,7 +102,7 @@ def test_a_call_in_a_document_is_one_that_its_command_or_study_takes(program, wo
 
 def options(word):
     """Return the options of a command but those for help."""
-    return {each for each in parsers()[word]._option_string_actions if each != "-h"} - {"--help"}
+    return parsers()[word]._option_string_actions.keys() - {"-h", "--help"}
 
 
 @pytest.mark.parametrize("word", SECTIONS)
@@ -187,13 +181,9 @@ def test_the_page_on_the_import_shows_what_the_command_prints(tmp_path):
         run_lines(shutil.copytree(examples, tmp_path / str(number)), [line])
 
 
-def test_the_example_of_a_map_is_the_one_that_is_used():
+def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_imported(tmp_path):
     example = (ROOT / "docs/examples/fabricslide.yaml").read_text(encoding="utf-8")
-    shown = [each.text for each in BLOCKS if each.document == "docs/import.md"]
-    assert example.rstrip() in shown
-
-
-def test_a_file_like_that_of_the_readme_is_imported(tmp_path):
+    assert example.rstrip() in [each.text for each in BLOCKS if each.document == "docs/import.md"]
     (block,) = [each.text for each in BLOCKS if "time_ms,S1_kOhm" in each.text]
     made = make_recording(3.0, "3mm/r01", samples=525)
     kohm = (12 * made.values / (1024 - made.values)).round(3)
@@ -205,18 +195,6 @@ def test_a_file_like_that_of_the_readme_is_imported(tmp_path):
     assert_readings(recording, made.time_s, kohm)
 
 
-def texts(notebook):
-    """Return the text of each cell's output; for a picture, only that there is one."""
-    return [
-        [
-            output["text"] if "text" in output else output["data"]["text/plain"]
-            for output in cell["outputs"]
-        ]
-        for cell in notebook.cells
-        if cell["cell_type"] == "code"
-    ]
-
-
 @pytest.mark.slow
 @pytest.mark.takes
 @pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
@@ -226,6 +204,14 @@ def test_the_tutorial_gives_what_it_shows(monkeypatch):
     stored = nbformat.read(TUTORIAL, as_version=4)
     fresh = nbformat.read(TUTORIAL, as_version=4)
     NotebookClient(fresh, timeout=300, resources={"metadata": {"path": TUTORIAL.parent}}).execute()
-    assert texts(fresh) == texts(stored)
-    outputs = [output for cell in fresh.cells for output in cell.get("outputs", [])]
-    assert sum("image/png" in output.get("data", {}) for output in outputs) >= 5
+    made, shown = (
+        [(at, each) for at, cell in enumerate(book.cells) for each in cell.get("outputs", [])]
+        for book in (fresh, stored)
+    )
+    # Of a picture, only that there is one.
+    texts, expected = (
+        [(at, each["text"] if "text" in each else each["data"]["text/plain"]) for at, each in some]
+        for some in (made, shown)
+    )
+    assert texts == expected
+    assert sum("image/png" in each.get("data", {}) for _, each in made) >= 5

@@ -17,6 +17,7 @@ from support.project import ROOT
 DOCS = ROOT / "docs"
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
 STUDIES = sorted((ROOT / "workflow/studies").rglob("*.md"))
+BENCHES = ROOT / "workflow/report/benches.csv"
 NAMES = [path.relative_to(ROOT).as_posix() for path in [*documents(), *STUDIES]]
 
 
@@ -85,53 +86,42 @@ def test_the_files_that_a_recording_passes_are_there_and_each_step_uses_them():
                 assert path in used or "scripts/capsule" not in path.as_posix(), (step, path)
 
 
-def described_keys(schema, path=""):
-    """Yield every key that holds a value, with its part of the schema."""
+def rows_of(schema, path=""):
+    """Yield the row of every key that holds a value."""
     for name, part in schema["properties"].items():
-        key = f"{path}.{name}" if path else name
         if "properties" in part:
-            yield from described_keys(part, key)
+            yield from rows_of(part, f"{path}{name}.")
         else:
-            yield key, part
-
-
-def row(key, part):
-    cells = [f"`{key}`", part.get("symbol", ""), part.get("unit", "")]
-    cells.append(allowed_values(part, SCHEMA))
-    return "| " + " | ".join([*cells, part["description"]]) + " |"
+            cells = [f"`{path}{name}`", part.get("symbol", ""), part.get("unit", "")]
+            cells += [allowed_values(part, SCHEMA), part["description"]]
+            yield f"| {' | '.join(cells)} |"
 
 
 def test_every_key_is_explained_as_the_schema_has_it_and_no_other():
     readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
     explained = [line for line in readme.splitlines() if line.startswith("| `")]
-    assert explained == [row(key, part) for key, part in described_keys(SCHEMA)]
+    assert explained == [*rows_of(SCHEMA)]
 
 
-def test_report_page_and_study_give_the_range_that_the_benchmark_measured():
-    rows = read_csv(ROOT / "workflow/report/benches.csv")
+def text_of(page):
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def test_pages_give_the_range_that_the_benchmark_measured_and_the_numbers_that_are_computed():
     lines = []
-    for row in rows:
-        *words, specificity, small, large = row.values()
+    for *words, specificity, small, large in map(dict.values, read_csv(BENCHES)):
         rates = [f"{100 * float(rate):.1f} %" for rate in (specificity, small, large)]
         lines.append(f"| {' | '.join([*words, *rates])} |\n")
     for page in ("docs/detection.md", "workflow/studies/results/detection-benches.md"):
-        assert f"---|\n{''.join(lines)}\n" in (ROOT / page).read_text(encoding="utf-8")
-
-
-def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():
-    rows = [
-        [f"{rate} %"]
-        + [str(recordings_needed(rate / 100, each, 0.95)) for each in (0.15, 0.1, 0.05)]
+        assert f"---|\n{''.join(lines)}\n" in text_of(page)
+    needed = {
+        rate: [recordings_needed(rate / 100, each, 0.95) for each in (0.15, 0.1, 0.05)]
         for rate in (50, 60, 70, 80, 85, 90, 95, 100)
-    ]
+    }
     head = "| expected rate | ±15 points | ±10 points | ±5 points |\n|---|---|---|---|\n"
-    table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
-    assert f"{head}{table}\n" in (ROOT / "docs/your-bench.md").read_text(encoding="utf-8")
-
-
-def test_the_page_on_intervals_tells_what_is_computed():
-    page = " ".join((ROOT / "docs/intervals.md").read_text(encoding="utf-8").split())
+    rows = [f"| {rate} % | {' | '.join(map(str, of))} |\n" for rate, of in needed.items()]
+    assert f"{head}{''.join(rows)}\n" in text_of("docs/your-bench.md")
+    intervals = " ".join(text_of("docs/intervals.md").split())
     low, high = (f"{100 * share:.1f}" for share in new_specificity(20, 0.95))
-    assert f"At n = 20 the central 90 % are {low} to {high} %." in page
-    needed = recordings_needed(0.95, 0.05, 0.95)
-    assert f"95 % to +-5 points takes {needed} healthy recordings" in page
+    assert f"At n = 20 the central 90 % are {low} to {high} %." in intervals
+    assert f"95 % to +-5 points takes {needed[95][2]} healthy recordings" in intervals

@@ -74,12 +74,9 @@ def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock
                     assert re.search(asked, text, re.M), (name, requirement)
 
 
-def test_all_locks_pin_the_same_versions():
+def test_all_locks_pin_the_same_and_that_of_make_report_nothing_that_only_an_extra_asks_for():
     *smaller, tests = map(locked_versions, LOCKS)
-    assert all(needed.items() <= tests.items() for needed in smaller)
-
-
-def test_make_report_installs_what_it_needs_and_nothing_that_only_an_extra_asks_for():
+    assert all(pinned.items() <= tests.items() for pinned in smaller)
     needed = {each.name.lower() for each in wanted("workflow")}
     optional = {each.name.lower() for each in wanted(*EXTRAS.keys() - {"test", "dev"})} - needed
     locked = locked_versions("requirements.lock").keys()
@@ -119,17 +116,14 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
     assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
 
 
-def test_every_error_that_names_an_extra_names_one_that_there_is():
+def test_every_error_that_names_an_extra_names_one_that_there_is(monkeypatch, tmp_path):
     texts = [path.read_text(encoding="utf-8") for path in (SCRIPTS / "capsule").rglob("*.py")]
     # The functions that tell an extra.
     pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
     hinted = {extra for text in texts for extra in re.findall(pattern, text)}
     assert {"workflow", "formats", "learn", "lsl", "parts", "cad"} == hinted <= EXTRAS.keys()
-    # No release of this name can be downloaded.
+    # No release of this name can be downloaded, and an installed copy is in no folder of its own.
     assert not [text for text in texts if "origami-capsule[" in text]
-
-
-def test_an_installed_copy_names_no_folder_in_which_the_line_would_fail(monkeypatch, tmp_path):
     assert how_to_install("learn") == f'in {ROOT}: pip install -e ".[learn]"'
     monkeypatch.setattr(project, "PROJECT", tmp_path)
     assert how_to_install("learn") == 'pip install "scikit-learn>=1.6"'

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +15,6 @@ from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.measures import ALWAYS, measure_tables
 from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.figures import draw_rates, draw_signals, style
-from capsule.figures.registry import FIGURES
 from capsule.method.particle import Particle, render
 from capsule.method.preprocessing import preprocess_run
 from capsule.store.files import read_csv
@@ -28,10 +26,12 @@ from support.verdicts import verdicts
 pytestmark = pytest.mark.takes(0.1)
 
 SCHEMES = ["leave_one_out", "resubstitution"]
-WIDTHS = [style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN]
-
-
 SIZES = [0.0, 2.5, 6.0]
+
+
+@pytest.fixture(params=[style.COLUMN_WIDTH_IN, style.PAGE_WIDTH_IN])
+def width(request):
+    return request.param
 
 
 @pytest.fixture
@@ -45,7 +45,6 @@ def texts(figure):
     return [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width):
     figure = draw_signals.draw_preprocessing([None, example], 1.0, width)
     assert figure.get_figwidth() == width
@@ -81,7 +80,6 @@ def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nod
     assert draw_signals.typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("sensors", [1, 2, 4, 7])
 def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
     ones = np.ones(sensors)
@@ -109,10 +107,6 @@ def test_contour_levels_reach_the_highest_value():
     assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
-HALF_RIGHT = [(0, 0), (0, 2), (2, 2), (2, 0)]
-ALL_RIGHT = [(0, 0), (0, 0), (2, 2), (2, 2)]
-
-
 def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
     """Make the inputs of the figures of rates out of the verdicts of each detector."""
     judged = [
@@ -127,7 +121,6 @@ def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
     return SimpleNamespace(evaluation=evaluation, settings=settings)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     inputs = rates_inputs("template", SIZES, template=[(size, size) for size in SIZES])
     exact, within = draw_rates.sizing_drawing(inputs)[1](width).axes
@@ -137,12 +130,12 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
 
 
 # Kills: the paper's detector a second time where it leads.
-@pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize(
     ("lead", "shown"), [("best", ["taught", "template"]), ("template", ["template"])]
 )
 def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, shown):
-    inputs = rates_inputs(lead, template=HALF_RIGHT, taught=ALL_RIGHT)
+    half_right, all_right = [(0, 0), (0, 2), (2, 2), (2, 0)], [(0, 0), (0, 0), (2, 2), (2, 2)]
+    inputs = rates_inputs(lead, template=half_right, taught=all_right)
     table, draw = draw_rates.detection_drawing(inputs)
     figure = draw(width)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -179,7 +172,6 @@ def curves(detectors, sizes=(np.nan, 1.0)):
     return draw_rates.roc_drawing(inputs_of(detectors, tables))
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
     table, draw = curves({"template": 1, "beats": 1, "diagonal": 0.5})
     points = table[table["kind"] == "operating point"]
@@ -210,7 +202,6 @@ def learning_curves(table):
     return draw_rates.learning_drawing(inputs_of(["template", "taught"], learning=table))
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
     _, draw = learning_curves(learned((0, 0), (1, 1), (2, 2), (3, 3), (2, 3)))
     figure = draw(width)
@@ -267,11 +258,6 @@ def test_a_figure_is_written_with_its_data_and_again_the_same(tmp_path, kind, en
     assert line == f"templates: {len(read_csv(tmp_path / 'templates.csv'))} rows of data"
     write_figure("templates", INPUTS, kind, tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_a_line_leads_to_what_makes_the_figure(name):
-    assert callable(getattr(import_module(FIGURES[name]), f"{name}_drawing"))
 
 
 # Shapes differ, so that the colour blind and readers in grey tell the series apart.

@@ -100,6 +100,10 @@ def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
         # A sensor passes the place at its bump, which stands on its usual depth.
         heights = [float(point.split()[1]) for point in row["line"][1:].split("L")]
         assert (min(heights), max(heights)) == (top, row["base"])
+    # A row is 32 high, and the deepest bump fills 85 % of it.
+    bases = [row["base"] for row in sketch["rows"]]
+    assert bases == [40.4, 72.4, 104.4, 136.4]
+    assert [top for _, top in sketch["passed"]] == pytest.approx([each - 27.2 for each in bases])
     # A sensor that passes the place after the end leaves no diagonal.
     felt["beats"]["passed_s"][3] = 1000.0
     assert felt_sketch(felt, diagonal=True)["passed"] == []

@@ -143,13 +143,6 @@ def test_a_particle_is_drawn_where_the_comparison_found_it():
     assert shapes == [[1.0, 0.8], [0.3, 0.4], [8.0, 9.0]]
 
 
-def drawn_of(values, check=CHECK, stretches=None, **shape):
-    made = plotted(values, check, stretches, **shape)
-    assert made["quality"] == ""
-    assert made["measures"]["rail"] == check["at_ends"]
-    return inflated(made["drawn"])
-
-
 def wave_readings(samples=800, deeper=0.0, sensors=4):
     """Return readings under a wave, with deeper presses at one place.
 
@@ -169,31 +162,27 @@ def test_peaks_say_how_high_when_and_how_long():
     assert rows == [[2.0, 1.0, 1.5], [0.3, 1.0, 0.0]]
 
 
-def test_the_readings_stay_exact_the_smooth_signals_are_thinned_and_the_file_is_named():
-    values = make_recording(3, "3mm/r01", samples=600).values
-    drawn = drawn_of(values, CHECK | {"header": {"site": "a"}})
-    assert np.array_equal(unpack(drawn["readings"]), values)
+def test_the_readings_stay_exact_and_what_the_detectors_judged_by_goes_with_them():
+    recording = make_recording(3, "3mm/r01", samples=600)
+    check = CHECK | {"header": {"site": "a"}}
+    plots = plotted(recording.values, check, (7.0, np.array([0.0, 1.0, 0.5])))
+    assert (plots["quality"], plots["measures"]["rail"]) == ("", check["at_ends"])
+    drawn = inflated(plots["drawn"])
+    assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0" * 64, "# site": "a"}
+    assert (drawn["interval_s"], drawn["threshold"], drawn["unit"]) == (0.1, 1.0, "counts")
+    assert np.array_equal(unpack(drawn["readings"]), recording.values)
+    # Smooth signals are thinned.
     assert drawn["envelope"]["every"] == 3
     assert unpack(drawn["envelope"]).shape == (4, 200)
-    assert (drawn["interval_s"], drawn["threshold"]) == (0.1, 1.0)
-    assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0" * 64, "# site": "a"}
-
-
-def test_what_the_detectors_judged_by_goes_together():
-    recording = make_recording(3, "3mm/r01", samples=600)
-    stretches = 7.0, np.array([0.0, 1.0, 0.5])
-    check = CHECK | {"header": recording.header}
-    drawn = drawn_of(recording.values, check, stretches=stretches)
-    assert drawn["unit"] == "counts"
     beats, losses = drawn["beats"], drawn["stretches"]
-    wave_s = CONFIG["diagonal"]["wavelength_mm"] / CONFIG["diagonal"]["wave_speed_mm_s"]
+    wave_s = DIAGONAL["wavelength_mm"] / DIAGONAL["wave_speed_mm_s"]
     # The first stretch is two waves long and begins with the first beat.
     assert losses["first_s"] - beats["first_s"] == pytest.approx(7 / 8 * wave_s, abs=1e-3)
     assert losses["step_s"] == pytest.approx(wave_s / 2)
     assert losses["score"] == 7.0
     assert unpack(losses)[0] == pytest.approx([0.0, 1.0, 0.5], abs=0.003)
-    assert drawn_of(recording.values / 204.8)["unit"] == "V"
-    without = drawn_of(np.outer([1.0, 2.0, 3.0, 4.0], np.arange(60.0)), window=20)
+    assert inflated(plotted(recording.values / 204.8)["drawn"])["unit"] == "V"
+    without = inflated(plotted(np.outer([1.0, 2.0, 3.0, 4.0], np.arange(60.0)), window=20)["drawn"])
     assert without["beats"] is without["gut"] is without["stretches"] is None
 
 
@@ -204,17 +193,17 @@ def gut_of(**wave):
 
 
 @pytest.mark.parametrize("deeper", [0.0, 0.8])
-def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
+def test_the_highest_score_along_the_gut_is_that_of_the_verdict_and_beats_are_usual_depths(deeper):
     passage = passage_of(wave_of(wave_readings(deeper=deeper), 10, DIAGONAL), DIAGONAL)
-    beats, gut, _, evidence = gut_of(deeper=deeper)
+    beats, gut, depth, evidence = gut_of(deeper=deeper)
     assert evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
     assert gut["step_mm"] * evidence.argmax() == passage.location_mm
     assert beats["passed_s"][0] == round(passage.location_samples / 10, 2)
-
-
-def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_place():
-    beats, _, depth, _ = gut_of(deeper=0.8)
     assert np.median(depth, axis=1) == pytest.approx(np.ones(4), abs=0.01)
+
+
+def test_beats_are_deeper_where_a_sensor_passes_the_place():
+    beats, _, depth, _ = gut_of(deeper=0.8)
     deepest_s = beats["first_s"] + beats["step_s"] * depth.argmax(axis=1)
     assert deepest_s == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=1.6)
     assert beats["passed_s"] == pytest.approx([15.0, 30.0, 45.0, 60.0], abs=3.2)

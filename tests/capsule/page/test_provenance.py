@@ -49,9 +49,7 @@ def test_equations_have_the_numbers_that_the_paper_prints():
     assert len(set(EQUATIONS)) == len(EQUATIONS) == 28
     with pytest.raises(ValueError, match="is not in list"):
         provenance.cited("eq. energy", EQUATIONS)
-
-
-def test_every_equation_that_the_code_cites_has_a_number():
+    # So has each that the code cites.
     cited = set()
     for path in sorted((ROOT / "workflow").rglob("*.py")):
         cited |= set(re.findall(r"\beq\. ([A-Za-z0-9_*]+'?)", path.read_text(encoding="utf-8")))
@@ -89,13 +87,10 @@ def text(verdicts=VERDICTS, sources=("simulated",) * 4, changes=(), columns=(), 
             [
                 "N = 4 recordings of known nodule size (2 without a nodule, 1 of 2 mm and 1 of 3 "
                 "mm), of 4 sensors at 10 Hz. All were simulated. 1 recording could not be used.",
-                *("W = 84 samples", "c = 1 standard", "S = 4 rows", "L = 1000 columns (Eq. 6)"),
-                *("2000 random particles (Eq. 8)", "2000 iterations (Eq. 21; seed 1)"),
-                *("aim at a specificity of 95 %", "judged by leave-one-out"),
+                *("W = 84 samples", "L = 1000 columns (Eq. 6)", "2000 iterations (Eq. 21; seed 1)"),
                 "100 % (16.6 to 100 %) at 2 mm and 100 % (16.6 to 100 %) at 3 mm, with 97.5 %",
-                *("Its specificity was set to 95 %", "Intervals are at 95 %", "within 1 mm"),
+                *("Its specificity was set to 95 %", "judged by leave-one-out", "within 1 mm"),
                 *("a prevalence of 10 %", "Of 2 detectors diagonal had the highest sensitivity"),
-                *("template (", "diagonal ("),
             ],
             [],
         ),

@@ -56,9 +56,7 @@ def test_the_places_are_those_of_the_file_in_words(session):
     assert "2 suspected places: 1 nodule and 1 uncertain: pass again" in values["summary"]
     assert values["simulated"] is True
     json.dumps(values, allow_nan=False)
-
-
-def test_a_strange_place_says_so_before_its_size_and_one_that_may_be_off_where_else(session):
+    # A strange one says so before its size, and one that may be off where else it may be.
     unlike = {"familiar": "no", "unfamiliar_because": "noise", "may_be_off_mm": 80.0}
     strange = replace(session, places=[replace(session.places[0], **unlike)])
     (first,) = values_of(strange)["places"]
@@ -90,22 +88,18 @@ def test_the_player_knows_where_the_head_was_and_when_nobody_knew(session, playe
     assert np.nanmax(unpacked(played["score"])) == pytest.approx(np.nanmax(session.score), rel=0.01)
 
 
-def test_the_signals_of_the_player_are_those_of_the_stream(session, played):
-    signals = played["signals"]
-    assert signals["every_s"] == pytest.approx(0.2)
-    for packed, row in zip(signals["rows"], session.values, strict=True):
-        pairs = row[: row.size // 2 * 2].reshape(-1, 2).mean(axis=1)
-        np.testing.assert_allclose(unpacked(packed)[: pairs.size], pairs, atol=0.5)
-    # Rows of a wave are hardly farther apart than the wave is high.
-    assert signals["distance"] == pytest.approx(1.1 * np.ptp(session.values, axis=1).max(), rel=0.1)
-
-
-def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
+def test_the_signals_of_the_player_are_those_of_the_stream_with_its_gap(session):
     lost = (session.time_s >= 50) & (session.time_s < 56)
     gap = replace(session, values=np.where(lost, np.nan, session.values))
     signals = surveys.player(gap, track_of(gap))["signals"]
+    assert signals["every_s"] == pytest.approx(0.2)
+    for packed, row in zip(signals["rows"], gap.values, strict=True):
+        pairs = row[: row.size // 2 * 2].reshape(-1, 2).mean(axis=1)
+        np.testing.assert_allclose(unpacked(packed)[: pairs.size], pairs, atol=0.5)
     missing = signals["every_s"] * np.flatnonzero(np.isnan(unpacked(signals["rows"][0])))
     assert (missing[0], missing[-1]) == (pytest.approx(50), pytest.approx(55.8))
+    # Rows of a wave are hardly farther apart than the wave is high.
+    assert signals["distance"] == pytest.approx(1.1 * np.ptp(session.values, axis=1).max(), rel=0.1)
 
 
 def test_what_is_not_shown_is_named():
