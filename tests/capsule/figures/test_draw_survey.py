@@ -83,6 +83,10 @@ def test_crests_run_forward_at_the_speed_of_the_wave(figure):
     at_mm, time_s = ends[..., 0], 60 * ends[..., 1]
     assert len(ends) > 5
     np.testing.assert_allclose(np.diff(at_mm) / np.diff(time_s), surveys.WAVE_MM_S, rtol=1e-3)
+    # The panel of a place begins 0.4 min before it is suspected, and ends behind its verdict.
+    assert figure.axes[2].get_ylim() == pytest.approx((280 / 60 + 0.33, 96 / 60 - 0.4))
+    assert figure.axes[3].get_ylim() == pytest.approx((344 / 60, 320 / 60 - 0.4))
+    assert figure.axes[3].get_xlim() == pytest.approx((71 - 22, 71 + 30))
     stood_mm = (at_mm - surveys.WAVE_MM_S * time_s - surveys.CREST_MM) / WAVELENGTH_MM
     assert np.abs(stood_mm - np.rint(stood_mm)).max() < 0.02
 
@@ -91,6 +95,10 @@ def test_verdicts_sizes_and_simulated_are_written_and_the_frame_tells_where_plac
     texts = {text.get_text() for text in figure.findobj(Text)}
     assert {"demo, simulated", "1 nodule, 3.1 mm (2.4 to 3.9)", "2 uncertain: pass again"} <= texts
     assert {"time (min)", "distance along the gut (mm)", "score"} <= texts
+    # Labels stand beside their places, in the midst of the time that was taken for each.
+    first, second = figure.axes[0].texts
+    assert (*first.xy, *first.get_position()) == pytest.approx((36.4, 188 / 60, 43.9, 188 / 60))
+    assert (*second.xy, *second.get_position()) == pytest.approx((71.0, 5.5, 63.5, 5.5))
     assert render_figure(figure, "svg", "demo")
     told = frame_of(figure)
     left, top, width, height = told["map"]["box"]

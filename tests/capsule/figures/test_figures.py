@@ -50,6 +50,10 @@ def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width)
     assert figure.get_figwidth() == width
     assert texts(figure).count("no such recording") == 3
     assert {"(B) 3 mm nodule", "sensor 1", "sensor 3"} <= set(texts(figure))
+    # The readings of each sensor stand around its own tick.
+    signal = figure.axes[1]
+    middles = [np.nanmedian(line.get_ydata()) for line in signal.lines]
+    assert middles == pytest.approx(list(signal.get_yticks()), abs=1e-9)
     # The bar of the matrices, which stands last, reaches its highest value.
     assert 1 < example.matrix.max() <= figure.axes[-1].get_ylim()[1]
     table = draw_signals.example_table([None, example])

@@ -193,6 +193,7 @@ def test_the_slider_says_what_follows_from_sensitivity_and_specificity():
 
     ours = SimpleNamespace(meaning=[Estimate(share, share, 1.0) for share in right(0.1)])
     said = detector_sections.meaning_values(ours, 0.1)
+    assert said["percent"] == pytest.approx(10)
     assert len(said["moved"]) == detector_sections.MOST_PREVALENT
     assert said["moved"][10] == {name: said[name] for name in ("ppv", "npv")}
     for percent in (1, 37, 60):
