@@ -1,7 +1,6 @@
 """Decisions of a pilot if sensors fail, boards are silent or the origami does not obey."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from capsule.phantom.simulated_bench import LEASE_S, bench_with
 from capsule.survey.cycle import FOLD, UNFOLD
 from capsule.survey.pilot import Pilot
 
-pytestmark = pytest.mark.boards
+pytestmark = pytest.mark.takes(0.5)
 
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
@@ -27,11 +26,11 @@ SEED = 7
 class Bench:
     """A simulated bench with a fault, which keeps the commands and the true fold states."""
 
-    def __init__(self, fault=None, nodules=(3.0,), length_mm=LENGTH_MM, **changes):
+    def __init__(self, when=None, change=None, nodules=(3.0,), length_mm=LENGTH_MM, **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
-        self.fault = fault or (lambda bench, readings, state: readings)
+        self.when, self.change = when, change
         self.now_s = 0.0
         self.began_s = {}
         self.away = 0
@@ -49,7 +48,9 @@ class Bench:
             self.folds.append(readings.fold)
             state, self.now_s = pilot.cycle.state, pilot.sensing.now_s
             self.began_s.setdefault(state, self.now_s)
-            for command in pilot.tick(self.fault(self, readings, state)):
+            if self.when and self.when(self, state):
+                readings = self.change(readings)
+            for command in pilot.tick(readings):
                 self.tell(command)
         return pilot
 
@@ -58,77 +59,86 @@ class Bench:
         self.commands.append(command)
         self.bench.tell(command)
 
+    def places_there(self, pilot):
+        """Return what the pilot suspects about the first nodule."""
+        return [place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
+
 
 def happened(pilot):
     return [event.event for event in pilot.log]
 
 
-def without(readings, name):
-    return replace(readings, **{name: np.full_like(getattr(readings, name), np.nan)})
+def without(*names, **changes):
+    """Return what takes readings away."""
+
+    def change(readings):
+        lost = {name: np.full_like(getattr(readings, name), np.nan) for name in names}
+        return replace(readings, **lost, **changes)
+
+    return change
 
 
-def sensor_dies_before_the_pass_again(bench, readings, state):
-    values = readings.values.copy()
-    values[1] = 512.0
-    return replace(readings, values=values) if "returning" in bench.began_s else readings
+def dead_sensor(readings):
+    dead = np.arange(len(readings.values))[:, np.newaxis] == 1
+    return replace(readings, values=np.where(dead, 512.0, readings.values))
 
 
-def away_in_a_pass(bench, readings, state, name):
-    bench.away += state == "passing" and bench.bench.head_mm[-1][-1] > AT_MM + 2
-    return without(readings, name) if 0 < bench.away <= 5 else readings
+def since(state):
+    return lambda bench, present: state in bench.began_s
 
 
-def never_folds(bench, readings, state):
-    return replace(readings, fold="folding") if state == "folding" else readings
+def for_4_s_of_a_pass(bench, present):
+    bench.away += present == "passing" and bench.bench.head_mm[-1][-1] > AT_MM + 2
+    return 0 < bench.away <= 5
 
 
-def never_unfolds(bench, readings, state):
-    return replace(readings, fold="unfolding") if "unfolding" in bench.began_s else readings
-
-
-def logger_was_away(bench, readings, state):
-    away = 100 < bench.now_s < 115
-    return replace(without(readings, "values"), fold="unknown") if away else readings
-
-
-def phase_of_the_drive_is_lost(bench, readings, state):
-    return without(readings, "wave_mm") if bench.now_s > 60 else readings
-
-
-def never_finds_its_position(bench, readings, state):
-    return without(readings, "wave_mm") if "finding" in bench.began_s else readings
+def at(from_s, until_s=np.inf):
+    return lambda bench, present: from_s < bench.now_s < until_s
 
 
 # A pass without evidence is no verdict; one that was spoilt comes again.
 @pytest.mark.parametrize(
-    ("fault", "status", "unknown", "happens"),
+    ("when", "change", "status", "unknown", "happens"),
     [
-        (sensor_dies_before_the_pass_again, "undecided", [False, True, True], ""),
-        (partial(away_in_a_pass, name="wave_mm"), "confirmed", [False, True, False], ""),
-        (partial(away_in_a_pass, name="values"), "confirmed", [False, True, False], ""),
-        (never_folds, "undecided", [False], "late"),
-        (never_unfolds, "undecided", [False], "late late"),
-        (never_finds_its_position, "undecided", [False], "lost"),
-        (logger_was_away, "confirmed", [False, False], ""),
-        (phase_of_the_drive_is_lost, None, None, ""),
+        (since("returning"), dead_sensor, "undecided", [False, True, True], ""),
+        (for_4_s_of_a_pass, without("wave_mm"), "confirmed", [False, True, False], ""),
+        (for_4_s_of_a_pass, without("values"), "confirmed", [False, True, False], ""),
+        (since("finding"), without("wave_mm"), "undecided", [False], "lost"),
+        (at(100, 115), without("values", fold="unknown"), "confirmed", [False, False], ""),
+        (at(60), without("wave_mm"), None, None, ""),
     ],
 )
-def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(fault, status, unknown, happens):
-    bench = Bench(fault)
+def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(
+    when, change, status, unknown, happens
+):
+    bench = Bench(when, change)
     pilot = bench.lead()
-    places = [place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
+    places = bench.places_there(pilot)
     found = [(place.status, np.isnan(place.evidence).tolist()) for place in places]
     assert found == ([(status, unknown)] if status else [])
     assert bool(pilot.suspects.places) == (FOLD in bench.commands) == bool(status)
     assert happens in " ".join(happened(pilot))
-    if fault is never_folds:
-        assert bench.commands.count(FOLD) == 3
-        assert pilot.cycle.no_return
-    if fault is never_unfolds:
-        # It is told to unfold as long as anybody listens.
-        assert bench.commands[-1] == UNFOLD
-    else:
-        assert bench.folds[-1] == "unfolded"
+    assert bench.folds[-1] == "unfolded"
+    passed = [event.score for event in pilot.log if event.before == "passing"]
+    assert passed == [score for place in places for score in place.evidence[1:]]
+
+
+@pytest.mark.parametrize(
+    ("when", "says", "late", "folds"),
+    [
+        (lambda bench, present: present == "folding", "folding", 1, 3),
+        (since("unfolding"), "unfolding", 2, 1),
+    ],
+)
+def test_an_origami_that_does_not_obey_costs_a_verdict(when, says, late, folds):
+    bench = Bench(when, without(fold=says))
+    pilot = bench.lead()
+    assert [place.status for place in bench.places_there(pilot)] == ["undecided"]
+    assert happened(pilot).count("late") >= late
+    assert bench.commands.count(FOLD) == folds
+    assert pilot.cycle.no_return == (folds == 3)
+    # It is told to unfold as long as anybody listens.
+    assert bench.commands[-1] == UNFOLD
 
 
 def test_a_lease_that_nobody_renews_unfolds_the_origami():
