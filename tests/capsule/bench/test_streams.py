@@ -24,7 +24,7 @@ from support.bench.recorder import Recorder, wait_until
 from support.bench.workbench import Clock, Workbench
 from support.project import ROOT
 
-pytestmark = pytest.mark.boards
+needs_streams = pytest.mark.boards
 
 RULES = {"sensors": 4, "rate_hz": 10}
 # A container may have no multicast. The session's name keeps other programs out.
@@ -109,6 +109,7 @@ def record(tmp_path):
     Recorder.end_all()
 
 
+@needs_streams
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
 def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, record, source_id):
@@ -138,6 +139,7 @@ def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, r
     assert "adc_bits" not in header and "corrected" in header["stream_time"]
 
 
+@needs_streams
 @emulated.needed
 def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
     cable = TerminalCable(emulated.EmulatedBoard(emulated.LOGGER), tmp_path / "ttyACM0")
@@ -209,6 +211,7 @@ def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):
     assert "'left hand'" in str(refusal.value) or "--stream-channels" in str(refusal.value)
 
 
+@needs_streams
 def test_no_stream_and_two_of_one_name_are_told_apart(name):
     with pytest.raises(BoardNotFoundError, match=rf"there is no LSL stream '{name}'; start its"):
         find_stream(pylsl, name, 0.1)
@@ -221,6 +224,7 @@ def test_no_stream_and_two_of_one_name_are_told_apart(name):
     second.end()
 
 
+@needs_streams
 def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missing(name):
     source = Source(name, labels=["a", "b", "c", "d"])
     line = StreamLine(name, "d,c,b,a", RULES, print)
