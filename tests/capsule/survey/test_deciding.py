@@ -102,6 +102,7 @@ def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
 def test_no_leg_is_so_long_that_the_odometer_could_be_a_wavelength_off(speed_mm_s):
     back = WayBack(80.0, 3.2)
     assert back.expected_mm(10.0) < 0
+    assert back.leg_s(200.0) > 45  # the first one
     for _ in range(5):
         seconds = back.leg_s(200.0)
         moved_mm = speed_mm_s * seconds
