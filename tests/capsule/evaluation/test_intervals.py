@@ -95,23 +95,6 @@ def test_the_medians_interval_leaves_out_the_binomials_tails(values, confidence)
     assert np.isnan(median_interval(every[:0], alone(0), confidence)).all()
 
 
-def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
-    before, after = np.array([1, 0, 0, 1, 0, 0, 1.0]), np.array([1, 1, 1, 0, 1, 0, 1.0])
-    # One recording is lost and three are won; each count has one more, and the number two more.
-    lost, won = 2 / 9, 4 / 9
-    reach = normal_quantile(0.95) * math.sqrt((lost + won - (won - lost) ** 2) / 9)
-    expected = (2 / 7, won - lost - reach, won - lost + reach)
-    assert gain_interval(before, after, alone(7), 0.95) == pytest.approx(expected)
-    # A recording that was not judged both times has no gain.
-    before[0] = after[2] = np.nan
-    assert gain_interval(before, after, alone(7), 0.95)[0] == pytest.approx(1 / 5)
-    assert np.isnan(gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
-    every, none = np.ones(3), np.zeros(3)
-    value, low, high = gain_interval(none, every, alone(3), 0.99)
-    assert (value, high) == (1.0, 1.0) and low < 0.7
-    assert gain_interval(every, none, alone(3), 0.99)[:2] == (-1.0, -1.0)
-
-
 @pytest.mark.parametrize(
     "counts",
     [(15, 20, 9, 20), (3, 40, 7, 12), (20, 20, 1, 20), (0, 9, 3, 8), (5, 6, 0, 7), (30, 30, 6, 9)],
@@ -130,11 +113,9 @@ def test_the_interval_of_a_ratio_is_koopmans(counts):
     back = ratio_interval(others / 3, other_of / 3, hits / 3, of / 3, 0.95)
     assert turned[0] <= low and turned[1] >= high
     assert turned[0] * back[1] == pytest.approx(1) or low == 0
-
-
-def test_a_ratio_is_unknown_if_both_rates_are_0_or_a_count_is_unknown():
-    for counts in ((0, 20, 0, 20), (3, math.nan, 9, 20), (3, 20, 9, math.nan)):
-        assert all(map(math.isnan, ratio_interval(*counts, 0.95)))
+    # It is unknown if both rates are 0, or a count is unknown.
+    for unknown in ((0, of, 0, other_of), (hits, math.nan, 9, 20), (hits, of, 9, math.nan)):
+        assert all(map(math.isnan, ratio_interval(*unknown, 0.95)))
     low, high = ratio_interval(20, 20, 20, 20, 0.95)
     assert low < 1 < high == pytest.approx(1 / low)
 
@@ -190,20 +171,15 @@ def assert_newcombe(area, ends, m, n, confidence=0.95):
         assert (end - area) ** 2 == pytest.approx(reach, abs=1e-9)
 
 
-def half_width(expected, recordings, confidence):
-    _, low, high = rate(expected * recordings, recordings, confidence)
-    return (high - low) / 2
-
-
 @pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 1.0])
-@pytest.mark.parametrize(("wanted", "confidence"), [(0.05, 0.8), (0.1, 0.95), (0.3, 0.95)])
+@pytest.mark.parametrize(("wanted", "level"), [(0.05, 0.8), (0.1, 0.95), (0.3, 0.95)])
 def test_the_needed_recordings_are_the_fewest_whose_interval_is_narrow_enough(
-    expected, wanted, confidence
+    expected, wanted, level
 ):
-    least = next(n for n in count(1) if half_width(expected, n, confidence) <= wanted)
-    exactly = half_width(expected, least, confidence)
-    needed = [recordings_needed(expected, width, confidence) for width in (wanted, exactly)]
-    assert needed == [least, least]
+    widths = ((n, np.ptp(rate(expected * n, n, level)[1:]) / 2) for n in count(1))
+    least, exactly = next((n, width) for n, width in widths if width <= wanted)
+    for width in (wanted, exactly):
+        assert recordings_needed(expected, width, level) == least
 
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
@@ -220,11 +196,9 @@ def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
 
 
 def test_two_single_recordings_have_an_interval_and_two_clusters_of_several_have_none():
-    right = np.ones(4, dtype=bool)
-    assert rate_of(right[:2], alone(2), 0.95) == rate(2, 2, 0.95)
-    value, *ends = rate_of(right, places_of(2, 2), 0.95)
-    assert value == 1.0 and np.isnan(ends).all()
-    assert math.isnan(lower_bound(right, places_of(2, 2)))
+    assert rate_of(np.ones(2), alone(2), 0.95) == rate(2, 2, 0.95)
+    value, *ends = rate_of(np.ones(4), places_of(2, 2), 0.95)
+    assert value == 1.0 and np.isnan([*ends, lower_bound(np.ones(4), places_of(2, 2))]).all()
 
 
 @pytest.mark.parametrize(
@@ -263,16 +237,35 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
 
 
-def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
-    gains = np.array([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0])
-    clusters = places_of(5, 2)
-    size = effective_count(gains, clusters, 0.95, gains.var())
-    widened, weights = [*gains, 1, -1], [*[size / 10] * 10, 1, 1]
+@pytest.mark.parametrize(
+    ("gains", "units"),
+    [
+        ([-1, 1, 1, 0, 1, 0, 0.0], alone(7)),
+        ([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0], places_of(5, 2)),
+        ([1, 1, 1.0], alone(3)),
+        ([-1, -1, -1.0], alone(3)),
+    ],
+    ids=["alone", "places", "all won", "all lost"],
+)
+def test_a_gain_has_the_interval_of_bonett_and_price_of_as_many_as_recordings_are_worth(
+    gains, units
+):
+    gains = np.array(gains)
+    size = effective_count(gains, units, 0.95, gains.var())
+    # Added are one that gains everything and one that loses everything.
+    widened, weights = [*gains, 1, -1], [*[size / gains.size] * gains.size, 1, 1]
     centre = np.average(widened, weights=weights)
     variance = np.average((np.array(widened) - centre) ** 2, weights=weights)
     reach = normal_quantile(0.95) * math.sqrt(variance / (size + 2))
-    expected = (gains.mean(), centre - reach, centre + reach)
-    assert gain_interval(0 * gains, gains, clusters, 0.95) == pytest.approx(expected)
+    value, low, high = gain_interval(0 * gains, gains, units, 0.95)
+    assert value == pytest.approx(gains.mean())
+    assert low == pytest.approx(max(min(centre - reach, value), -1))
+    assert high == pytest.approx(min(max(centre + reach, value), 1))
+    # A recording that was not judged both times has no gain.
+    before, after = 0 * gains, gains.copy()
+    before[0] = after[-1] = np.nan
+    assert gain_interval(before, after, units, 0.95)[0] == pytest.approx(gains[1:-1].mean())
+    assert np.isnan(gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
 
 
 def test_each_place_weighs_the_same_in_every_measure():

@@ -11,27 +11,13 @@ from sklearn.metrics import brier_score_loss
 
 from capsule.evaluation import measures, rates
 from capsule.evaluation.columns import COLUMNS, RATES
-from capsule.evaluation.intervals import (
-    Units,
-    effective_count,
-    lower_bound,
-    rate,
-    rate_of,
-    ratio_interval,
-)
+from capsule.evaluation.intervals import Units, effective_count, rate, rate_of, ratio_interval
 from capsule.evaluation.rates import ANY
 from support.verdicts import index_of, verdicts
 
 UNKNOWN = float("nan")
-RULES = {
-    "confidence": 0.95,
-    "tolerance_mm": 1.0,
-    "prevalence": 0.5,
-    "specificity": 0.5,
-    "calibration_bins": 2,
-    "passes": [1, 2],
-    "sizes_mm": [0.0, 1.0, 2.0],
-}
+RULES = {"confidence": 0.95, "tolerance_mm": 1.0, "prevalence": 0.5, "specificity": 0.5}
+RULES |= {"calibration_bins": 2, "passes": [1, 2], "sizes_mm": [0.0, 1.0, 2.0]}
 SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
 
 
@@ -56,12 +42,8 @@ def summary(judged, rules=RULES):
     return {row["size_mm"]: row for row in made}
 
 
-def by_size(made):
-    return {row["size_mm"]: row for row in made}
-
-
 def sizing(judged, **rules):
-    return by_size(rates.sizing(judged, RULES | rules))
+    return {row["size_mm"]: row for row in rates.sizing(judged, RULES | rules)}
 
 
 def ends_of(row, name):
@@ -181,7 +163,7 @@ def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
     right, places = np.arange(8) < 6, Units.of_places(np.repeat(np.arange(4), 2))
     row, *_ = rates.detection(judged, RULES)
     assert ends_of(row, "recall") == list(rate_of(right, places, 0.95))
-    assert (row["recall_at_least"], row["clusters"]) == (lower_bound(right, places), 4)
+    assert (row["recall_at_least"], row["clusters"]) == (rate_of(right, places, 0.9)[1], 4)
     row, _ = measures.summary("leave_one_out", {"one": judged}, RULES)
     assert ends_of(row, "accuracy") == list(rate_of(right, places, 0.95))
     copies = one(verdicts(pairs), near_copies=["0mm/r1", *[""] * 7])

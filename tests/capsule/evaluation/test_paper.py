@@ -1,32 +1,27 @@
 """The paper's printed numbers, and the counts that follow from them."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.intervals import rate
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import (
-    Evaluation,
     detection_points,
     negative_points,
     printed_tables,
     sizing_points,
 )
+from support.evaluated import evaluated, read_paper
 from support.paper import LIKE_THE_PAPER
 from support.verdicts import verdicts
-
-PRINTED = Path(__file__).parents[3] / "workflow" / "report" / "paper.yaml"
 
 
 @pytest.fixture(scope="module")
 def tables():
     """Return the printed tables, and those of verdicts that give every printed number."""
-    printed = yaml.safe_load(PRINTED.read_text(encoding="utf-8"))
+    printed = read_paper()
     pairs = [pair for pair, runs in np.ndenumerate(LIKE_THE_PAPER) for _ in range(runs)]
     rules = {"tolerance_mm": 1.0, "confidence": 0.95}
     ours = measure_tables(verdicts(pairs, "paper", "paper"), np.arange(6.0), rules, names=RATES)
@@ -64,20 +59,10 @@ def test_of_the_papers_sizes_the_rates_are_known_and_the_errors_are_not(tables):
         assert (100 * found["sizing"][f"{name}_rate"]).tolist() == pytest.approx(said)
 
 
-# Of 2 mm, three of four are found and two of these have the right size; one healthy one is called.
-VERDICTS = [(0.0, 0.0), (0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 2.0), (2.0, 6.0), (2.0, 0.0)]
-
-
-def evaluated(pairs=VERDICTS):
-    """Return the rates of verdicts with templates of none, 2 and 6 mm, and a table of the paper."""
-    columns = ["size_mm", "predicted_mm"]
-    predictions = pd.DataFrame(pairs, columns=columns).assign(
-        detector="diagonal", scheme="held_out", rmse_0mm=0.5, rmse_2mm=0.5, rmse_6mm=0.5
-    )
-    rules = {"tolerance_mm": 1.0, "confidence": 0.95}
-    tables = measure_tables(predictions, [0.0, 2.0, 6.0], rules, names=RATES)
-    paper = {name: table.assign(detector="paper", scheme="paper") for name, table in tables.items()}
-    return Evaluation(predictions, tables, paper)
+def judged(pairs):
+    """Return the evaluation of verdicts with templates of none, 2 and 6 mm."""
+    triples = [(f"{pair[0]:g}mm/{number}", *pair) for number, pair in enumerate(pairs)]
+    return evaluated(triples, (0.0, 2.0, 6.0), ["diagonal"], "held_out")
 
 
 def counts(points, size_mm):
@@ -87,16 +72,17 @@ def counts(points, size_mm):
 
 
 def test_a_point_holds_the_rate_and_the_counts_behind_it():
-    tables = evaluated().tables
-    detected = detection_points(tables["detection"])
+    # Of 2 mm, three of four are found, two of them of the right size; a healthy one is called.
+    ours = judged([(0, 0), (0, 0), (0, 2), (2, 2), (2, 2), (2, 6), (2, 0)])
+    detected = detection_points(ours.tables["detection"])
     # Of no nodule and of any, other points tell.
     assert set(detected["size_mm"]) == {2.0, 6.0}
     assert counts(detected, 2.0) == {"precision": (3, 4), "recall": (3, 4)}
     assert counts(detected, 6.0) == {"precision": (0, 0), "recall": (0, 0)}
-    sized = sizing_points(tables["sizing"])
+    sized = sizing_points(ours.tables["sizing"])
     assert set(sized["size_mm"]) == {2.0, 6.0}
     assert counts(sized, 2.0) == {"exact_rate": (2, 4), "within_rate": (2, 4)}
-    none = negative_points(tables["confusion"])
+    none = negative_points(ours.tables["confusion"])
     assert counts(none, 0.0) == {"classified": (2, 3)}
     assert counts(none, 2.0) == {"classified": (1, 3)}
     for points in (detected, sized, none):
@@ -106,14 +92,10 @@ def test_a_point_holds_the_rate_and_the_counts_behind_it():
     # Both sizes are at an end of the templates, which only the tolerance can pass.
     assert set(sized.loc[sized["one_sided"], "measure"]) == {"within_rate"}
     assert not detected["one_sided"].any() and not none["one_sided"].any()
-
-
-def test_an_evaluation_knows_its_detectors_and_its_sizes():
-    ours = evaluated()
-    assert ours.detectors() == ["diagonal"]
-    assert ours.sizes_mm() == [0.0, 2.0, 6.0]
+    # An evaluation knows its detectors and its sizes.
+    assert (ours.detectors(), ours.sizes_mm()) == (["diagonal"], [0.0, 2.0, 6.0])
     assert set(ours.of("sizing", "diagonal")["detector"]) == {"diagonal"}
     # If nothing was judged, the paper's own detector stands for all.
-    assert evaluated([]).detectors() == ["template"]
+    assert judged([]).detectors() == ["template"]
     # Without a healthy recording, no verdict on one is shown.
-    assert negative_points(evaluated([(2.0, 2.0)]).tables["confusion"]).empty
+    assert negative_points(judged([(2.0, 2.0)]).tables["confusion"]).empty
