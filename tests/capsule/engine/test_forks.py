@@ -12,11 +12,11 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from capsule.engine.forks import forked
 from support.marks import needs_forks
+from support.project import ROOT
 
-SCRIPTS = Path(__file__).parents[3] / "workflow" / "scripts"
 STARTER = f"""
 import os, sys, time
-sys.path.insert(0, {str(SCRIPTS)!r})
+sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
 from capsule.engine.forks import forked
 
 def name(_):

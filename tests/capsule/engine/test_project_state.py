@@ -19,16 +19,20 @@ def git(folder, *arguments):
     return output_of("git", *name, *arguments, cwd=folder).strip()
 
 
+def commit(folder):
+    git(folder, "add", ".")
+    git(folder, "commit", "--quiet", "--message", "all")
+
+
 @pytest.fixture
 def clone(tmp_path):
     """Return the folder of a small project with one commit."""
     folder = tmp_path / "project"
     (folder / "workflow").mkdir(parents=True)
-    (folder / "workflow" / "code.py").write_text("x = 1\n", encoding="utf-8")
+    (folder / "workflow/code.py").write_text("x = 1\n", encoding="utf-8")
     (folder / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n', encoding="utf-8")
     git(folder, "init", "--quiet")
-    git(folder, "add", ".")
-    git(folder, "commit", "--quiet", "--message", "first")
+    commit(folder)
     return folder
 
 
@@ -37,10 +41,10 @@ def test_a_clone_tells_version_commit_and_whether_its_files_are_changed(
     clone, monkeypatch, tmp_path
 ):
     (clone / "raw").mkdir()
-    (clone / "raw" / "r01.csv").write_text("0,1\n", encoding="utf-8")
+    (clone / "raw/r01.csv").write_text("0,1\n", encoding="utf-8")
     state = ProjectState("1.2.3", git(clone, "rev-parse", "HEAD"), False)
     assert read_project_state(clone) == state, "a new recording changes no file of the project"
-    (clone / "workflow" / "code.py").write_text("x = 2\n", encoding="utf-8")
+    (clone / "workflow/code.py").write_text("x = 2\n", encoding="utf-8")
     # Variables of a hook lead nowhere else.
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "elsewhere"))
     assert read_project_state(clone) == replace(state, modified=True)
@@ -66,8 +70,7 @@ def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch, mishap):
 def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
     for name in (".git_archival.txt", ".gitattributes"):
         shutil.copy2(ROOT / name, clone / name)
-    git(clone, "add", ".")
-    git(clone, "commit", "--quiet", "--message", "second")
+    commit(clone)
     unpacked = tmp_path / "unpacked"
     git(clone, "archive", "--output", tmp_path / "archive.zip", "HEAD")
     shutil.unpack_archive(tmp_path / "archive.zip", unpacked)

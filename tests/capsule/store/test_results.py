@@ -53,12 +53,10 @@ def make_results(folder, size, names=NAMES):
     return Results.of_table(folder, folder / "recordings.csv")
 
 
-def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name():
-    for alone, expected in {
-        True: ["signals/{batch}.npy", "fits/{batch}.json", "features/{batch}.npz"],
-        False: ["signals/{batch}.npz", "fits/{batch}.json", "features/{batch}.npz"],
-    }.items():
-        assert [pattern(kind, alone=alone) for kind in (SIGNALS, FITS, FEATURES)] == expected
+@pytest.mark.parametrize(("alone", "ending"), [(True, "npy"), (False, "npz")])
+def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name(alone, ending):
+    paths = [pattern(kind, alone=alone) for kind in (SIGNALS, FITS, FEATURES)]
+    assert paths == [f"signals/{{batch}}.{ending}", "fits/{batch}.json", "features/{batch}.npz"]
 
 
 # Batches of two were once not found, because sizes were tried.
@@ -137,27 +135,18 @@ def test_a_damaged_and_a_missing_file_are_named_with_the_remedy(tmp_path, size, 
     assert re.fullmatch(told, str(caught.value))
 
 
-def left_in(folder, names, size):
-    """Return what is left over, without the folder."""
-    found = left_over(folder, divide(names, size))
-    return [path.removeprefix(f"{folder.as_posix()}/") for path in found]
+def test_files_of_a_recording_that_is_gone_or_of_another_size_are_left_over(tmp_path):
+    def left(names=NAMES, size=1, folder=tmp_path):
+        found = left_over(folder, divide(names, size))
+        return [path.removeprefix(f"{folder.as_posix()}/") for path in found]
 
-
-def test_files_of_a_recording_that_is_gone_are_left_over(tmp_path):
     make_results(tmp_path, 1)
-    assert left_in(tmp_path / "none", NAMES, 1) == left_in(tmp_path, NAMES, 1) == []
+    assert left(folder=tmp_path / "none") == left() == []
+    assert len(left(size=10)) == 4 * len(NAMES)
     files.write_json(tmp_path / "plot_data/2mm/batch.json", {})
-    assert left_in(tmp_path, [name for name in NAMES if name != "3mm/r07"], 1) == [
-        "checks/3mm/r07.json",
-        "fits/3mm/r07.json",
-        "matrices/3mm/r07.npy",
-        "plot_data/2mm/batch.json",
-        "signals/3mm/r07.npy",
+    assert left([name for name in NAMES if name != "3mm/r07"]) == [
+        *("checks/3mm/r07.json", "fits/3mm/r07.json", "matrices/3mm/r07.npy"),
+        *("plot_data/2mm/batch.json", "signals/3mm/r07.npy"),
     ]
-
-
-def test_files_of_another_size_are_left_over(tmp_path):
-    make_results(tmp_path, 1)
-    assert len(left_in(tmp_path, NAMES, 10)) == 4 * len(NAMES)
     make_results(tmp_path, 10)
-    assert len(left_in(tmp_path, NAMES, 1)) == 4 * len(["0mm/batch", "3mm/batch"])
+    assert len(left()) == 4 * len(["0mm/batch", "3mm/batch"]) + 1
