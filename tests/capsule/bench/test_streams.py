@@ -57,6 +57,10 @@ def describe(
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
     info.set_channel_labels(entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)]))
     info.set_channel_units(entries.get("units", ["counts"] * channels))
+    channel = info.desc().child("channels").child("channel")
+    for gain in entries.get("gains", ""):
+        channel.append_child_value("gain", gain)
+        channel = channel.next_sibling("channel")
     board = info.desc().append_child("capsule")
     for key, text in entries.get("board", {}).items():
         board.append_child_value(key, text)
@@ -191,6 +195,10 @@ def test_channels_are_chosen_by_label_or_number(wanted, channels):
     assert choose(info, wanted, RULES)[0] == channels
 
 
+def test_a_gain_of_a_channel_that_is_not_recorded_is_no_matter():
+    assert choose(describe("x", 5, gains="11115"), "4,3,2,1", RULES)[0] == (3, 2, 1, 0)
+
+
 @pytest.mark.parametrize(
     ("settings", "wanted", "words"),
     [
@@ -203,6 +211,7 @@ def test_channels_are_chosen_by_label_or_number(wanted, channels):
         ({"kind": pylsl.cf_string}, None, "sends text, not numbers"),
         ({"units": ["microvolts"] * 4}, None, "in microvolts; all channels .*counts, V"),
         ({"units": ["V", "V", "counts", "V"]}, None, "in V, counts; all channels .*the same unit"),
+        ({"channels": 5, "gains": "11115"}, "1,2,3,5", "says 'gain: 5', and not .*capsule import"),
     ],
 )
 def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):

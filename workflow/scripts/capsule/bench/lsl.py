@@ -2,7 +2,7 @@
 
 import importlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install, not_installed
 from capsule.kinds import Settings
 from capsule.recordings.recording import column_names
+from capsule.recordings.units import scales
 
 if TYPE_CHECKING:
     import pylsl
@@ -156,6 +157,11 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> _Ch
             "channels of a recording must have the same unit, counts, V, ohm or kohm: let its "
             "source send one of these"
         )
+    stated = (f"{key}: {text}" for key, text in _stated(info, channels) if scales(key, text))
+    if scaling := next(stated, ""):
+        raise WrongBoardError(
+            f"{title} says {plain(scaling)!r}, and not whether it is applied already; {_IMPORT}"
+        )
     return channels, _header_of(info, channels, units.pop() or "")
 
 
@@ -191,11 +197,35 @@ def labels_of(info: "pylsl.StreamInfo") -> list[str]:
 
 
 def _child_texts(info: "pylsl.StreamInfo", key: str) -> list[str]:
-    texts, channel = [], info.desc().child("channels").child("channel")
-    for _ in range(info.channel_count()):
-        texts.append(channel.child_value(key).strip())
-        channel = channel.next_sibling("channel")
-    return texts
+    return [channel.child_value(key).strip() for channel in _described_channels(info)]
+
+
+def _described_channels(info: "pylsl.StreamInfo") -> list["pylsl.XMLElement"]:
+    """Return the description of each channel; empty elements where there is none."""
+    described = [info.desc().child("channels").child("channel")]
+    while len(described) < info.channel_count():
+        described.append(described[-1].next_sibling("channel"))
+    return described
+
+
+def _stated(info: "pylsl.StreamInfo", channels: Sequence[int]) -> Iterator[tuple[str, str]]:
+    """Yield what is stated of the stream and of these channels, each a name with a text."""
+    described = _described_channels(info)
+    yield from _texts_in(info.desc(), ("channels", BOARD))
+    for index in channels:
+        yield from _texts_in(described[index])
+
+
+def _texts_in(
+    element: "pylsl.XMLElement", left_out: Sequence[str] = ()
+) -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each element in another one, at any depth."""
+    child = element.first_child()
+    while not child.empty():
+        if child.name() not in left_out:
+            yield child.name(), child.child_value().strip()
+            yield from _texts_in(child)
+        child = child.next_sibling()
 
 
 def _channels(

@@ -22,7 +22,6 @@ from capsule.importing.stated import (
     as_text,
     decoded,
     facts,
-    is_scaling,
     starts,
     stated_unit,
     states_rate,
@@ -31,6 +30,7 @@ from capsule.importing.stated import (
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.times import later
 from capsule.importing.units import is_time_name
+from capsule.recordings.units import is_scaling
 
 # The word for a table of these formats.
 VARIABLE = "variable"

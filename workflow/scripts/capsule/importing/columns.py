@@ -15,7 +15,6 @@ from capsule.importing.stated import (
     mentioned_unit,
     named_columns,
     notes_of,
-    scales,
     scaling_remarks,
     speaks_of_scaling,
 )
@@ -33,6 +32,7 @@ from capsule.importing.units import (
     unit_of,
 )
 from capsule.recordings.names import displayed
+from capsule.recordings.units import scales
 
 _COUNTER_NAMES = re.compile(
     r"(samples?|index|frames?|n|no|nr|number|count(er)?|#|row|line|id|seq|unnamed.*)"

@@ -13,6 +13,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.units import SECONDS, is_time_unit, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE
+from capsule.recordings.units import is_scaling, scales
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")
@@ -47,24 +48,6 @@ _PER_SECOND |= dict.fromkeys(["samples per second", "samples/sec", "s^-1"], 1.0)
 _PER_SECOND |= dict.fromkeys(["khz", "ksps", "ks/s"], 1000.0)
 # Without a unit, a longer time between two samples is hardly in seconds.
 _LONGEST_INTERVAL_S = 5.0
-# Names of what turns stored numbers into readings, which may be applied already.
-_SCALING = re.compile(
-    r"(?!wf_|(time|clock|utc|zone|trigger)[_ ]|offset[_ ][mnuµ]?s$|NI_(scal|number))"
-    r"((\w+[_ ]|[xyv])?(scal|skal|gain|off$|offset|mult|factor|faktor|lsb|calib|amplif|"
-    r"(probe.?)?attenu|verst.rk|probe|slope|tare|divi|sensitiv|empfindlich|cal$|bias|intercept|"
-    r"baseline|polynom|coef|transform|quant(um|i[sz])|conversion|(physical|digital)_?(max|min)|"
-    r"exponent|power$|(unit_?)?prefix|v?div$|increment$).*|"
-    r"pga|amp|ratio|conv|zero([ _](level|point))?|nullpunkt|step[_ ]m?v|add_?offset|"
-    r".*(per|/)[_ ]?(lsb|count|bit|digit|step|adu|div(ision)?|m?v(olt)?)s?[\])]?|"
-    r"bit_?volts|(.*2|to_)volts)",
-    re.IGNORECASE,
-)
-# What is no number of a scaling: none, a date, a duration, or a sensor's kind.
-_NO_SCALING = re.compile(
-    r"(none|no|off|false|yes|true|done|ok|n/?a|unscaled|raw|unknown)?|.*[0-9]{4}-[0-9]{2}-[0-9]{2}.*|"
-    r"[0-9]{1,2}[./][0-9]{1,2}[./][0-9]{2,4}.*|[0-9.]+ ?(m?s|min|h|bits?)",
-    re.IGNORECASE,
-)
 # Units of readings that are no other words, wherever they stand, but not beside a number: a
 # supply of 5 V, or "supply (V): 5", is no unit of the readings. In names, it is that of a sensor.
 _MENTIONED = (
@@ -300,19 +283,6 @@ def starts(said: Mapping[str, str]) -> dict[str, Any]:
 def unsure_start(remarks: Iterable[str]) -> str:
     """Return the remarks that may tell the start of a series; empty if none does."""
     return "; ".join(text for text in remarks if _UNSURE_START.fullmatch(text[:_LONGEST_REMARK]))
-
-
-def is_scaling(name: str) -> bool:
-    """Return whether a number of this name can turn stored numbers into readings."""
-    return bool(_SCALING.fullmatch(name))
-
-
-def scales(name: str, value: str) -> bool:
-    """Return whether a statement tells a scaling of the readings, other than one by 1 and 0."""
-    is_sum = re.search("offset|intercept|tare|bias|baseline", name, re.IGNORECASE)
-    neutral = "[+-]?0*[.]?0*" if is_sum else "[+]?1([.]0*)? ?[xX]?"
-    told = value.strip()
-    return is_scaling(name) and not (re.fullmatch(neutral, told) or _NO_SCALING.fullmatch(told))
 
 
 def mentioned_unit(text: str, *, is_name: bool = False) -> str:
