@@ -8,24 +8,22 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from capsule.engine.configuration import read_config_file
 from capsule.errors import RecordingError
 from capsule.method.preprocessing import preprocess
 from capsule.recordings.acceptance import accept
 from capsule.recordings.recording import format_recording, read_recording
+from support.project import ROOT
 from support.synthetic import make_recording
 
 pytestmark = pytest.mark.takes(0.5)
 
-SECTION = {
-    "rate_hz": 10,
-    "rate_tolerance": 0.05,
-    "max_gap_s": 0.4,
-    "max_missing_fraction": 0.2,
-    "max_rail_fraction": 0.5,
-    "max_constant_fraction": 0.8,
-    "max_sensor_correlation": 0.95,
+SECTION = read_config_file(ROOT / "config/config.yaml")["recording"]
+RULES = {
+    "rules": SECTION | {"max_gap_s": 0.4, "max_rail_fraction": 0.5},
+    "window": 8,
+    "length": 40,
 }
-RULES = {"rules": SECTION, "window": 8, "length": 40}
 GOOD = format_recording(make_recording(3.0, "properties", samples=30, sensors=2))
 
 

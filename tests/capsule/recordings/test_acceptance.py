@@ -368,6 +368,8 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
         *((EVEN * each, f"{WRONG_RATE}$") for each in (0.4, 2.5, 400, 2500)),
     ]] + [
         (EVEN, f"{SAMPLES} samples are more than the", {"length": SAMPLES - 1}),
+        # The rate is checked of a recording that fills the matrix, too.
+        (two_rates(8), CHANGES, {"length": SAMPLES}),
         (two_rates(5, 0.4), "10 Hz in the 84 samples from 0 s on, 5 Hz in most", {"rate_hz": 5}),
     ],
 )  # fmt: skip
