@@ -125,22 +125,18 @@ def test_of_what_nothing_else_tells_the_prediction_is_unknown():
     np.testing.assert_allclose(found, [2.5, 2.0, 1.5, np.nan], atol=1e-9)
 
 
-def sizes_of(features, sizes_mm, places, **changes):
-    options = {"ridge": 0.1, "confidence": 0.9} | changes
-    return fit_sizes(features, sizes_mm, places, np.ones(sizes_mm.size, dtype=bool), **options)
-
-
 def test_sizes_between_those_taught_are_estimated():
     features = generator(1, "sizes").normal(size=(40, 3))
     features[:, 0] = np.repeat([1.0, 2.0, 3.0, 5.0], 10)
-    model = sizes_of(features, features[:, 0], apart(40))
+    options = {"ridge": 0.1, "confidence": 0.9}
+    model = fit_sizes(features, features[:, 0], apart(40), apart(40) >= 0, **options)
     assert model.estimate(np.array([2.5, 0.0, 0.0])) == pytest.approx(2.5, abs=0.05)
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
-    assert sizes_of(features[:0], features[:0, 0], apart(0)) is None
+    assert fit_sizes(features[:0], features[:0, 0], apart(0), apart(0) >= 0, **options) is None
     # Of four nodules, the others tell nothing of the last, and the rank of three quarters is four.
-    features, options = np.array([[0.0], [0.0], [0.0], [7.0]]), {"ridge": 0.0, "confidence": 0.75}
-    model = sizes_of(features, np.array([1.0, 2.0, 3.0, 5.0]), apart(4), **options)
+    features, sizes_mm = np.array([[0.0], [0.0], [0.0], [7.0]]), np.array([1.0, 2.0, 3.0, 5.0])
+    model = fit_sizes(features, sizes_mm, apart(4), apart(4) >= 0, ridge=0.0, confidence=0.75)
     assert model.half_width_mm == np.inf
 
 

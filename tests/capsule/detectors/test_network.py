@@ -64,6 +64,12 @@ def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights,
     whole = np.array([scorer.forward(standardised(each))[2]() for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([unprojected.features(each).gradient for each in many])
+    # The shipped projection was taught with these random numbers.
+    sketch = generator(1, "scorer", "sketch")
+    bucket = sketch.integers(FOLDED, size=whole.shape[1])
+    signed = sketch.choice([-1.0, 1.0], size=whole.shape[1]) * whole[0]
+    expected = np.bincount(bucket, signed, FOLDED)
+    np.testing.assert_allclose(folded[0], expected, rtol=1e-4, atol=1e-6)
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
     projected = scorer.features(many[0])

@@ -65,6 +65,7 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     assert answers.set_specificity is None
     ppv, npv = (each.value for each in answers.meaning)
     assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+    assert [(each.hits, each.of) for each in answers.meaning] == [(0, 0)] * 2
     # One that detects nothing still says how often that is right.
     ppv, npv = answers_of(rates_of(evaluated(verdicts(20, 0, 10, 0))), *OF_RULE).meaning
     assert math.isnan(ppv.value) and npv.value == pytest.approx(0.9)
@@ -115,7 +116,8 @@ def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_
 
 
 @pytest.mark.parametrize(
-    ("share", "shown"), [(0.986, "98.6"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")]
+    ("share", "shown"),
+    [(0.015, "2"), (0.985, "98.5"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")],
 )
 def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
     assert Estimate(share, 0.0, 0.004).in_hundred() == (shown, "0 to 0.4")
