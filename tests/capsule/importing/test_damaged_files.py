@@ -4,16 +4,24 @@
 """
 
 import faulthandler
+import io
 import os
 import signal
 import sys
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
+from capsule.errors import CapsuleError
 from capsule.importing import reading_apart
+from capsule.importing.lab_yaml import checked_keys
+from capsule.importing.runs import read_columns, runs_of
+from capsule.importing.text import read_text
+from capsule.recordings.recording import format_recording, read_recording
 from support.damaged_files import damaged, given_path, write_each_format
-from support.importing import import_files
+from support.importing import ODD, SETTINGS, import_files
 from support.marks import needs_forks
 
 pytestmark = pytest.mark.takes(1)
@@ -62,41 +70,39 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
     assert most_memory() <= max(most_before, 1_000_000_000)
 
 
+# What a package does at a file, and what is told of it.
+AT_A_FILE = {
+    "crash": (lambda: os.kill(os.getpid(), signal.SIGSEGV), "that reads this format crashed at it"),
+    "no end": (
+        lambda: any(iter(int, 1)),
+        "that reads this format crashed at it, or came to no end",
+    ),
+    "2 GB": (lambda: bytes(2_000_000_000), "the numpy file cannot be read (MemoryError)"),
+}
+
+
 @needs_forks  # elsewhere, files are read in this process
-def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whole, monkeypatch):
-    def crash(*_, **__):
+@pytest.mark.parametrize("kind", AT_A_FILE)
+def test_a_package_that_crashes_or_takes_too_much_does_not_end_the_import(
+    tmp_path, whole, monkeypatch, kind
+):
+    act, told = AT_A_FILE[kind]
+
+    def load(*_, **__):
         # Otherwise pytest shows where, and that looks like a crash of the tests.
         faulthandler.disable()
-        os.kill(os.getpid(), signal.SIGSEGV)
+        act()
 
-    monkeypatch.setattr(np, "load", crash)
+    monkeypatch.setattr(np, "load", load)
+    if kind == "no end":
+        monkeypatch.setattr(reading_apart, "_SECONDS", 1)
     imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
-    assert (
-        "run.npy: the package that reads this format crashed at it, or came to no end; copy or"
-        in imported.refused
-    )
+    assert "run.npy: " in imported.refused and told in imported.refused
     assert imported.counted == "1 recording would be imported, 1 file refused"
 
 
 @needs_forks  # elsewhere, files are read in this process
-@pytest.mark.parametrize(
-    ("load", "told"),
-    [
-        (lambda *_, **__: any(iter(int, 1)), "the package that reads this format crashed at it"),
-        (lambda *_, **__: bytes(2_000_000_000), "the numpy file cannot be read (MemoryError)"),
-    ],
-    ids=["no end", "2 GB"],
-)
-def test_a_package_is_ended_that_takes_too_long_or_too_much(
-    tmp_path, whole, monkeypatch, load, told
-):
-    monkeypatch.setattr(np, "load", load)
-    monkeypatch.setattr(reading_apart, "_SECONDS", 1)
-    assert f"run.npy: {told}" in import_files(tmp_path, whole[".npy"], "--dry-run").refused
-
-
-@needs_forks  # elsewhere, files are read in this process
-def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
+def test_a_file_of_a_run_may_take_five_seconds_at_most_and_no_limit_is_raised(monkeypatch):
     import resource
 
     limits = []
@@ -105,14 +111,43 @@ def test_a_file_of_a_run_may_take_five_seconds_at_most(monkeypatch):
     reading_apart.limit_process("NWB file", bytes(174_152))
     (seconds, most), _ = limits
     assert 2 <= seconds == most <= 5
-
-
-@needs_forks  # elsewhere, files are read in this process
-def test_a_limit_that_a_cluster_has_set_is_not_raised(monkeypatch):
-    import resource
-
-    raised = []
+    limits.clear()
+    # A cluster has set limits already.
     monkeypatch.setattr(resource, "getrlimit", lambda _: (1, 1))
-    monkeypatch.setattr(resource, "setrlimit", lambda *limit: raised.append(limit))
     reading_apart.limit_process("HDF5 file", bytes(1000))
-    assert not raised
+    assert not limits
+
+
+FILES = [path.read_bytes() for path in sorted(ODD.iterdir())]
+SAID = [{}, {"unit": "V"}, {"rate": 10.0, "time": "none"}, {"run_gap_s": 0.5}, {"time": 1}]
+PIECES = [b"nan", b"inf", b"1e400", b"-", b'"', b"\n\n", b"\x00", b"\xff", b",,", b"00:00:00"]
+damage = st.tuples(
+    st.integers(0, 400), st.integers(0, 20), st.sampled_from(PIECES) | st.binary(max_size=4)
+)
+
+
+ROW = b"0,%d;2.004,0;2.444,0;1.688,0;%s"
+
+
+def table(certain: bytes) -> bytes:
+    """Return a table whose last column holds a number that needs no question, and a whole one."""
+    rows = [ROW % (number, b"20" if number == 3 else certain) for number in range(9)]
+    return b"\n".join([b"time;S1;S2;S3;S4", *rows])
+
+
+@settings(max_examples=300, deadline=None)
+@example(table(b"2.120,0"), [], {})
+@example(table(b"1.002.120"), [], {})
+@given(st.sampled_from(FILES), st.lists(damage, max_size=5), st.sampled_from(SAID))
+def test_a_damaged_text_is_read_or_refused_in_a_line(content, damages, said):
+    for at, length, piece in damages:
+        content = content[:at] + piece + content[at + length :]
+    keys = checked_keys(said, SETTINGS)
+    try:
+        runs = list(runs_of(read_columns(read_text(content, keys), keys), {}, keys))
+    except CapsuleError as refusal:
+        assert "\n" not in str(refusal)
+        return
+    for _, recording, _ in runs:
+        back = read_recording(io.BytesIO(format_recording(recording)), 4)
+        np.testing.assert_array_equal(back.values, recording.values)

@@ -29,7 +29,6 @@ from support.lab_files import (
     nwb_file,
     write_bag_2,
     write_hdf,
-    write_matlab_73,
     write_workbook,
 )
 from support.project import ROOT
@@ -84,57 +83,43 @@ def test_a_reader_that_ends_early_does_not_stop_the_import():
 
 def test_a_sheet_that_states_too_few_rows_is_read_whole(tmp_path):
     write_workbook(tmp_path / "whole.xlsx", {"Run 1": excel_rows(TIME_S.tolist())})
-    with (
-        zipfile.ZipFile(tmp_path / "whole.xlsx") as whole,
-        zipfile.ZipFile(tmp_path / "lab.xlsx", "w") as stated,
-    ):
-        for name in whole.namelist():
-            content = whole.read(name)
-            if name.endswith("sheet1.xml"):
-                content, changed = re.subn(rb'ref="A1:E[0-9]+"', b'ref="A1:C60"', content)
-                assert changed
+    with zipfile.ZipFile(tmp_path / "whole.xlsx") as whole:
+        parts = {name: whole.read(name) for name in whole.namelist()}
+    sheet = "xl/worksheets/sheet1.xml"
+    parts[sheet], changed = re.subn(rb'ref="A1:E[0-9]+"', b'ref="A1:C60"', parts[sheet])
+    assert changed
+    with zipfile.ZipFile(tmp_path / "lab.xlsx", "w") as stated:
+        for name, content in parts.items():
             stated.writestr(name, content)
     recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
     assert_readings(recording, TIME_S, KILO_OHMS)
 
 
 def outside_hdf(folder):
-    """Write HDF5 files whose samples lie outside of them, and yield their paths."""
-    secret = folder / "secret.bin"
-    secret.write_bytes(COUNTS.T.tobytes())
+    """Write files whose samples lie outside of them, and return their paths."""
+    files = [folder / name for name in ("external.h5", "virtual.h5", "linked.h5", "linked.nwb")]
+    (folder / "secret.bin").write_bytes(COUNTS.T.tobytes())
     write_hdf(folder / "other.h5", {"V": COUNTS.T})
-    with h5py.File(folder / "external.h5", "w") as file:
-        external = [(str(secret), 0, h5py.h5f.UNLIMITED)]
-        file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
-    with h5py.File(folder / "virtual.h5", "w") as file:
-        layout = h5py.VirtualLayout(COUNTS.T.shape, "f8")
-        layout[...] = h5py.VirtualSource(str(folder / "other.h5"), "V", COUNTS.T.shape)
+    shape, other = COUNTS.T.shape, str(folder / "other.h5")
+    with h5py.File(files[0], "w") as file:
+        parts = [(str(folder / "secret.bin"), 0, h5py.h5f.UNLIMITED)]
+        file.create_dataset("V", shape, "f8", external=parts)
+    with h5py.File(files[1], "w") as file:
+        layout = h5py.VirtualLayout(shape, "f8")
+        layout[...] = h5py.VirtualSource(other, "V", shape)
         file.create_virtual_dataset("V", layout)
-    with h5py.File(folder / "linked.h5", "w") as file:
-        file["V"] = h5py.ExternalLink(str(folder / "other.h5"), "V")
-    write_matlab_73(folder / "external73.mat", {})
-    with h5py.File(folder / "external73.mat", "r+") as file:
-        file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
-        file["V"].attrs["MATLAB_class"] = np.bytes_("double")
-    nwb_file(folder / "external.nwb", unit="kohm", rate=10.0)
-    with h5py.File(folder / "external.nwb", "r+") as file:
-        data = file["acquisition/sensors/data"]
-        attributes, shape = dict(data.attrs), data.shape
-        del file["acquisition/sensors/data"]
-        moved = file.create_dataset("acquisition/sensors/data", shape, "f8", external=external)
-        moved.attrs.update(attributes)
-    nwb_file(folder / "linked.nwb", unit="kohm", rate=10.0)
-    with h5py.File(folder / "linked.nwb", "r+") as file:
+    with h5py.File(files[2], "w") as file:
+        file["V"] = h5py.ExternalLink(other, "V")
+    for path in (files[3], folder / "other.nwb"):
+        nwb_file(path, unit="kohm", rate=10.0)
+    with h5py.File(files[3], "r+") as file:
         del file["acquisition/sensors"]
-        nwb_file(folder / "other.nwb", unit="kohm", rate=10.0)
         file["acquisition/sensors"] = h5py.ExternalLink("other.nwb", "acquisition/sensors")
-    return sorted({*folder.glob("*al*.*"), *folder.glob("linked.*")})
+    return files
 
 
 def test_nothing_outside_of_an_hdf5_file_is_read(tmp_path):
-    files = outside_hdf(tmp_path)
-    assert len(files) == 6
-    for file in files:
+    for file in outside_hdf(tmp_path):
         for options in ([], ["--rate", "10", "--unit", "counts"]):
             imported = import_files(tmp_path / "out", file, *options)
             assert f"{file.name}: the file names samples outside of it, in " in imported.refused
@@ -151,32 +136,30 @@ def test_nothing_outside_of_the_folder_of_a_bag_is_read(tmp_path):
     assert "outside of this folder; copy it into it" in import_files(tmp_path, other).refused
 
 
-@pytest.mark.parametrize("separator", [",", ";", "\t"])
-@pytest.mark.parametrize("path", ["", "my files/foreign.csv"])
+@pytest.mark.parametrize(
+    ("path", "separator", "options", "written"),
+    [
+        ("", ",", ["--size", "2.5", "--name", "r07-imported"], "2.5mm/r07-imported.csv"),
+        ("", ";", ["--size", "2.5", "--name", "r07-imported"], "2.5mm/r07-imported.csv"),
+        ("my files/foreign.csv", "\t", ["--unlabelled"], "unlabelled/foreign.csv"),
+    ],
+)
 def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
-    tmp_path, monkeypatch, separator, path
+    tmp_path, monkeypatch, path, separator, options, written
 ):
     monkeypatch.chdir(tmp_path)
     file = tmp_path / (path or "raw/2.5mm/r07.csv")
     file.parent.mkdir(parents=True)
-    write_table(file, TIME_S, *COUNTS)
-    file.write_text(file.read_text().replace(",", separator))
+    file.write_text(lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4", sign=separator))
     settings = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
-    check, *_ = check_recording(
-        "unlabelled/judged" if path else "2.5mm/r07", file.read_bytes(), 10**6, settings, path
-    )
+    name = "unlabelled/judged" if path else "2.5mm/r07"
+    check, *_ = check_recording(name, file.read_bytes(), 10**6, settings, path)
     line = check["reason"].partition("; if another program wrote it: ")[2]
-    words = shlex.split(line)
-    assert words[:2] == ["capsule", "import"]
-    assert words[-1] == "--dry-run"
-    options = ["--unlabelled"] if path else ["--size", "2.5", "--name", "r07-imported"]
-    assert words[3:-1] == options
-    without_size = [word for word in words[2:-1] if word not in ("--size", "2.5")]
-    imported = import_files(tmp_path, *without_size, size="2.5")
-    assert imported.refused == ""
-    assert (
-        imported.raw / ("unlabelled/foreign.csv" if path else "2.5mm/r07-imported.csv")
-    ).exists()
+    *words, last = shlex.split(line)
+    assert (words[:2], words[3:], last) == (["capsule", "import"], options, "--dry-run")
+    named = [word for word in words[2:] if word not in ("--size", "2.5")]
+    imported = import_files(tmp_path, *named, size="2.5")
+    assert imported.refused == "" and (imported.raw / written).exists()
 
 
 def bombs(folder):
@@ -208,10 +191,9 @@ def test_a_small_file_that_holds_very_much_is_refused_before_it_is_unpacked(tmp_
         "tall.xlsx": "sheet 'Run 1' has 1048576 rows and 5 columns, too many",
     }
     assert reasons.keys() == {path.name for path in tmp_path.iterdir()}
-    for name, reason in reasons.items():
-        refused = import_files(tmp_path / "out", tmp_path / name).refused
-        assert reason in refused
-        assert refused.count("\n") == 1, name
+    refused = import_files(tmp_path / "out", *sorted(tmp_path.iterdir())).refused.splitlines()
+    for line, (name, reason) in zip(refused, sorted(reasons.items()), strict=True):
+        assert f"{name}: " in line and reason in line
 
 
 def test_a_long_text_takes_little_memory(tmp_path):
