@@ -3,8 +3,6 @@
 import hashlib
 import io
 import json
-import os
-import shutil
 import sys
 from datetime import UTC, datetime
 
@@ -32,7 +30,6 @@ from capsule.store.results import (
     MATRICES,
     SIGNALS,
     batches,
-    changed_recordings,
     pattern,
     write_arrays,
     write_contents,
@@ -101,18 +98,11 @@ def make_results(results, most=1):
             else:
                 write_contents(path, contents, batch)
     named = rows_of([row["recording"] for row in rows], most)
-    listed = [row | named[row["recording"]] for row in rows]
-    _table(results / "recordings.csv", _LISTED, listed)
-    _table(results / "passed_over.csv", ["path", "reason"], [])
+    _table(results / "recordings.csv", _LISTED, [row | named[row["recording"]] for row in rows])
     templates = [{"size_mm": 0.0, "recordings": 0, "parameters": None}]
     templates.append({"size_mm": 3.0, "recordings": 1, "parameters": _parameters(generator)})
     write_json(results / "templates.json", {"templates": templates})
     np.savez(results / "templates.npz", **{"0mm": np.zeros((4, 40)), "3mm": np.eye(4, 40) / 3})
-    _evaluation(results)
-    return readings, matrices
-
-
-def _evaluation(results):
     verdict = {"recording": "3mm/r07", "size_mm": 3.0, "detector": "template"}
     verdict |= {"scheme": "leave_one_out", "predicted_mm": 3.0, "score": AWKWARD[3]}
     verdict |= {"rmse_0mm": AWKWARD[2], "rmse_3mm": float("inf"), "estimate_low_mm": AWKWARD[0]}
@@ -121,11 +111,12 @@ def _evaluation(results):
     rates |= {"recall_low": AWKWARD[1], "one_sided": True}
     for name in RATES:
         _table(results / "evaluation" / f"{name}.csv", list(rates), [rates, rates | {"tp": 3}])
-    for name in COLUMNS.keys() - RATES.keys():
-        _table(results / "evaluation" / f"{name}.csv", COLUMNS[name], [])
-    _table(results / "evaluation/learning.csv", ["detector", "share", "rate"], [])
-    _table(results / "detections.csv", _VERDICT, [])
-    _table(results / "sites.csv", ["site", "detector", "passes"], [])
+    empty = {f"evaluation/{name}": COLUMNS[name] for name in COLUMNS.keys() - RATES.keys()}
+    empty |= {"evaluation/learning": ["detector", "share", "rate"], "detections": _VERDICT}
+    empty |= {"passed_over": ["path", "reason"], "sites": ["site", "detector", "passes"]}
+    for name, columns in empty.items():
+        _table(results / f"{name}.csv", columns, [])
+    return readings, matrices
 
 
 def _parameters(generator):
@@ -153,7 +144,7 @@ def exported(made):
 def files(exported, tmp_path_factory):
     """Export everything in each format, and return the folder."""
     folder = tmp_path_factory.mktemp("out")
-    for kind in ("mat", "xlsx", "parquet", "netcdf", "nwb"):
+    for kind in formats.FORMATS:
         command.write(exported, kind, folder / kind, force=False)
     return folder
 
@@ -170,7 +161,7 @@ def same(read, written):
         assert numbers.tobytes() == np.asarray(written, dtype=float).tobytes()
 
 
-def test_what_is_gathered_is_what_the_results_hold(made, exported):
+def test_what_is_gathered_is_what_the_results_hold_and_all_of_it_is_described(made, exported):
     results, signals, matrices = made
     readings, matrix, template = exported.arrays.values()
     for name in RECORDINGS:
@@ -193,9 +184,6 @@ def test_what_is_gathered_is_what_the_results_hold(made, exported):
     }
     assert sorted(exported.tables["fits"]["recording"]) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
     assert exported.tables["detection"]["one_sided"].dtype == bool
-
-
-def test_each_table_is_described(exported):
     assert {*exported.tables, *exported.arrays} == described()["tables"].keys()
 
 
@@ -347,13 +335,13 @@ def check_variables(read, table):
         assert read[name].attrs["long_name"] == long_name
 
 
-def test_nwb_holds_a_valid_file_for_each_recording(files, exported, made):
+def test_nwb_holds_a_valid_file_for_each_recording_and_one_for_the_tables(files, exported, made):
     legal = legal_names([*RECORDINGS, REJECTED])
-    names = {f"{legal[name]}.nwb" for name in RECORDINGS}
-    assert {path.name for path in (files / "nwb").iterdir()} == {*names, "tables.nwb"}
-    for name, (_, header) in RECORDINGS.items():
-        path = files / "nwb" / f"{legal[name]}.nwb"
-        assert pynwb.validate(path=path) == []
+    paths = {name: files / "nwb" / f"{legal[name]}.nwb" for name in RECORDINGS}
+    assert {*(files / "nwb").iterdir()} == {*paths.values(), files / "nwb/tables.nwb"}
+    assert not any(pynwb.validate(path=path) for path in (files / "nwb").iterdir())
+    for name, path in paths.items():
+        header = RECORDINGS[name][1]
         with pynwb.NWBHDF5IO(path, "r") as opened:
             read = opened.read()
             series = read.acquisition["readings"]
@@ -366,18 +354,13 @@ def test_nwb_holds_a_valid_file_for_each_recording(files, exported, made):
             assert ("is not known" in read.session_description) == (not known)
             expected = datetime(2024, 6, 3, 10, tzinfo=UTC) if known else NO_DATE
             assert read.session_start_time == expected
-
-
-def test_nwb_holds_the_tables(files, exported):
-    path = files / "nwb/tables.nwb"
-    assert pynwb.validate(path=path) == []
-    with pynwb.NWBHDF5IO(path, "r") as opened:
+    with pynwb.NWBHDF5IO(files / "nwb/tables.nwb", "r") as opened:
         tables = opened.read().processing["tables"]
         for name, table in exported.tables.items():
             for key, values, unit, _ in columns_of(table):
-                read = tables[name][key]
-                same(read.data[:], values)
-                assert f"[{unit}]" in read.description or not unit
+                column = tables[name][key]
+                same(column.data[:], values)
+                assert f"[{unit}]" in column.description or not unit
 
 
 def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
@@ -416,46 +399,14 @@ def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, 
     assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
     whole = gathering.gather(tmp_path / "results", CONFIG, "all")
     assert list(whole.tables) == list(exported.tables)
+    paths = list(whole.tables.pop("files")["path"])
+    assert "results/signals/3mm/batch.npz" in paths and len(set(paths)) == len(paths)
     for name, table in whole.tables.items():
-        if name == "files":
-            paths = list(table["path"])
-            assert "results/signals/3mm/batch.npz" in paths
-            assert len(set(paths)) == len(paths)
-        else:
-            pd.testing.assert_frame_equal(table, exported.tables[name])
+        pd.testing.assert_frame_equal(table, exported.tables[name])
     for kind, arrays in whole.arrays.items():
+        np.testing.assert_equal(arrays, exported.arrays[kind])
         assert list(arrays) == list(exported.arrays[kind])
-        for name, table in arrays.items():
-            np.testing.assert_array_equal(table, exported.arrays[kind][name])
     assert whole.headers == exported.headers
-
-
-def checksum(folder, name):
-    return hashlib.sha256((folder / f"raw/{name}.csv").read_bytes()).hexdigest()
-
-
-def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
-    names = ["3mm/r07", "3mm/r08", "0mm/r01"]
-    write_archive(tmp_path / "raw", names, samples=50)
-    rows = [{"recording": name, "sha256": checksum(tmp_path, name)} for name in names]
-    # A folder that is named like a file cannot be read, so nothing is known of its content.
-    (tmp_path / "raw/3mm/folder.csv").mkdir()
-    rows.append({"recording": "3mm/folder", "sha256": ""})
-    write_csv(tmp_path / "results/recordings.csv", ["recording", "sha256"], rows)
-    settings = read_config_file(CONFIG)
-    # The date of a recording does not count.
-    os.utime(tmp_path / "raw/3mm/r07.csv", (1, 1))
-    assert changed_recordings(tmp_path / "results", settings) == []
-    with (tmp_path / "raw/3mm/r07.csv").open("a") as stream:
-        stream.write("# a comment")
-    (tmp_path / "raw/3mm/r08.csv").unlink()
-    write_archive(tmp_path / "raw", ["2mm/new"], samples=50)
-    (tmp_path / "raw/notes.txt").touch()
-    changed = [f"raw/{name}.csv" for name in ("2mm/new", "3mm/r07", "3mm/r08")]
-    assert changed_recordings(tmp_path / "results", settings) == changed
-    # Without recordings, nothing is known.
-    shutil.rmtree(tmp_path / "raw")
-    assert changed_recordings(tmp_path / "results", settings) == []
 
 
 def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_path, capsys):
@@ -464,7 +415,8 @@ def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_
     rows = read_csv(results / "recordings.csv")
     write_archive(tmp_path / "raw", [row["recording"] for row in rows], samples=50)
     for row in rows:
-        row["sha256"] = checksum(tmp_path, row["recording"])
+        content = (tmp_path / f"raw/{row['recording']}.csv").read_bytes()
+        row["sha256"] = hashlib.sha256(content).hexdigest()
     write_csv(results / "recordings.csv", list(rows[0]), rows)
     call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
     call += ["--config", str(CONFIG), "--out", tmp_path / "out", "--force"]
@@ -484,7 +436,7 @@ def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_
     assert f"was made, these came, went or changed: {changed}; make it again" in printed
 
 
-@pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
+@pytest.mark.parametrize("kind", formats.FORMATS)
 def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind):
     results = tmp_path / "results"
     make_results(results)
@@ -497,18 +449,19 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
     assert len(written) == len(list((tmp_path / "out").iterdir()))
 
 
-def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
+def test_what_is_missing_or_damaged_is_named_with_how_to_make_it(tmp_path):
     results = tmp_path / "results"
     make_results(results)
     (results / "fits/3mm/r07.json").unlink()
-    with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
-        gathering.gather(results, CONFIG, "fits")
     (results / "evaluation/roc.csv").unlink()
-    with pytest.raises(CapsuleError, match=r"roc\.csv does not exist; .*snakemake -c2"):
-        gathering.gather(results, CONFIG, "evaluation")
     (results / "signals/3mm/r07.npy").write_bytes(b"cut off")
-    with pytest.raises(CapsuleError, match=r"r07\.npy is damaged .*; delete it"):
-        gathering.gather(results, CONFIG, "recordings")
+    for what, told in {
+        "fits": r"r07\.json does not exist; .*snakemake -c2",
+        "evaluation": r"roc\.csv does not exist; .*snakemake -c2",
+        "recordings": r"r07\.npy is damaged .*; delete it",
+    }.items():
+        with pytest.raises(CapsuleError, match=told):
+            gathering.gather(results, CONFIG, what)
 
 
 def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, monkeypatch):
@@ -518,15 +471,12 @@ def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, m
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("name", "unit", "words"),
-    [
+def test_a_columns_name_tells_its_unit():
+    for name, unit, words in (
         ("rmse_2.5mm", "1", "root mean square error beside the template of 2.5mm"),
         ("bias_mm_low", "mm", "mean error of the estimated size of a detected nodule"),
         ("location_s", "s", "time at which the nodule is located"),
         ("peak_spacing_2", "samples", "sensor 2"),
-    ],
-)
-def test_a_columns_name_tells_its_unit(name, unit, words):
-    told = describe(name)
-    assert told[0] == unit and told[1].endswith(words)
+    ):
+        told = describe(name)
+        assert told[0] == unit and told[1].endswith(words)

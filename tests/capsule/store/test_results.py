@@ -1,6 +1,8 @@
 """The files of recordings are written, found and read again, alone or in batches."""
 
+import os
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from capsule.store.results import (
     Results,
     arrays_in,
     batches,
+    changed_recordings,
     divide,
     left_over,
     pattern,
@@ -25,6 +28,7 @@ from capsule.store.results import (
     write_contents,
 )
 from support.stored import rows_of
+from support.synthetic import write_archive
 
 NAMES = [f"{folder}/r{run:02d}" for folder in ("0mm", "3mm") for run in range(1, 8)]
 LAGS = {name: int(name[-2:]) for name in NAMES}
@@ -150,3 +154,29 @@ def test_files_of_a_recording_that_is_gone_or_of_another_size_are_left_over(tmp_
     ]
     make_results(tmp_path, 10)
     assert len(left()) == 4 * len(["0mm/batch", "3mm/batch"]) + 1
+
+
+def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
+    results, raw = tmp_path / "results", tmp_path / "raw"
+    settings = {"recording": {"max_megabytes": 1}}
+    names = ["3mm/r07", "3mm/r08", "0mm/r01"]
+    write_archive(raw, names, samples=50)
+    sums = {name: files.fingerprint(raw / f"{name}.csv", 10**6) for name in names}
+    # A folder that is named like a file cannot be read, so nothing is known of its content.
+    (raw / "3mm/folder.csv").mkdir()
+    sums["3mm/folder"] = ""
+    rows = [{"recording": name, "sha256": checksum} for name, checksum in sums.items()]
+    files.write_csv(results / "recordings.csv", ["recording", "sha256"], rows)
+    # The date of a recording does not count.
+    os.utime(raw / "3mm/r07.csv", (1, 1))
+    assert changed_recordings(results, settings) == []
+    with (raw / "3mm/r07.csv").open("a") as stream:
+        stream.write("# a comment")
+    (raw / "3mm/r08.csv").unlink()
+    write_archive(raw, ["2mm/new"], samples=50)
+    (raw / "notes.txt").touch()
+    changed = [f"raw/{name}.csv" for name in ("2mm/new", "3mm/r07", "3mm/r08")]
+    assert changed_recordings(results, settings) == changed
+    # Without recordings, nothing is known.
+    shutil.rmtree(raw)
+    assert changed_recordings(results, settings) == []
