@@ -6,6 +6,7 @@
 from collections import Counter
 
 from capsule.engine.configuration import read_config_file
+from capsule.evaluation.confounded import confounded_keys
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recordings.recording import format_recording, read_recording
@@ -34,6 +35,9 @@ def test_the_held_out_session_is_what_the_documented_command_makes_and_twenty_a_
         assert headers[each.name]["site"] == f"{session}/{each.site}"
         assert headers[each.name]["setup"] == f"{session}/{each.setup}"
     assert {header["source"] for header in headers.values()} == {"simulated phantom"}
+    # Kills: an archive whose headers tell the nodule.
+    rows = {name: {"status": "accepted", **header} for name, header in headers.items()}
+    assert confounded_keys(rows, [session]) == []
     sizes = Counter(name.partition("/")[0] for name in headers.keys() - held_out)
     assert sizes == {f"{size}mm": 20 for size in range(6)}
     phantom = read_phantom(DEFAULT_TABLE, [])
