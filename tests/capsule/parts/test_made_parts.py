@@ -28,17 +28,9 @@ pytestmark = pytest.mark.takes(0.2)
 
 # Worked out of the paper's dimensions by hand: 5 tan 50, 5 tan 5, -3 tan 5.
 CORNERS = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.2625, 10.0)}
-PRISMS = {
-    "substructure": 5.0,
-    "coupon-strip": 5.0,
-    "coupon-awn": 5.0,
-    "coupon-glue": 5.0,
-    "coupon-wall-0.40": 5.0,
-    "coupon-wall-0.50": 5.0,
-    "coupon-wall-0.60": 5.0,
-    "slide": 4.0,
-    "end-plate": 6.0,
-}
+COUPONS = ["strip", "awn", "glue", "wall-0.40", "wall-0.50", "wall-0.60"]
+PRISMS = {"substructure": 5.0, **{f"coupon-{name}": 5.0 for name in COUPONS}}
+PRISMS |= {"slide": 4.0, "end-plate": 6.0}
 
 
 @pytest.fixture(scope="module")
@@ -162,13 +154,10 @@ def test_the_assembly_leaves_the_adhesives_gap_between_its_sensors(made, listed)
     assert listed["parts"]["assembly"]["sizes"]["pitch_mm"] == pytest.approx(6.27, abs=0.005)
 
 
-def test_the_platforms_scale_is_engraved_and_not_cut(made):
+def test_a_laser_engraves_the_platforms_scale_and_cuts_the_end_plates_rounds_as_arcs(made):
     marks = read_svg(made / "platform.svg")["ENGRAVE"]
     assert len(flattened(made / "platform.dxf", "ENGRAVE")) == len(marks) > 161
     assert len(read_svg(made / "platform.svg")["CUT"]) == 1
-
-
-def test_a_laser_cuts_the_end_plates_rounds_as_arcs(made):
     arcs = [sorted(radii) for _, radii in flattened(made / "end-plate.dxf", "CUT") if radii]
     # Two bearings, the motor's shaft and its two screws.
     rounds = [9.6, 9.6, 5.0, 2.1, 2.1]
@@ -185,22 +174,18 @@ def texts(path):
 @pytest.mark.parametrize(
     ("drawing", "part", "sizes", "words"),
     [
-        (
-            "substructure",
-            "substructure",
-            ["width", "flats_apart", "flat_AA", "flat_BB", "wall"],
-            ["5\u00b0", "45\u00b0", "cut", "wire"],
-        ),
-        ("assembly", "assembly", ["pitch", "faces"], [*"1234"]),
-        ("bench", "cam-left", ["radius"], ["60", "follower 2"]),
-        ("bench", "end-plate", ["shaft_distance"], []),
-        ("follower", "follower", ["ridge", "window_height", "front", "thickness"], []),
-        ("end-plate", "end-plate", ["shaft_distance", "motor_height"], []),
-        ("cam", "cam-left", ["lead", "eccentricity"], []),
+        ("substructure", "substructure", "width flats_apart flat_AA flat_BB wall",
+         ["5\u00b0", "45\u00b0", "cut", "wire"]),
+        ("assembly", "assembly", "pitch faces", [*"1234"]),
+        ("bench", "cam-left", "radius", ["60", "follower 2"]),
+        ("bench", "end-plate", "shaft_distance", []),
+        ("follower", "follower", "ridge window_height front thickness", []),
+        ("end-plate", "end-plate", "shaft_distance motor_height", []),
+        ("cam", "cam-left", "lead eccentricity", []),
     ],
-)
+)  # fmt: skip
 def test_the_drawn_dimensions_are_the_listed_ones(made, listed, drawing, part, sizes, words):
-    lengths = [listed["parts"][part]["sizes"][f"{name}_mm"] for name in sizes]
+    lengths = [listed["parts"][part]["sizes"][f"{name}_mm"] for name in sizes.split()]
     wanted = [f"{each:.2f}".rstrip("0").rstrip(".") for each in lengths] + words
     drawn = texts(made / f"drawings/{drawing}.svg")
     # Before a length may stand what it is of, as in "pitch = 6.27".
@@ -221,7 +206,9 @@ def test_a_drawing_has_the_scale_that_it_names(made):
     assert widest * 25.4 / 72 == pytest.approx(7 * 20.0, abs=0.05)
 
 
-def test_the_list_gives_mass_loop_and_resistance(listed):
+def test_the_list_gives_mass_loop_and_resistance_and_the_bill_what_is_printed_and_bought(
+    made, listed
+):
     unit = listed["parts"]["substructure"]
     assert unit["mass_g"] == pytest.approx(unit["volume_mm3"] * 1.2e-3, abs=1e-3)
     # Twice |AC| and |BC|, and the two flats.
@@ -229,9 +216,6 @@ def test_the_list_gives_mass_loop_and_resistance(listed):
     assert listed["capsule"]["loop_mm"] == pytest.approx(loop, abs=0.01)
     assert listed["capsule"]["resistance_ohm"] == 12000
     assert listed["capsule"]["resistivity_ohm_m"] == pytest.approx(0.9, abs=0.01)
-
-
-def test_the_bill_lists_every_printed_part_and_what_is_bought(made, listed):
     with (made / "bom.csv").open(encoding="utf-8", newline="") as stream:
         rows = {row["item"]: row for row in csv.DictReader(stream)}
     printed = {name: part["quantity"] for name, part in listed["parts"].items() if part["quantity"]}
