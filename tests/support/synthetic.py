@@ -14,14 +14,8 @@ def make_recording(
 ) -> Recording:
     """Return a run with waves and noise on every sensor, and a bump at the nodule.
 
-    Parameters
-    ----------
-    size_mm : float
-        Size that determines the height of the bumps; 0 gives none.
-    name : str
-        The recording's name, which seeds its random numbers.
-    samples, sensors, spacing : int
-        K, S, and the samples between the bumps of neighbouring sensors.
+    The size determines the height of the bumps; 0 gives none. The name seeds the random numbers.
+    The spacing is in samples between the bumps of neighbouring sensors.
     """
     numbers = generator(7, "synthetic", name)
     sample = np.arange(samples)

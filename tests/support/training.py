@@ -8,12 +8,7 @@ from capsule.detectors.base import StoredRecording
 from capsule.detectors.network import EMBEDDED, PROJECTED, Features
 from capsule.method.templates import TemplateSet, no_nodule_template
 
-TAUGHT = {
-    "height": 10.0,
-    "penalty": 0.1,
-    "evidence_weight": 2.0,
-    "size_ridge": 1.0,
-}
+TAUGHT = {"height": 10.0, "penalty": 0.1, "evidence_weight": 2.0, "size_ridge": 1.0}
 NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
 
 
