@@ -102,10 +102,15 @@ def test_it_starts_stops_and_turns_round_by_its_ramp_and_lets_the_coils_cool(mot
     slope = np.polyfit(times_us[1:][rising] / 1e6, speeds[rising], 1)[0]
     assert slope == pytest.approx(10, rel=0.05)
     assert speeds[0] < 4
+    motor.say("speed,24.5")
+    motor.say("start")
+    motor.wait(0.2)
+    running = 1e6 / np.diff(motor.board.seen.steps.times_us()[-100:])
+    assert running.min() > 24 * HALF_STEPS_PER_MM
     forward = motor.board.half_steps
     motor.say("direction,backward")
     motor.wait(8)
-    assert position(motor).speed_mm_s == pytest.approx(-25, abs=0.01)
+    assert position(motor).speed_mm_s == pytest.approx(-24.5, abs=0.01)
     assert motor.board.half_steps < forward
     assert np.diff(motor.board.seen.steps.times_us()).min() > 1e6 / HALF_STEPS_PER_MM / 25.3
     motor.say("stop", seconds=0.1)

@@ -101,6 +101,20 @@ def test_a_fold_and_its_unfolding_in_their_usual_times_and_what_is_refused_meanw
     assert bench.writes() - before <= 3
 
 
+def test_thread_that_a_stalled_motor_did_not_wind_is_not_let_out():
+    bench = folding(0)
+    assert bench.refusal("setup") == "the origami moves or is folded"
+    bench.wait(1)
+    bench.stall(1)
+    bench.wait(1)
+    bench.stall(0)
+    bench.refusal("unfold")
+    bench.wait(3)
+    assert bench.name() == "unfolded"
+    assert -DEBOUNCED < bench.wound() < SWITCH_TRAVEL
+    assert not bench.refusal("setup")
+
+
 def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
     bench = folding(0)
     for _ in range(3):

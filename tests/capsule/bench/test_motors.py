@@ -32,22 +32,19 @@ LOG = log_to([])
 
 
 class Line(FakeLine):
-    """A line whose board obeys everything at once, but refuses the commands in `refusals`."""
+    """A line whose board obeys everything at once, but for its `answers` to some commands."""
 
-    def __init__(self):
+    def __init__(self, **answers):
         super().__init__()
-        self.renewed, self.refusals = threading.Event(), {}
+        self.renewed, self.answers = threading.Event(), answers
 
     def send(self, payload):
-        """Take a command, and confirm or refuse it."""
+        """Take a command, and confirm or answer it."""
         super().send(payload)
-        name = payload.partition(",")[0]
         if payload == "position":
             self.renewed.set()
-        elif name in self.refusals:
-            self.frames.append(f"E,{name},{self.refusals[name]}")
         else:
-            self.frames.append(f"A,{payload}")
+            self.frames.append(self.answers.get(payload.partition(",")[0], f"A,{payload}"))
 
 
 @pytest.fixture
@@ -101,6 +98,9 @@ def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_
             drive.look()
         assert (line.sent[0], line.sent[-1]) == ("position", after)
         drive.serve()
+    line.sent_s = np.inf  # just now
+    drive.look()
+    assert line.sent == ["position"]
     assert wave.RENEW_AFTER_S + wave.LOOK_EVERY_S < 2.0  # as docs/bench.md says
 
 
@@ -162,11 +162,11 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
 
 # Kills, the second: a firmware that knows no leases, of which nobody is told.
 def test_a_wave_that_the_motor_cannot_make_is_refused_but_one_without_a_lease_runs(line):
-    line.refusals["direction"] = "the motor follows 800"
+    line.answers["direction"] = "E,direction,the motor follows 800"
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
         Drive(board_on(line), WAVE, LOG).set_up()
-    told, line.refusals = [], {"lease": "unknown"}
-    Drive(board_on(line), WAVE, log_to(told)).set_up()
+    told, old = [], Line(lease="E,lease,unknown")
+    Drive(board_on(old), WAVE, log_to(told)).set_up()
     assert "the wave will not stop if this computer fails" in told[0]
 
 
@@ -212,13 +212,19 @@ def test_any_board_that_stays_silent_ends_a_survey(clock, silent):
 def test_a_sample_that_is_late_stays_missing(line, monkeypatch):
     now_s = [0.0]
     monkeypatch.setattr(survey_bench, "elapsed_s", lambda: now_s[0])
-    bench, _ = bench_on(logger=line)
+    drive = Line()
+    bench, _ = bench_on(logger=line, peristalsis=drive)
+    drive.frames = ["P,10,212,12.5,25.0,running,"]
     heard = []
-    for first, last, looked_s in ((0, 8, 0.0), (8, 8, 10.0), (8, 24, 10.0)):
+    for first, last, looked_s in ((0, 4, 0.0), (4, 8, 0.0), (8, 8, 10.0), (8, 24, 10.0)):
         now_s[0] = looked_s
         line.frames = [f"D,{n},{100 * n},{n},2,3,4,0" for n in range(first, last)]
-        heard.append(bench.read(8).values[0].tolist())
-    np.testing.assert_equal(heard, [list(range(8)), 8 * [np.nan], list(range(16, 24))])
+        heard.append(bench.read(8))
+    assert heard[0] is None
+    values = [readings.values[0] for readings in heard[1:]]
+    np.testing.assert_equal(values, [np.arange(8), np.full(8, np.nan), np.arange(16, 24)])
+    # The last of the first came with the position of the wave.
+    np.testing.assert_equal(heard[1].wave_mm, [*(7 * [np.nan]), 12.5])
 
 
 # Kills: a resumed survey that takes the count of a board that was reset for its phase.
@@ -237,7 +243,9 @@ def test_a_resumed_survey_knows_its_phase_by_the_index_alone(line):
 
 # Kills: an end that does not wait until the origami is unfolded; a wave that is started before.
 def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatch):
-    monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count().__next__)
+    monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count(0, 0.1).__next__)
+    unfolded = Line(state="F,10,0,unfolded,unfolded")  # as it says when it is asked
+    assert FoldBoard(board_on(unfolded), LOG).leave_unfolded() == ""
     said, drive = "does not confirm that the origami is unfolded", Line()
     assert said in FoldBoard(board_on(line), LOG).leave_unfolded()
     with pytest.raises(SurveyFaultError, match=said):
@@ -322,11 +330,11 @@ def test_a_survey_that_was_stopped_until_a_lease_may_have_ended_starts_nothing_i
     assert line.sent == ([] if ends else ["position"])
 
 
-CLOSE_IT = {"setup": "the switch unfolded alone must be closed"}
+CLOSE_IT = {"setup": "E,setup,the switch unfolded alone must be closed"}
 
 
 @pytest.mark.parametrize(
-    ("typed", "known", "on_terminal", "refusals", "sent", "said"),
+    ("typed", "known", "on_terminal", "answers", "sent", "said"),
     [
         (" 'Unfolded' ", "no", True, {}, ["setup,unfolded"], "is set up"),
         ("unfolded", "no", True, CLOSE_IT, ["setup,unfolded"], "must be closed"),
@@ -338,9 +346,9 @@ CLOSE_IT = {"setup": "the switch unfolded alone must be closed"}
     ],
 )
 def test_a_person_who_has_looked_sets_a_new_fold_board_up(
-    line, monkeypatch, capsys, typed, known, on_terminal, refusals, sent, said
+    line, monkeypatch, capsys, typed, known, on_terminal, answers, sent, said
 ):
-    line.refusals = refusals
+    line.answers = answers
     new = board_on(line, "fold", setup=known)
     monkeypatch.setattr(fold, "Board", lambda *_: new)
     monkeypatch.setattr(fold.sys, "stdin", SimpleNamespace(isatty=lambda: on_terminal))
