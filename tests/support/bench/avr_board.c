@@ -103,11 +103,7 @@ static void stamp(stamps_t *stamps, avr_cycle_count_t cycle) {
 static void on_conversion(avr_irq_t *irq, uint32_t value, void *context) {
     (void)irq;
     board_t *board = context;
-    union {
-        avr_adc_mux_t mux;
-        uint32_t value;
-    } trigger = {.value = value};
-    unsigned channel = trigger.mux.src & (CHANNELS - 1);
+    unsigned channel = value >> 19 & (CHANNELS - 1); /* `src` of avr_adc_mux_t */
     if (channel == 0) {
         stamp(&board->seen.samples, board->avr->cycle);
     }
@@ -129,15 +125,9 @@ static void on_transmit(avr_irq_t *irq, uint32_t value, void *context) {
     }
 }
 
-static void on_uart_ready(avr_irq_t *irq, uint32_t value, void *context) {
-    (void)irq, (void)value;
-    ((board_t *)context)->uart_full = 0;
-}
-
-static void on_uart_full(avr_irq_t *irq, uint32_t value, void *context) {
-    (void)irq;
+static void on_uart_room(avr_irq_t *irq, uint32_t value, void *context) {
     if (value) {
-        ((board_t *)context)->uart_full = 1;
+        ((board_t *)context)->uart_full = irq->irq == UART_IRQ_OUT_XOFF;
     }
 }
 
@@ -232,8 +222,8 @@ board_t *board_new(const char *mcu, const char *elf) {
     } outputs[] = {
         {AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER, on_conversion},
         {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT, on_transmit},
-        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XON, on_uart_ready},
-        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XOFF, on_uart_full},
+        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XON, on_uart_room},
+        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XOFF, on_uart_room},
         {AVR_IOCTL_IOPORT_GETIRQ('B'), IOPORT_IRQ_PIN_ALL, on_coils},
     };
     for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
