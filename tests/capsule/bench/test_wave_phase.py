@@ -82,42 +82,35 @@ def test_where_nobody_knows_it_is_nan():
 
 
 @given(
-    before_s=st.floats(7, 20),
-    resets=st.lists(st.tuples(st.floats(7, 20), st.floats(0, 0.05)), max_size=3),
+    sign=st.sampled_from([1, -1]),
     cam_mm=st.floats(0, 80),
+    indexed=st.booleans(),
+    before_s=st.floats(7, 20),
+    mishaps=st.lists(st.tuples(st.booleans(), st.floats(7, 20), st.floats(0, 0.05)), max_size=3),
 )
-def test_after_any_resets_the_index_tells_the_same_phase(before_s, resets, cam_mm):
-    board = Board(cam_mm=cam_mm)
+def test_after_resets_and_lost_steps_the_index_tells_the_same_phase_and_else_nobody_does(
+    sign, cam_mm, indexed, before_s, mishaps
+):
+    board = Board(sign=sign, cam_mm=cam_mm, indexed=indexed)
     board.run(before_s)
     assert board.off_mm() == pytest.approx(0.0, abs=0.3)
-    for runs_s, delay_s in resets:
-        board.now_s += 1.0
-        board.reset()
-        board.run(0.2, state="stopped")
+    for resets, runs_s, delay_s in mishaps:
+        if resets or not indexed:
+            board.now_s += 1.0
+            board.reset()
+            board.run(0.2, state="stopped")
+        else:
+            board.run(5.0, stalled=True)
         assert not board.phase.known
         board.run(runs_s, delay_s=delay_s)
-        assert board.phase.known
-        assert board.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
+        assert board.phase.known == indexed
+        if indexed:
+            assert board.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
 
 
-@pytest.mark.parametrize(
-    ("indexed", "first_s"),
-    [(False, 8.0), (True, 1.0)],  # without an index, or before the first
-)
-def test_a_reset_before_any_index_loses_the_phase_for_good(indexed, first_s):
-    board = Board(index_at_mm=79.0, indexed=indexed, cam_mm=0.0)
-    board.run(first_s)
-    assert board.off_mm() == pytest.approx(0.0, abs=0.3)
+def test_a_reset_before_the_first_index_loses_the_phase_for_good():
+    board = Board(index_at_mm=79.0, cam_mm=0.0)
+    board.run(1.0)
     board.reset()
     board.run(20.0)
     assert (board.phase.index_mm, board.phase.known) == (None, False)
-
-
-def test_lost_steps_are_noticed_and_made_good_at_the_next_index():
-    board = Board()
-    board.run(8.0)
-    board.run(5.0, stalled=True)
-    assert not board.phase.known
-    board.run(7.0)
-    assert board.phase.known
-    assert board.off_mm() == pytest.approx(0.0, abs=0.3)
