@@ -71,17 +71,6 @@ def test_host_has_the_checksums_and_understands_every_answer_of_the_page():
 
 
 @emulated.needed
-def test_firmware_accepts_the_frames_of_the_page_and_no_others():
-    logger, refused = emulated.Talk(emulated.LOGGER), Refusal("line", "failed its check")
-    for payload, crc, frame in CHECKSUMS:
-        wrong = f"${payload}*{int(crc, 16) ^ 1:04X}"
-        for sent in (frame, wrong):
-            logger.board.deliver(f"{sent}\n".encode())
-            answers = logger.wait(0.02)
-            assert answers and (refused in answers) == (sent == wrong)
-
-
-@emulated.needed
 @of_each_board
 def test_firmware_holds_the_conversation_of_the_page(board):
     check_conversation(board)
