@@ -356,6 +356,8 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
         (two_rates(8) + generator(1, "jitter").normal(0, 0.01, SAMPLES), CHANGES),
         # 312 steps of 0.1 s, then of 0.2 s; the fifth stretch of 84 begins 24 of these later.
         (two_rates(5), r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"),
+        # Such a step, then a gap, which is no step.
+        (two_rates(20) + 2 * (np.arange(SAMPLES) >= 400), r"20 Hz in the 84 samples from 32\.4 s"),
         # A change too short for a rate of its own is told by count and duration.
         *((two_rates(each, 0.95), "too many samples for their time: ") for each in (20, 100)),
         # Also if the time does not begin at 0; 201.5 intervals are rounded to either side.

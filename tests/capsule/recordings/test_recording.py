@@ -207,6 +207,8 @@ def test_a_line_a_file_a_header_and_a_number_may_be_exactly_as_large_as_allowed(
     assert read(BARE, max_bytes=len(BARE)).values.shape == (2, 2)
     assert read(BARE + b"\n" * (200_000 - 3)).values.shape == (2, 2)
     assert read(BARE + b"1,-1e20,1e20\n").values[1, 2] == 1e20
+    # With a digit more, the last number would be nearer by exactly four times.
+    assert read(b"time_s,sensor_1,sensor_2\n0,1,82\n0.1,1,10").values.shape == (2, 2)
     with pytest.raises(RecordingError, match=r"larger than 4\.6e-05 MB"):
         read(BARE, max_bytes=len(BARE) - 1)
 
