@@ -1,6 +1,5 @@
 """Samples from and to streams of the Lab Streaming Layer, over real streams on this computer."""
 
-import contextlib
 import math
 import os
 import subprocess
@@ -8,6 +7,7 @@ import sys
 import uuid
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pylsl
@@ -17,11 +17,9 @@ from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
 from capsule.bench.lsl import StampGrid, StreamLine, choose, find_stream, ranges_of
 from capsule.bench.protocol import Damaged
+from capsule.bench.state import State
 from capsule.errors import CapsuleError
-from support.bench import emulated
-from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, wait_until
-from support.bench.workbench import Clock, Workbench
 from support.project import ROOT
 
 needs_streams = pytest.mark.boards
@@ -52,7 +50,7 @@ def environment(folder: Path) -> dict[str, str]:
 def describe(
     name: str, channels: int = 4, *, rate_hz: float = 10.0, source_id: str = "", **entries: object
 ) -> pylsl.StreamInfo:
-    """Return the description of a stream, with ``labels``, ``units`` and ``board`` if given."""
+    """Return the description of a stream, with ``labels``, ``units`` and ``gains`` if given."""
     kind = entries.get("kind", pylsl.cf_double64)
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
     info.set_channel_labels(entries.get("labels", [f"sensor_{n + 1}" for n in range(channels)]))
@@ -61,9 +59,6 @@ def describe(
     for gain in entries.get("gains", ""):
         channel.append_child_value("gain", gain)
         channel = channel.next_sibling("channel")
-    board = info.desc().append_child("capsule")
-    for key, text in entries.get("board", {}).items():
-        board.append_child_value(key, text)
     return info
 
 
@@ -118,16 +113,21 @@ def record(tmp_path):
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
 def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, record, source_id):
     source = Source(name, source_id=source_id and name)
-    recorder = record("--stream-in", name, "--site", "a", "--duration", "8")
+    options = ("--stream-in", name, "--stream-out", f"{name}-out", "--site", "a")
+    recorder = record(*options, "--duration", "8")
     source.wait_for_listener()
     lost = [12, 13, *range(30, 45)]
     source.send([number for number in range(30) if number not in lost])
     # On the disk while the recording goes on.
     recorder.wait_for_samples(30)
+    listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
+    listening.open_stream(30.0)
     source.end()
     source.begin()
     source.wait_for_listener()
     source.send(range(45, 81))
+    # Samples that are missing do not go out.
+    assert listening.pull_sample(30.0)[0] == readings_of(45)
     wait_until(recorder.done)
     recorder.expect(0, name, "2 gaps (17 samples missing)", "ended: --duration is over")
     assert recorder.parts() == []
@@ -143,46 +143,33 @@ def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, r
     assert "adc_bits" not in header and "corrected" in header["stream_time"]
 
 
-@needs_streams
-@emulated.needed
-def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
-    cable = TerminalCable(emulated.EmulatedBoard(emulated.LOGGER), tmp_path / "ttyACM0")
-    bench = Workbench(cable, world=Clock(cable.board), speed=10)
-    recorder = record("--port", cable.port, "--duration", "20", "--stream-out", name)
-    # It listens all the time: on a busy computer, an answer may come late.
-    resolver = pylsl.ContinuousResolver("name", name)
-    bench.run(resolver.results)
-    inlet = pylsl.StreamInlet(resolver.results()[0])
-    info = inlet.info(10.0)
-    inlet.open_stream(10.0)
-    samples = []
+# Kills: a stream that sends a sample twice, or each at the time of the last one.
+def test_our_own_stream_tells_of_its_board_and_sends_each_sample_once_at_its_time(monkeypatch):
+    opened, sent, now_s = [], [], 100.0
 
-    def listen():
-        with contextlib.suppress(pylsl.util.LostError):  # the recorder has ended
-            samples.extend(inlet.pull_chunk(0.0)[0])
-        return recorder.done()
+    def open_outlet(info):
+        opened.append(info)
+        return SimpleNamespace(push_sample=lambda *sample: sent.append(sample))
 
-    bench.run(listen)
-    recorder.expect(0, "200 samples", "no gap")
-    assert (info.nominal_srate(), info.type()) == (10.0, "Tactile")
+    monkeypatch.setattr(pylsl, "StreamOutlet", open_outlet)
+    monkeypatch.setattr(pylsl, "local_clock", lambda: now_s)
+    board = {"source": "recorded by the logger board", "adc_bits": "12", "vref_v": "3.3"}
+    outlet, state = lsl.SampleOutlet("x", board | {"rate_hz": "10"}, 4, "3mm/r01"), State(0.1)
+    for counts in ((1, 2, 3, 4), None, (5, 6, 7, 8)):
+        state.add(counts)
+    outlet.send(state)
+    now_s = 100.1
+    outlet.send(state)
+    state.add((9, 0, 0, 0))
+    outlet.send(state)
+    assert [counts for counts, _ in sent] == [[1, 2, 3, 4], [5, 6, 7, 8], [9, 0, 0, 0]]
+    assert [stamp_s for _, stamp_s in sent] == pytest.approx([99.8, 100.0, 100.1])
+    (info,) = opened
+    assert (info.name(), info.nominal_srate(), info.type()) == ("x", 10.0, "Tactile")
     assert info.get_channel_labels() == [f"sensor_{n}" for n in range(1, 5)]
-    assert info.get_channel_units() == ["counts"] * 4
-    told, header = choose(info, None, RULES)[1], recorder.recording().header
-    assert told["source"].startswith(header["source"])
-    board = ("adc_bits", "vref_v", "series_ohm")
-    assert [told[key] for key in board] == [header[key] for key in board]
-    # Who listens later hears less; what is heard is what the file holds, one after the other.
-    rows = recorder.recording().values.T.tolist()
-    begin = rows.index(samples[0])
-    assert samples == rows[begin : begin + len(samples)]
-    assert len(samples) > 50
-
-
-def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
-    board = {"adc_bits": "12", "vref_v": "3.3", "source": "recorded by the logger board"}
-    _, header = choose(describe(name, board=board), None, RULES)
+    _, header = choose(info, None, RULES)
     assert ranges_of(header) == {"adc_bits": "12", "full_scale": "4095.0"}
-    assert (header["adc_bits"], header["vref_v"]) == ("12", "3.3")
+    assert (header["adc_bits"], header["vref_v"], header["unit"]) == ("12", "3.3", "counts")
     assert header["source"].startswith("recorded by the logger board; recorded from the LSL")
 
 
