@@ -20,16 +20,13 @@ def final(tmp_path):
     return tmp_path / "raw" / "3mm" / "r01.csv"
 
 
-def fill(part, count):
+def part_of(final, count, **options):
+    part = growing_file.GrowingFile(final, head_of(HEADER, 4), **options)
     for index in range(count):
         missing = index % 5 == 3
         part.add(format_sample(index / 10, None if missing else (index, 2, 3, 4)))
     part.flush()
     return part
-
-
-def part_of(final, count, **options):
-    return fill(growing_file.GrowingFile(final, head_of(HEADER, 4), **options), count)
 
 
 def refuse(*names):
