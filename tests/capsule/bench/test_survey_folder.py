@@ -14,38 +14,30 @@ from capsule.survey.files import parse_session
 from support.surveys import session_contents
 
 
-def no_room(path, *_):
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
-
-
-def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monkeypatch):
-    folder = tmp_path / "tuesday"
-
-    def make_only_the_folder(path, _):
-        path.parent.mkdir()
-        no_room(path)
-
-    monkeypatch.setattr(survey_folder, "write_json", make_only_the_folder)
-    with pytest.raises(DiskFullError, match=r"session\.json.*run: the same command again"):
-        SessionFolder(folder, {}, 4, resumed=False)
-    assert not folder.exists()
-
-
-# Kills: a full disk whose remedy is that of a recording.
+# Kills: a full disk whose remedy is that of a recording, or that leaves a folder in the way.
 @pytest.mark.parametrize(
-    ("writer", "act"),
+    ("writer", "act", "remedy"),
     [
-        ("write_csv", lambda disk: disk.write_places([])),
-        ("write_json", lambda disk: disk.note_index(1.0)),
+        ("write_json", None, r"session\.json.*run: the same command again"),
+        ("write_csv", lambda disk: disk.write_places([]), "capsule survey --resume"),
+        ("write_json", lambda disk: disk.note_index(1.0), "capsule survey --resume"),
     ],
 )
-def test_a_disk_that_is_full_later_keeps_what_was_written(tmp_path, monkeypatch, writer, act):
-    disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
+def test_a_disk_that_is_full_is_told_with_its_remedy(tmp_path, monkeypatch, writer, act, remedy):
+    def begin(_=None):
+        return SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
+
+    def no_room(path, *_):
+        path.parent.mkdir(exist_ok=True)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
+
+    disk = begin() if act else None
     monkeypatch.setattr(survey_folder, writer, no_room)
-    with pytest.raises(DiskFullError, match=r"the disk is full at .*capsule survey --resume"):
-        act(disk)
-    disk.discard()
-    assert not disk.folder.exists()
+    with pytest.raises(DiskFullError, match=f"full .*{remedy}"):
+        (act or begin)(disk)
+    if disk:
+        disk.discard()
+    assert not (tmp_path / "tuesday").exists()
 
 
 # Kills: a column that is read and that nobody writes, such as whether a place may be off.
