@@ -46,6 +46,10 @@ def whole(tmp_path_factory):
     return folder
 
 
+def events_of(folder):
+    return [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+
+
 def table(path):
     return list(csv.DictReader(path.read_text().splitlines()))
 
@@ -61,8 +65,7 @@ def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspiciou
     assert all(row["threshold"] for row in judged.values())
     del rows[7::8]
     assert not any(row["head_mm"] + row["score"] + row["threshold"] for row in rows)
-    lines = (whole / "events.jsonl").read_text().splitlines()
-    events = [json.loads(line) for line in lines]
+    events = events_of(whole)
     assert events[-1]["after"] == "ended"
     placed = [event for event in events if event["event"] in ("placed", "suspected", "passed")]
     assert len(placed) >= 4
@@ -82,11 +85,9 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
     nodules_mm = [nodule.at_mm for nodule in nodules_of(7, 350.0, [3.0, 3.0])]
     assert [float(place["place_mm"]) for place in places[1:]] == pytest.approx(nodules_mm, abs=5)
     seen = set()
-    for place, name in [
-        (row["place"], name) for row in places for name in row["recordings"].split()
-    ]:
+    for name in " ".join(place["recordings"] for place in places).split():
         recording = read_recording(io.BytesIO((whole / name).read_bytes()), 4)
-        assert recording.header["site"] == f"whole/place-{int(place):02d}"
+        assert recording.header["site"] == f"whole/{name[11:19]}"
         assert recording.header["source"] == "simulated survey"
         copy = whole.parent / "raw" / "unlabelled" / f"whole-{name.rpartition('/')[2]}"
         assert copy.read_bytes() == (whole / name).read_bytes()
@@ -133,12 +134,10 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
         for row in table(folder / "places.csv")
     ]
     assert known == [{name: row[name] for name in known[0]} for row in table(whole / "places.csv")]
-    first = read_recording(
-        io.BytesIO((folder / "recordings" / "place-01-pass-1.csv").read_bytes()), 4
-    )
+    with (folder / "recordings/place-01-pass-1.csv").open("rb") as stream:
+        first = read_recording(stream, 4)
     # The pass began so long after the survey.
-    events = [json.loads(line) for line in (whole / "events.jsonl").read_text().splitlines()]
-    passed_s = next(event["time_s"] for event in events if event["event"] == "passed")
+    passed_s = next(event["time_s"] for event in events_of(whole) if event["event"] == "passed")
     begun = re.fullmatch(r"2026-01-01T10:(\d\d):(\d\d)Z", first.header["started"])
     begun_s = 60 * int(begun[1]) + int(begun[2])
     assert begun_s == pytest.approx(passed_s - first.time_s[-1], abs=1.5)
@@ -177,8 +176,7 @@ def test_a_fault_of_the_bench_ends_a_survey_in_order(tmp_path, monkeypatch):
     monkeypatch.setattr(SimulatedBench, "trouble", BoardLostError("the fold board is silent"))
     with pytest.raises(BoardLostError, match="the fold board is silent"):
         survey(*GUT, "--out", tmp_path / "lost")
-    lines = (tmp_path / "lost" / "events.jsonl").read_text().splitlines()
-    events = [json.loads(line) for line in lines]
+    events = events_of(tmp_path / "lost")
     assert [event["event"] for event in events].count("fault") == 1
     assert events[-1]["after"] == "ended"
 
