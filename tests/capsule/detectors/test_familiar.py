@@ -114,7 +114,8 @@ def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has
     same[:, 0] += np.linspace(0, 1e-6, 60)
     kind = learn_familiar(same, np.arange(60))
     assert kind.limit == 3.0
-    # Three spreads of 0.03 in the logarithm.
+    # What must differ in the logarithms, the shares of a period and the logit.
+    np.testing.assert_allclose(kind.spread, [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
     assert kind.judge(replace(USUAL, period_s=3.48)).familiar is True
     assert kind.judge(replace(USUAL, period_s=3.52)).familiar is False
 

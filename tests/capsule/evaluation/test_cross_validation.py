@@ -160,9 +160,7 @@ def test_places_of_one_size_are_left_out_together_if_there_are_more_than_the_fol
     allowed, together = number_of_folds(len(rows), most), max(map(len, alone))
     assert len(judged) <= allowed
     # As few places together as possible: with one fewer, there would be too many folds.
-    of_size = [
-        sum(size_mm(names[0]) == size for names in alone for _ in names) for size in range(3)
-    ]
+    of_size = Counter(size_mm(name) for names in alone for name in names).values()
     assert together == 1 or 1 + sum(np.ceil(n / (together - 1)) for n in of_size) > allowed
 
 
