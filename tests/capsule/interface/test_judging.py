@@ -150,6 +150,7 @@ def test_leave_one_out_judges_each_place_once_by_all_others(archive):
 
 def test_what_cannot_be_judged_is_refused_with_the_reason(archive):
     healthy = archive.select([name for name in archive.labelled if name.startswith("0mm")])
+    assert judged_on_matrices(healthy, Ridge(10.0)).predictions["threshold"].isna().all()
     for refused, told in (
         (lambda: capsule.folds(archive, "k_fold"), "no scheme 'k_fold'; it has: leave_one_out"),
         (lambda: capsule.folds(archive, "leave_one_session_out"), "fewer than 3 of a kind"),

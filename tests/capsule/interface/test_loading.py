@@ -14,7 +14,7 @@ from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
 
-SCRIPTS = ROOT / "workflow" / "scripts"
+SCRIPTS = str(ROOT / "workflow" / "scripts")
 
 
 def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(raw, tmp_path):
@@ -156,8 +156,9 @@ def test_a_recording_is_drawn_with_its_true_size_and_the_best_place(archive, nam
 
 
 def python(program):
-    program = f"import sys; sys.path.insert(0, {str(SCRIPTS)!r})\n{program}"
-    return output_of(sys.executable, "-c", program)
+    return output_of(
+        sys.executable, "-c", f"import sys; sys.path.insert(0, {SCRIPTS!r})\n{program}"
+    )
 
 
 def test_importing_the_library_imports_nothing_else_and_loading_no_matplotlib():

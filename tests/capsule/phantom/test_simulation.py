@@ -169,10 +169,3 @@ def test_a_mechanism_acts_on_a_run_and_every_draw_has_its_seed(mechanism):
     assert len({run.counts.tobytes() for run in (usual, first, other)}) == 3
     assert 300 < first.time_s.size < 1000
     assert np.isfinite(matrix_of(first)).all()
-
-
-def test_the_fold_side_reaches_the_simulator():
-    tail = phantom.read_phantom(phantom.DEFAULT_TABLE, ["origami.fold_side=tail"])
-    runs = [simulate_run(each, 3.0, 1, "3mm/r01") for each in (PHANTOM, tail)]
-    # A shorter capsule has left the nodule sooner.
-    assert runs[1].time_s.size < runs[0].time_s.size
