@@ -31,24 +31,9 @@ def xdf_stream(
     unit: str,
     offset_s: float = 0.0,
 ) -> bytes:
-    """Return a stream of numbers.
+    """Return a stream of numbers: (C, K) values of C channels, at K stamps of the sender's clock.
 
-    Parameters
-    ----------
-    number : int
-        The stream's number in the file.
-    name : str
-        Name of the stream.
-    stamps : (K,) array
-        Time of each sample in seconds of the sender's clock.
-    values : (C, K) array
-        The samples.
-    labels : sequence of C str
-        Names of the channels.
-    unit : str
-        Unit of the channels.
-    offset_s : float
-        Time by which the recorder's clock is ahead of the sender's, in s.
+    The recorder's clock is ahead of the sender's by `offset_s`.
     """
     channels = "".join(
         f"<channel><label>{escape(label)}</label><unit>{escape(unit)}</unit></channel>"

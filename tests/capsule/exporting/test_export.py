@@ -275,9 +275,12 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     assert dict(book["provenance"].iter_rows(min_row=2, values_only=True)) == exported.provenance
 
 
-def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
+def test_a_sheet_that_is_too_long_is_continued_on_the_next_and_one_too_wide_is_refused(monkeypatch):
     monkeypatch.setattr(formats, "MOST_ROWS", 2)
+    monkeypatch.setattr(formats, "_MOST_COLUMNS", 1)
     book = openpyxl.Workbook(write_only=True)
+    with pytest.raises(CapsuleError, match=r"wide has 2 columns, .* at most 1; choose"):
+        formats.write_sheets(book, "wide", pd.DataFrame({"a": [1], "b": [2]}))
     formats.write_sheets(book, "few", pd.DataFrame({"a": [1, 2, 3, 4, 5]}))
     formats.write_sheets(book, "none", pd.DataFrame(columns=["a"]))
     stream = io.BytesIO()
@@ -379,7 +382,7 @@ def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
     assert list(values["detection"]["tp"]) == [17, 3]
 
 
-def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, capsys):
+def test_the_command_writes_once_and_again_only_if_told_to(made, exported, files, tmp_path, capsys):
     call = ["export", "--format", "mat", "--what", "fits", "--out", str(tmp_path / "out")]
     call += ["--results", str(made[0])]
     run_command(*call)
@@ -391,6 +394,8 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, capsy
     assert path.read_bytes() == b"mine"
     run_command(*call, "--force")
     assert "fits" in scipy.io.loadmat(path)["tables"].dtype.names
+    with pytest.raises(CapsuleError, match=r" exists \(as do [0-9]+ more\); nothing was written"):
+        command.write(exported, "parquet", files / "parquet", force=False)
 
 
 def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, tmp_path):

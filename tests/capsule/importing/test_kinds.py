@@ -741,47 +741,46 @@ def test_json_is_named_and_the_remedy_works(tmp_path, monkeypatch):
         Case("").check(import_files(tmp_path / name, tmp_path / f"{name}.csv"))
 
 
-def test_sensors_that_started_apart_are_brought_to_the_same_instants(tmp_path):
-    files = []
-    for n, row in enumerate(COUNTS):
-        first = 20 * n
-        head = f"# started: {(NOON + timedelta(seconds=2 * n)).isoformat()}Z\ntime_s,reading"
-        files.append(tmp_path / f"{n}.csv")
-        files[-1].write_text(lines(TIME_S[:465], row[first : first + 465], head=head))
-    given = [*files, "--per-sensor", "--name", "r"]
-    recording = import_files(tmp_path, *given).the_recording()
-    np.testing.assert_array_equal(recording.values, COUNTS[:, 60:465])
-    bare = [path.with_suffix(".txt") for path in files]
-    for path, other in zip(files, bare, strict=True):
-        other.write_text(path.read_text().partition("\n")[2])
-    shown = import_files(tmp_path / "bare", *bare, *given[4:]).shown
-    assert "note: no file says when it began, so all are taken to begin at the same" in shown
-    files[1].write_text(files[1].read_text().partition("\n")[2])
-    refused = import_files(tmp_path, *given).refused
-    assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
+def sensors_apart(folder, line, ending="csv"):
+    """Write a file for each sensor, each begun 2 s later, with a line above that tells so."""
+    files = [folder / f"{n}.{ending}" for n in range(4)]
+    for n, (path, row) in enumerate(zip(files, COUNTS, strict=True)):
+        head = line.format(NOON + timedelta(seconds=2 * n)) + "time_s,reading"
+        path.write_text(lines(TIME_S[:465], row[20 * n :][:465], head=head))
+    return files
+
+
+STARTED = "# started: {0:%Y-%m-%dT%H:%M:%S}Z\n"
 
 
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("# Start Time: {:%Y-%m-%d %H:%M:%S}", ""),
-        ("# t0 = {:%S} s", ""),
-        ("# Date: {:%Y-%m-%d}\n# Time: {0:%H:%M:%S}", "'Date: 2024-05-06; Time: 12:00:00', which"),
-        ("# started: {:%d.%m.%Y %H:%M:%S}", "'06.05.2024 12:00:00', which is no date such as"),
-        ("# delay: {:%S} s", "'delay: 00 s', which is no date such as"),
-        ("# recording started at {:%H:%M:%S}", "'recording started at 12:00:00', which"),
+        (STARTED, ""),
+        ("# Start Time: {0:%Y-%m-%d %H:%M:%S}\n", ""),
+        ("# t0 = {0:%S} s\n", ""),
+        ("# Date: {0:%Y-%m-%d}\n# Time: {0:%H:%M:%S}\n", "'Date: 2024-05-06; Time: 12:00:00'"),
+        ("# started: {0:%d.%m.%Y %H:%M:%S}\n", "'06.05.2024 12:00:00', which is no date such as"),
+        ("# delay: {0:%S} s\n", "'delay: 00 s', which is no date such as"),
+        ("# recording started at {0:%H:%M:%S}\n", "'recording started at 12:00:00', which"),
     ],
 )
 def test_the_start_of_each_sensor_is_read_or_quoted(tmp_path, line, told):
-    files = [tmp_path / f"{n}.csv" for n in range(4)]
-    for n, (path, row) in enumerate(zip(files, COUNTS, strict=True)):
-        head = line.replace("{0:", "{:").format(*[NOON + timedelta(seconds=2 * n)] * 2)
-        path.write_text(lines(TIME_S[:465], row[20 * n :][:465], head=f"{head}\ntime_s,reading"))
+    files = sensors_apart(tmp_path, line)
     imported = import_files(tmp_path, *files, "--per-sensor", "--name", "r")
     if told:
         assert f"sensor 1 names its start, {told}" in imported.refused
     else:
         np.testing.assert_array_equal(imported.the_recording().values, COUNTS[:, 60:465])
+
+
+def test_sensors_of_which_none_or_one_does_not_say_when_it_started(tmp_path):
+    bare, files = sensors_apart(tmp_path, "", "txt"), sensors_apart(tmp_path, STARTED)
+    given = ["--per-sensor", "--name", "r"]
+    shown = import_files(tmp_path / "bare", *bare, *given).shown
+    assert "note: no file says when it began, so all are taken to begin at the same" in shown
+    refused = import_files(tmp_path, files[0], bare[1], *files[2:], *given).refused
+    assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
 
 
 def test_a_unit_in_the_name_of_a_file_is_asked_for(tmp_path):
