@@ -169,28 +169,27 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
 
 
-def test_beside_slurms_jobs_of_a_killed_run_no_run_begins(tmp_path, monkeypatch):
+@pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
+def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
+    tmp_path, monkeypatch, capsys
+):
     name = "7a07c6ef-c924-48fb-9bf6-6c09dcf75936"
     # Only jobs of Snakemake in this folder count.
     answer = (
         f"11 {name} {tmp_path}\n12 study_{name} {tmp_path}\n12 study_{name} {tmp_path}\n"
         f"13 {name} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
-    monkeypatch.setattr(run, "unfinished_jobs", lambda folder: run.jobs_in_answer(answer, folder))
-    with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
-        run_of().begin()
-
-
-@pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
-def test_a_silent_slurm_is_told_and_does_not_stop_a_run(tmp_path, monkeypatch, capsys):
     squeue = tmp_path / "bin/squeue"
     squeue.parent.mkdir()
-    squeue.write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
+    squeue.write_text(f"#!/bin/sh\ncat <<END\n{answer}END\n")
     squeue.chmod(0o755)
     monkeypatch.setenv("PATH", str(squeue.parent), prepend=os.pathsep)
-    assert run.unfinished_jobs(tmp_path) == ()
-    assert capsys.readouterr().err == "", "nothing was submitted from this folder"
-    (tmp_path / run.LOGS).mkdir(parents=True)
+    assert run.unfinished_jobs(tmp_path) == (), "nothing was submitted from this folder"
+    run.LOGS.mkdir(parents=True)
+    with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
+        run_of().begin()
+    assert capsys.readouterr().err == ""
+    squeue.write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
     assert run.unfinished_jobs(tmp_path) == ()
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err
 

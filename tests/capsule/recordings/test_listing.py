@@ -78,8 +78,11 @@ def test_a_row_says_why_and_a_header_moves_no_cell_of_a_table():
     told = dict.fromkeys(("size_mm", "samples", "duration_s", "sha256", "reason", "no_verdict"))
     for name, check in made.items():
         check |= told | {"recording": name, "header": header, "marks": []}
-    archive = classify([Entry("3mm/r01.csv"), Entry("3mm/old_r01.csv"), Entry("3mm/x.csv")])
-    other, first = full_list(archive, made, {}.__getitem__)
+    # One is not checked yet, and one is no plain name.
+    entries = map(Entry, ("3mm/r01.csv", "3mm/old_r01.csv", "3mm/x.csv", "3mm/x y.csv"))
+    other, first, refused = full_list(classify(entries), made, {}.__getitem__)
+    assert (refused["recording"], refused["size_mm"]) == ("3mm/x y.csv", 3.0)
+    assert refused["reason"].startswith("rename the file")
     assert (first["recording"], first["status"]) == ("3mm/r01", "accepted")
     assert (other["status"], other["reason"]) == ("rejected", "the same content as 3mm/r01")
     assert {first[key] for key in header} == {"a\\x1b[31m"}
