@@ -105,10 +105,10 @@ def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
 
 def test_contour_levels_reach_the_highest_value():
     levels = draw_signals.contour_levels(1.37)
-    assert levels[0] == 0 and levels[-1] >= 1.37
+    assert levels == pytest.approx(0.2 * np.arange(8))
     assert np.all(np.diff(draw_signals.contour_levels(0.0)) > 0)
     faint = draw_signals.contour_levels(1.37, with_faint=True)
-    assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
+    assert faint == pytest.approx([0, 0.04, *levels[1:]])
 
 
 def rates_inputs(lead, sizes_mm=(0.0, 2.0), **of_detectors):
@@ -191,23 +191,20 @@ def test_each_detector_has_a_curve_and_the_point_of_its_verdicts(width):
     assert style.render_figure(figure, "svg", "roc")
 
 
-def learned(*ranges):
-    """Make the rows of a detector's learning curves, as capsule.evaluation.learning does."""
+def learning_curves(*ranges, **columns):
+    """Return the drawing of learning curves from rows as capsule.evaluation.learning makes them."""
     rows = [
         {"detector": "taught", "share": share, "taught": 40 * share, "taught_healthy": 8 * share}
         | {"size_from_mm": first, "size_to_mm": last, "rate": share, "rate_low": 0, "rate_high": 1}
         for first, last in ranges
         for share in (0.25, 0.5, 0.75, 1.0)
     ]
-    return pd.DataFrame(rows, columns=LEARNING)
-
-
-def learning_curves(table):
+    table = pd.DataFrame(rows, columns=LEARNING).assign(**columns)
     return draw_rates.learning_drawing(inputs_of(["template", "taught"], learning=table))
 
 
 def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
-    _, draw = learning_curves(learned((0, 0), (1, 1), (2, 2), (3, 3), (2, 3)))
+    _, draw = learning_curves((0, 0), (1, 1), (2, 2), (3, 3), (2, 3))
     figure = draw(width)
     titles = ["no nodule: specificity", "1 mm: found", "from 2 mm on: found"]
     assert [axes.get_title(loc="left") for axes in figure.axes] == titles
@@ -229,8 +226,8 @@ def rates_of_no_healthy():
     [
         rates_of_no_healthy,
         lambda: curves({}),
-        lambda: learning_curves(learned()),
-        lambda: learning_curves(learned((0, 0)).assign(rate=np.nan)),
+        learning_curves,
+        lambda: learning_curves((0, 0), rate=np.nan),
     ],
 )
 def test_without_a_recording_the_figure_says_so(drawing):
