@@ -131,6 +131,8 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
     assert exact.get_yticklabels()[-1].get_text() == "100 %"
+    assert exact.get_xlim() == pytest.approx((-0.6, 1.6))
+    assert list(exact.lines[-1].get_ydata()) == [0, 0]
 
 
 # Kills: the paper's detector a second time where it leads.
@@ -146,6 +148,11 @@ def test_rates_show_the_leading_detector_the_papers_and_the_paper(width, lead, s
     assert names == [*(f"{name} (leave-one-out)" for name in shown), "paper, as printed"]
     at_2_mm = table[(table["measure"] == "recall") & (table["size_mm"] == 2)]
     assert at_2_mm["hits"].tolist() == [2, 1, 17][-len(names) :]
+    drawn = [
+        (*series.lines[0].get_ydata(), *series.lines[2][0].get_segments()[0][:, 1])
+        for series in figure.axes[1].containers
+    ]
+    assert np.array(drawn) == pytest.approx(at_2_mm[["rate", "low", "high"]].to_numpy())
     # They stand beside each other, and no size that the archive has not is drawn.
     positions = [series.lines[0].get_xdata().tolist() for series in figure.axes[0].containers]
     assert positions == [[0.2 * place - 0.1 * len(shown)] for place in range(len(names))]

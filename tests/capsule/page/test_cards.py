@@ -3,10 +3,12 @@
 import pandas as pd
 import pytest
 
+from capsule import words
+from capsule.evaluation.answers import Estimate
 from capsule.evaluation.archive_rates import Lead
 from capsule.page import cards
 from capsule.page.packing import inflated
-from capsule.page.sketches import felt_sketch, score_strip
+from capsule.page.sketches import felt_sketch, score_strip, size_chart
 from support.evaluated import index_of
 from support.sections import section
 from support.stored import Described
@@ -107,6 +109,17 @@ def test_a_nodule_has_a_diagonal_and_a_healthy_patient_has_none():
     # A sensor that passes the place after the end leaves no diagonal.
     felt["beats"]["passed_s"][3] = 1000.0
     assert felt_sketch(felt, diagonal=True)["passed"] == []
+
+
+def test_a_share_of_nodules_found_stands_at_its_height_between_its_bounds():
+    found = {"ours": {2.0: Estimate(0.5, 0.25, 1.0)}, "paper": {1.0: Estimate(1.0, 1.0, 1.0)}}
+    chart = size_chart(found, [1.0, 2.0])
+    assert chart["grid"] == [(12.0, 100), (91.0, 50), (170.0, 0)]
+    assert chart["sizes"] == [(123.0, "1 mm"), (281.0, "2 mm")]
+    ours, paper = chart["series"]
+    assert ours["points"] == [(275.5, 91.0, 130.5, 12.0)]
+    assert paper["points"] == [(128.5, 12.0, 12.0, 12.0)]
+    assert (ours["texts"][0], paper["texts"][1]) == (words.NOT_GIVEN, words.NOT_GIVEN)
 
 
 def test_scores_stand_in_the_order_of_their_values():
