@@ -164,48 +164,38 @@ def test_the_newest_snakemake_and_that_of_the_lock_agree_on_what_is_to_be_done(t
 
 # Other users.
 
-needs_root = pytest.mark.skipif(
+
+@pytest.mark.skipif(
     os.name != "posix" or os.geteuid() != 0 or not shutil.which("setpriv"),
     reason="only the administrator can give files to another user",
 )
-# Root may open anything, unless it gives that right away.
-ANOTHER_USER = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner"]
+def test_another_user_goes_on_where_it_may_write_and_elsewhere_is_told_so_and_may_judge(project):
+    # Root may open anything, unless it gives that right away.
+    user = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner", sys.executable]
 
+    def call(*words):
+        to = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        done = subprocess.run([*user, *words], cwd=project.folder, check=False, **to)
+        return done.returncode, done.stdout
 
-def call(project, *words):
-    """Call Python as another user, and return the exit status and what was printed."""
-    command = [*ANOTHER_USER, sys.executable, *words]
-    done = subprocess.run(command, cwd=project.folder, capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout + done.stderr
+    def give_away(rights):
+        for each in (project.folder, *project.folder.rglob("*")):
+            os.chown(each, 12345, 12345)
+        subprocess.run(["chmod", "-R", rights, project.folder], check=True)
 
-
-def give_away(project, rights):
-    """Give each file of the project to a user who is not root, with rights of the others."""
-    for path in (project.folder, *project.folder.rglob("*")):
-        os.chown(path, 12345, 12345)
-    subprocess.run(["chmod", "-R", rights, project.folder], check=True)
-
-
-@needs_root
-def test_a_user_who_may_write_goes_on(project):
     path = project.raw / "0mm/r01.csv"
     path.write_text(f"# note: changed\n{path.read_text()}")
-    give_away(project, "a+rwX")
-    status, told = call(project, "-m", "snakemake", "-c1", "results/recordings.csv")
+    give_away("a+rwX")
+    status, told = call("-m", "snakemake", "-c1", "results/recordings.csv")
     assert status == 0, told
-
-
-@needs_root
-def test_a_user_who_cannot_write_is_told_so_and_may_judge(project):
-    give_away(project, "go=rX")
+    give_away("go=rX")
     # The folder itself may be open to all.
     project.folder.chmod(0o777)
-    status, told = call(project, "-m", "snakemake", "-n", "results/recordings.csv")
+    status, told = call("-m", "snakemake", "-n", "results/recordings.csv")
     assert status != 0
     assert f"{project.folder}/.snakemake cannot be written" in told
     assert "Traceback" not in told
     capsule = "workflow/scripts/capsule"
-    assert call(project, capsule, "judge", "raw/1mm/r01.csv")[0] == 0
-    refused = call(project, capsule, "forget", "1mm/r01", "--yes")[1]
-    assert "run.lock: Permission denied" in refused
+    assert call(capsule, "judge", "raw/1mm/r01.csv")[0] == 0
+    assert "run.lock: Permission denied" in call(capsule, "forget", "1mm/r01", "--yes")[1]
     assert (project.raw / "1mm/r01.csv").exists()

@@ -51,10 +51,9 @@ def simulate(folder, *options):
 TOGETHER = ["A new detector", "A new figure", "A new header line, as a column", "A fifth sensor"]
 
 
-@pytest.fixture(scope="module")
-def extended(tmp_path_factory):
-    """Run a project with a new detector, figure, header line and sensor, and return it."""
-    folder = tmp_path_factory.mktemp("extended") / "project"
+@pytest.mark.workflow
+def test_a_new_detector_figure_header_line_and_sensor_go_from_their_files_to_the_report(tmp_path):
+    folder = tmp_path / "extended"
     project = Project.create(folder)
     (folder / "config/config.yaml").write_bytes((ROOT / "config/config.yaml").read_bytes())
     for title in TOGETHER:
@@ -67,43 +66,25 @@ def extended(tmp_path_factory):
     named.write_text("# operator: Ann\n" + named.read_text(encoding="utf-8"), encoding="utf-8")
     run = project.snakemake()
     assert run.status == 0, run.output
-    return project
-
-
-@pytest.mark.workflow
-def test_a_new_detector_goes_from_its_module_to_the_report_and_judges_too(extended):
-    for name in ("evaluation/predictions.csv", "evaluation/summary.csv", "detections.csv"):
-        rows = [row for row in extended.table(name) if row["detector"] == "loudest"]
-        assert rows, name
-    page = (extended.results / "report.html").read_text(encoding="utf-8")
-    assert "the highest envelope against a threshold" in page
+    page = (project.results / "report.html").read_text(encoding="utf-8")
     assert "there is no such key" not in page
+    # The detector, which judges by the command too.
+    for name in ("evaluation/predictions.csv", "evaluation/summary.csv", "detections.csv"):
+        assert "loudest" in {row["detector"] for row in project.table(name)}
+    assert "the highest envelope against a threshold" in page
     call = ["workflow/scripts/capsule", "judge", "--json", "raw/unlabelled/patient.csv"]
-    (judged,) = json.loads(output_of(sys.executable, *call, cwd=extended.folder))
-    (row,) = [row for row in extended.table("detections.csv") if row["detector"] == "loudest"]
-    said = judged["verdicts"]["loudest"]
-    for name in ("score", "predicted_mm"):
-        assert said[name] == float(row[name])
-
-
-@pytest.mark.workflow
-def test_a_new_figure_is_drawn_and_stands_on_the_page(extended):
-    assert len(extended.table("figures/scores.csv")) == 5
-    page = (extended.results / "report.html").read_text(encoding="utf-8")
+    (judged,) = json.loads(output_of(sys.executable, *call, cwd=folder))
+    (row,) = [row for row in project.table("detections.csv") if row["detector"] == "loudest"]
+    assert judged["verdicts"]["loudest"]["score"] == float(row["score"])
+    # The figure.
+    assert len(project.table("figures/scores.csv")) == 5
     assert 'id="figure-scores"' in page
-
-
-@pytest.mark.workflow
-def test_a_new_header_line_becomes_a_column(extended):
-    operators = {row["recording"]: row["operator"] for row in extended.table("recordings.csv")}
-    assert operators["3mm/r01"] == "Ann"
-    assert set(operators.values()) == {"", "Ann"}
-
-
-@pytest.mark.workflow
-def test_five_sensors_go_from_the_simulator_to_the_report(extended):
-    assert {row["status"] for row in extended.table("recordings.csv")} == {"accepted"}
-    with np.load(extended.results / "templates.npz") as templates:
+    # The header line.
+    rows = {row["recording"]: row for row in project.table("recordings.csv")}
+    assert [name for name, row in rows.items() if row["operator"] == "Ann"] == ["3mm/r01"]
+    # The sensor.
+    assert {row["status"] for row in rows.values()} == {"accepted"}
+    with np.load(project.results / "templates.npz") as templates:
         assert templates["3mm"].shape == (5, 1250)
 
 

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import psutil
 import pytest
@@ -26,7 +25,7 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 KILLED_AT = 6
 
 
-def finished_jobs(project: Project) -> list[str]:
+def finished_jobs(project):
     """Return the messages of the jobs that the last run has finished, from Snakemake's log."""
     *_, log = sorted((project.folder / ".snakemake/log").glob("*.log"))
     text = log.read_text(encoding="utf-8")
@@ -34,7 +33,7 @@ def finished_jobs(project: Project) -> list[str]:
     return [by_number[number] for number in re.findall(r"^Finished jobid: (\d+)", text, re.M)]
 
 
-def half_written(project: Project, expected: dict[str, bytes]) -> list[str]:
+def half_written(project, expected):
     """Return the results that have their final name, but another content."""
     return [
         name
@@ -62,7 +61,7 @@ def test_after_a_kill_the_plain_command_goes_on(new, finished):
     assert not list(new.results.rglob(f"*{UNFINISHED}"))
 
 
-def job_of(run: subprocess.Popen[str]) -> psutil.Process:
+def job_of(run):
     """Return the process of the script that a run has started; it may take a moment."""
     while run.poll() is None:
         for child in psutil.Process(run.pid).children(recursive=True):
@@ -108,41 +107,35 @@ def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new):
     assert "Traceback" not in "".join(told)
 
 
-@contextlib.contextmanager
-def small_disk(folder: Path, size: str):
-    """Mount a disk of the given size at a folder, which the administrator of Linux may."""
-    folder.mkdir(exist_ok=True)
-    command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
-    try:
-        yield
-    finally:
-        subprocess.run(["umount", "--lazy", str(folder)], check=True)
-
-
-def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(tmp_path):
+@pytest.fixture
+def on_small_disk(tmp_path):
+    """Return a project whose results lie on a disk of 1.7 MB, which only root may mount."""
     recordings = ["0mm/r01", "3mm/r01", "3mm/r02"]
     project = Project.create(tmp_path / "project", recordings, particles=9, iterations=9)
     # Wide matrices: with the usual ones, the logs would fill so small a disk first.
     project.configure(preprocessing={"length": 20_000})
-    with small_disk(project.results, "1700k"):
-        run = project.snakemake("results/templates.npz")
-        assert run.status != 0
-        assert re.search(
-            r"error: results/[\w/.-]+: No space left on device; free some space and run again",
-            run.output,
-        )
-        assert "run the same command again: finished results are kept" in run.output
-        before = project.result_bytes()
-        done = finished_jobs(project)
-        assert done
-        command = ["mount", "-o", "remount,size=50m", str(project.results)]
-        subprocess.run(command, check=True)
-        rest = project.snakemake("results/templates.npz")
-        assert rest.status == 0, rest.output
-        assert not set(done) & set(JOB.findall(rest.output)), "a finished job was done again"
-        after = project.result_bytes()
-        whole = [name for name in before if not name.endswith(UNFINISHED)]
-        assert [name for name in whole if after[name] != before[name]] == []
+    project.results.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1700k", "tmpfs", project.results]
+    done = subprocess.run(mount, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
+    yield project
+    subprocess.run(["umount", "--lazy", project.results], check=True)
+
+
+def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(on_small_disk):
+    project = on_small_disk
+    run = project.snakemake("results/templates.npz")
+    assert run.status != 0
+    told = r"error: results/[\w/.-]+: No space left on device; free some space and run again"
+    assert re.search(told, run.output)
+    assert "run the same command again: finished results are kept" in run.output
+    before, done = project.result_bytes(), finished_jobs(project)
+    assert done
+    subprocess.run(["mount", "-o", "remount,size=50m", project.results], check=True)
+    rest = project.snakemake("results/templates.npz")
+    assert rest.status == 0, rest.output
+    assert not set(done) & set(JOB.findall(rest.output)), "a finished job was done again"
+    after = project.result_bytes()
+    whole = [name for name in before if not name.endswith(UNFINISHED)]
+    assert [name for name in whole if after[name] != before[name]] == []

@@ -9,9 +9,6 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -37,7 +34,7 @@ THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
 ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 
 
-def _find(name: str) -> str | None:
+def _find(name):
     return shutil.which(name, path=os.pathsep.join([*os.get_exec_path(), "/usr/sbin"]))
 
 
@@ -59,7 +56,7 @@ pytestmark = [
 class SingleNodeSlurm:
     """A Slurm cluster of one node with four processors, in a folder, until `end` is called."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder, self.node = folder, socket.gethostname().split(".")[0]
         path = os.pathsep.join([str(folder / "bin"), *os.get_exec_path()])
         # With these, a client finds this cluster.
@@ -75,7 +72,7 @@ class SingleNodeSlurm:
         found = f"SLURM_CONF={folder / 'slurm.conf'} exec {_find('srun')}"
         (folder / "bin/srun").write_text(f'#!/bin/sh\n{found} "$@"\n')
         (folder / "bin/srun").chmod(0o755)
-        self._daemons: list[subprocess.Popen] = []
+        self._daemons = []
         files = [f"--key-file={key}", f"--socket={munge}", f"--seed-file={folder}/munged.seed"]
         files += [f"--pid-file={folder}/munged.pid", f"--log-file={folder}/munged.log"]
         self._start("munged", "--foreground", "--force", *files)
@@ -84,7 +81,7 @@ class SingleNodeSlurm:
             self._start(daemon, "-D", "-f", str(folder / "slurm.conf"))
         self.wait_for(lambda: "idle" in self.ask("sinfo", "-ho%t"), "slurmd")
 
-    def end(self) -> None:
+    def end(self):
         """End the jobs and the daemons."""
         self.end_jobs()
         for daemon in reversed(self._daemons):
@@ -92,17 +89,17 @@ class SingleNodeSlurm:
         for daemon in self._daemons:
             daemon.wait(timeout=60)
 
-    def ask(self, *command: str) -> str:
+    def ask(self, *command):
         """Return what a command of Slurm prints, such as ``squeue``; "" if it fails."""
         environment = os.environ | self.environment
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         return done.stdout if done.returncode == 0 else ""
 
-    def jobs(self, *options: str) -> list[str]:
+    def jobs(self, *options):
         """Return the numbers of the jobs that have not ended."""
         return self.ask("squeue", "--noheader", "--format=%A", "--sort=i", *options).split()
 
-    def wait_for(self, condition: Callable[[], Any], what: str) -> Any:
+    def wait_for(self, condition, what):
         """Wait until a condition holds, and return it; the error shows the daemons' logs."""
         deadline = time.monotonic() + 60
         while not (held := condition()):
@@ -112,15 +109,15 @@ class SingleNodeSlurm:
             time.sleep(0.2)
         return held
 
-    def end_jobs(self) -> None:
+    def end_jobs(self):
         """Cancel all jobs, and wait until they have ended."""
         self.ask("scancel", *self.jobs())
         self.wait_for(lambda: not self.jobs(), "the end of the jobs")
 
-    def processes(self, job: str) -> list[int]:
+    def processes(self, job):
         """Return the processes of a job, once this node has begun to run it."""
 
-        def listed() -> list[int]:
+        def listed():
             # A job that is said to run may have no process yet, which is an error for Slurm.
             lines = self.ask("scontrol", "listpids", job).splitlines()[1:]
             # Slurm lists a step that has no process yet as process -1, which for `kill` means all.
@@ -128,14 +125,13 @@ class SingleNodeSlurm:
 
         return self.wait_for(listed, f"the processes of job {job}")
 
-    def _start(self, program: str, *arguments: str) -> None:
+    def _start(self, program, *arguments):
         with (self.folder / f"{program}.out").open("ab") as output:
-            to = {"stdout": output, "stderr": subprocess.STDOUT}
-            environment = os.environ | self.environment
-            command = [_find(program), *arguments]
-            self._daemons.append(subprocess.Popen(command, env=environment, **to))
+            call = {"stdout": output, "stderr": subprocess.STDOUT}
+            call |= {"env": os.environ | self.environment}
+            self._daemons.append(subprocess.Popen([_find(program), *arguments], **call))
 
-    def _configuration(self, munge: Path) -> str:
+    def _configuration(self, munge):
         with socket.socket() as one, socket.socket() as other:
             for each in (one, other):
                 each.bind(("127.0.0.1", 0))
