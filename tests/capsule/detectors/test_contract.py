@@ -1,7 +1,7 @@
 """What every detector of the registry keeps to; a new row there is tested without a line here."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 
 import numpy as np
@@ -162,10 +162,7 @@ def test_threshold_probability_and_sizes_are_those_of_the_scores_without_the_pla
         ridge=SETTINGS[detector.name].get("size_ridge", 1.0),
         confidence=0.9,
     )
-    np.testing.assert_equal(
-        [*vars(model.sizes.regression).values(), model.sizes.half_width_mm, model.sizes.known_mm],
-        [*vars(sizes.regression).values(), sizes.half_width_mm, sizes.known_mm],
-    )
+    np.testing.assert_equal(asdict(model.sizes), asdict(sizes))
     verdict = model.verdict(archive.recordings["3mm/r7"])
     assert verdict.probability == float(model.probability.of(verdict.score))
     assert (verdict.location_samples, verdict.location_mm) == (200.0, 10.0)

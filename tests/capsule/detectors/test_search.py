@@ -1,5 +1,7 @@
 """The search finds where the beats of all sensors agree."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
@@ -102,10 +104,9 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
         for candidate, found in tried.items()
         if candidate == pytest.approx((passage.lag_samples, passage.location_mm), rel=1e-12)
     )
-    said = [passage.evidence, passage.level, passage.depth, passage.shape]
-    np.testing.assert_allclose(said, there, rtol=1e-12, atol=1e-14)
-    spreads = [passage.level_spread, passage.depth_spread, passage.shape_spread]
-    np.testing.assert_allclose(spreads, [np.mean(np.std(each, axis=1)) for each in channels])
+    np.testing.assert_allclose(astuple(passage)[:4], there, rtol=1e-12, atol=1e-14)
+    spreads = [np.mean(np.std(each, axis=1)) for each in channels]
+    np.testing.assert_allclose(astuple(passage)[-3:], spreads)
 
 
 def test_a_place_that_a_sensor_never_meets_and_a_recording_without_a_wave_say_nothing():
