@@ -1,11 +1,12 @@
 """The parts of the phantom, each against what one can work out by hand."""
 
-import dataclasses
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 from capsule.phantom.advance import Motion, Strokes, draw_holds, draw_strokes, first_arrival
 from capsule.phantom.contact import (
@@ -59,19 +60,19 @@ def test_a_sphere_is_carried_as_a_punch_and_a_larger_one_keeps_more_of_its_heigh
 
 
 def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
-    factor = partial(height_factor, dataclasses.replace(CONTACT, bearing_height_mm=5.0))
+    factor = partial(height_factor, replace(CONTACT, bearing_height_mm=5.0))
     # The strip's edge at 2.5 mm halves a nodule centred there.
     factors = [factor(2.0, offset_mm) for offset_mm in (0, 2.5, -2.5, 3.5)]
     assert [*factors, factor(0.0, 0.0)] == pytest.approx([1, 0.5, 0.5, 0, 0])
     assert factor(5.0, 3.5) > 0.1
-    narrow = dataclasses.replace(CONTACT, bearing_height_mm=1.0)
+    narrow = replace(CONTACT, bearing_height_mm=1.0)
     assert height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
 
 
 def test_as_many_runs_stray_as_is_set_and_a_small_nodule_is_then_passed_without_touch():
     def offsets(probability):
-        contact = dataclasses.replace(CONTACT, stray_probability=probability, stray_mm=1.9)
-        return [stray_offset(contact, np.random.default_rng(seed)) for seed in range(2000)]
+        contact = replace(CONTACT, stray_probability=probability, stray_mm=1.9)
+        return [stray_offset(contact, default_rng(seed)) for seed in range(2000)]
 
     assert set(offsets(0.0)) == {0.0}
     assert set(offsets(0.3)) == {0.0, 1.9}
@@ -82,8 +83,8 @@ def test_as_many_runs_stray_as_is_set_and_a_small_nodule_is_then_passed_without_
 
 
 def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_itself():
-    seat = dataclasses.replace(SEAT, strength_spread=0.2, strength_time_s=8.0)
-    strength = np.log(wandering_strength(seat, np.random.default_rng(3), 4, 200_000, 10.0))
+    seat = replace(SEAT, strength_spread=0.2, strength_time_s=8.0)
+    strength = np.log(wandering_strength(seat, default_rng(3), 4, 200_000, 10.0))
     assert strength.std() == pytest.approx(0.2, rel=0.05)
     assert strength.mean() == pytest.approx(0.0, abs=0.02)
     # The correlation of a first-order noise falls to 1/e in its time.
@@ -93,17 +94,12 @@ def test_strength_wanders_by_as_much_and_as_slowly_as_is_set_in_each_sensor_for_
     assert np.abs(between).max() < 0.1
 
 
-WAVE = np.arange(1000) // 100
-
-
 def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
     slips_mm = np.zeros(10)
     slips_mm[[2, 6]] = 0.7
-    seat = dataclasses.replace(SEAT, reseat_spread=0.3)
-    many = [
-        reseated_strength(seat, np.random.default_rng(number), 4, slips_mm, WAVE)
-        for number in range(500)
-    ]
+    seat = replace(SEAT, reseat_spread=0.3)
+    wave = np.arange(1000) // 100
+    many = [reseated_strength(seat, default_rng(run), 4, slips_mm, wave) for run in range(500)]
     for row in many[0]:
         np.testing.assert_array_equal(np.flatnonzero(np.diff(row)) + 1, [300, 700])
     assert np.std(np.log(many)) == pytest.approx(0.3, rel=0.05)
@@ -111,18 +107,18 @@ def test_strength_changes_in_the_wave_after_a_slip_and_only_then():
 
 def drawn_strokes(seed, carried, **changes):
     """Draw the strokes of the waves that are carried; each subject has its own numbers."""
-    advance = dataclasses.replace(ADVANCE, **changes)
+    advance = replace(ADVANCE, **changes)
 
     def draw(subject):
-        return np.random.default_rng([seed, *subject.encode()])
+        return default_rng([seed, *subject.encode()])
 
     return draw_strokes(advance, PHANTOM.folding, draw, PERIOD_S, np.asarray(carried, dtype=bool))
 
 
 def head_positions(strokes, time_s, rise=lambda position_mm, stroke_mm: np.zeros(4), **changes):
     """Return the way of a head with these strokes."""
-    advance = dataclasses.replace(ADVANCE, **changes)
-    holds = draw_holds(advance, np.random.default_rng(1), 4)
+    advance = replace(ADVANCE, **changes)
+    holds = draw_holds(advance, default_rng(1), 4)
     return Motion(advance, strokes, holds, PERIOD_S, rise).move(time_s)
 
 
@@ -169,9 +165,6 @@ def test_the_head_moves_with_the_wave_rests_and_slips_back_and_arrives_where_it_
     )
 
 
-STARTS_S = PERIOD_S * np.arange(40)
-
-
 def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
     strokes = drawn_strokes(1, np.ones(40))
 
@@ -179,7 +172,7 @@ def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
         def rise(position_mm, stroke_mm):
             return np.array([steepness * stroke_mm, 0.0, 0.0, 0.0])
 
-        return head_positions(strokes, STARTS_S, rise, **changes)
+        return head_positions(strokes, PERIOD_S * np.arange(40), rise, **changes)
 
     free = distance(0.0)
     uphill = distance(1.0, catch_probability=0.0)
@@ -192,20 +185,12 @@ def test_a_climb_shortens_the_stroke_and_a_caught_awn_holds_the_capsule():
     np.testing.assert_allclose(np.diff(held)[8:], np.diff(free)[8:])
 
 
-def roughnesses(spread):
-    wall = dataclasses.replace(WALL, unevenness_spread=spread)
-    return np.log([roughness(wall, np.random.default_rng(seed)) for seed in range(1000)])
-
-
 def quiet_sensors(seed, samples=500, drift_return_s=0.0, **changes):
     """Return the relative change in resistance of sensors that nothing presses."""
-    sensor = dataclasses.replace(
-        PHANTOM.sensor, **{"settling": 0.0, "drift_per_s": 0.0, "noise": 0.0, **changes},
-        resistance_spread=0.0,
-    )  # fmt: skip
-    shape = 4, samples
-    sensors = Sensors(sensor, np.random.default_rng(seed), shape, 10.0, drift_return_s)
-    return sensors.resistance(np.zeros(shape)) / sensor.resistance_ohm - 1
+    none = dict.fromkeys(["settling", "drift_per_s", "noise", "resistance_spread"], 0.0)
+    sensor = replace(PHANTOM.sensor, **none | changes)
+    sensors = Sensors(sensor, default_rng(seed), (4, samples), 10.0, drift_return_s)
+    return sensors.resistance(np.zeros((4, samples))) / sensor.resistance_ohm - 1
 
 
 def test_a_drift_that_returns_is_as_large_as_its_time_allows():
@@ -213,36 +198,36 @@ def test_a_drift_that_returns_is_as_large_as_its_time_allows():
     assert drift.std() == pytest.approx(0.002 * math.sqrt(5.0 / 2), rel=0.05)
 
 
-def jumps(spread):
-    jumping = {"jump": 0.01, "jumps_per_s": 1.0, "jump_run_spread": spread}
-    return np.log([quiet_sensors(run, **jumping).std() for run in range(300)])
+def rough(run, spread):
+    return roughness(replace(WALL, unevenness_spread=spread), default_rng(run))
 
 
-def wanderings(spread):
-    seat = dataclasses.replace(SEAT, strength_spread=0.2, strength_run_spread=spread)
-    runs = [
-        wandering_strength(seat, np.random.default_rng(run), 4, 990, 10.0) for run in range(100)
-    ]
-    return np.log(np.std(np.log(runs), axis=(1, 2)))
+def jumping(run, spread):
+    return quiet_sensors(run, jump=0.01, jumps_per_s=1.0, jump_run_spread=spread).std()
 
 
-def crests(spread):
-    wave = dataclasses.replace(PHANTOM.wave, amplitude_spread=0.2, run_spread=spread)
-    runs = [wave_train(wave, np.random.default_rng(run), PERIOD_S, 200) for run in range(300)]
-    return np.log([np.log(run.crests).std() for run in runs])
+def wandering(run, spread):
+    seat = replace(SEAT, strength_spread=0.2, strength_run_spread=spread)
+    return np.log(wandering_strength(seat, default_rng(run), 4, 990, 10.0)).std()
 
 
-def missing(spread):
-    wave = dataclasses.replace(PHANTOM.wave, missing_probability=0.1, run_spread=spread)
-    runs = [wave_train(wave, np.random.default_rng(run), PERIOD_S, 2000) for run in range(300)]
-    return np.log([np.mean(run.crests == 0) for run in runs])
+def uneven_crests(run, spread):
+    wave = replace(PHANTOM.wave, amplitude_spread=0.2, run_spread=spread)
+    return np.log(wave_train(wave, default_rng(run), PERIOD_S, 200).crests).std()
+
+
+def missing_crests(run, spread):
+    wave = replace(PHANTOM.wave, missing_probability=0.1, run_spread=spread)
+    return np.mean(wave_train(wave, default_rng(run), PERIOD_S, 2000).crests == 0)
 
 
 @pytest.mark.parametrize(
-    ("logarithms", "spread", "rel"),
-    [(roughnesses, 0.5, 0.2), (jumps, 0.7, 0.2), (wanderings, 1.0, 0.3), (crests, 0.8, 0.2),
-     (missing, 0.5, 0.2)],
+    ("of_run", "runs", "spread", "rel"),
+    [(rough, 1000, 0.5, 0.2), (jumping, 300, 0.7, 0.2), (wandering, 100, 1.0, 0.3),
+     (uneven_crests, 300, 0.8, 0.2), (missing_crests, 300, 0.5, 0.2)],
 )  # fmt: skip
-def test_some_runs_vary_more_than_others_by_as_much_as_is_set(logarithms, spread, rel):
-    varying = logarithms(spread).std() ** 2 - logarithms(0.0).std() ** 2
-    assert varying == pytest.approx(spread**2, rel=rel)
+def test_some_runs_vary_more_than_others_by_as_much_as_is_set(of_run, runs, spread, rel):
+    varying, alike = (
+        np.log([of_run(run, each) for run in range(runs)]).std() for each in (spread, 0.0)
+    )
+    assert varying**2 - alike**2 == pytest.approx(spread**2, rel=rel)

@@ -1,12 +1,9 @@
 """The wave: a clock's sine where nothing is irregular, and each irregularity for itself."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.wall import cam_time, crest_shape, wave_height, wave_period, wave_train
@@ -21,25 +18,20 @@ def train_of(wave, waves=40, seed=1):
     return wave_train(wave, np.random.default_rng(seed), PERIOD_S, waves)
 
 
-@given(st.floats(-0.9, 0.9))
+@pytest.mark.parametrize("skew", [-0.9, -0.4, 0.0, 0.4, 0.9])
 def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
-    shape = crest_shape(dataclasses.replace(SINE, skew=skew), ANGLES)
-    assert np.abs(np.diff(shape)).max() < 0.1 * 2 / (1 - abs(skew)) * math.pi * 0.04
+    wave = dataclasses.replace(SINE, skew=skew)
+    assert np.abs(np.diff(crest_shape(wave, ANGLES))).max() < 0.025 / (1 - abs(skew))
     # A place's angle falls with time, so what rises in time falls along the angle.
-    one_period = crest_shape(
-        dataclasses.replace(SINE, skew=skew), np.linspace(0, 2 * np.pi, 20_001)
-    )
+    one_period = crest_shape(wave, np.linspace(0, 2 * np.pi, 20_001))
     assert np.mean(np.diff(one_period) < 0) == pytest.approx((1 + skew) / 2, abs=1e-3)
     assert one_period[0] == one_period.max() == 1
     assert np.mean(one_period > 0) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_sharp_wave_keeps_height_and_sign_and_presses_for_a_shorter_time():
-    sine, pulse = (
-        crest_shape(dataclasses.replace(SINE, sharpness=power), ANGLES) for power in (1, 3)
-    )
-    np.testing.assert_allclose(pulse, sine**3)
-    assert np.mean(pulse > 0.5) < 0.75 * np.mean(sine > 0.5)
+    pulse = crest_shape(dataclasses.replace(SINE, sharpness=3), ANGLES)
+    np.testing.assert_allclose(pulse, np.cos(ANGLES) ** 3, atol=1e-12)
 
 
 def test_periods_jitter_around_the_motors_mean_and_time_never_turns_back():
