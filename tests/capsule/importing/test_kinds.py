@@ -330,6 +330,10 @@ READ = {
     "spring": good(autumn(-3600), words=HOUR),
     "no hours": good(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
     "past 24 h": good(timed("t", elapsed())),
+    # Kills: decimals of a time as thousands.
+    "a part of a longer run": good(
+        above("# unit: counts", timed("time_s", [f"{second + 18.3:.3f}" for second in TIME_S]))
+    ),
     **{f"stamps, {kind}": good(stamped(*how)) for kind, how in STAMPS.items()},
     "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
     "remark on the first sample": good(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),

@@ -291,7 +291,12 @@ def check_thousands(
         whole = [float(cell) for cell in column if re.fullmatch("[1-9][0-9]{0,2}", cell)]
         if not all(map(_POINTED.fullmatch, pointed)):
             continue
-        usual = np.median(list(map(float, pointed)))
+        decimals = np.array(list(map(float, pointed)))
+        # Numbers that rise by the time between two samples are times in s, or in ms by thousands.
+        steps = np.diff(decimals) * keys.rate_hz
+        if column in whole_columns and np.all(steps > 0) and np.abs(np.median(steps) - 1) < 0.5:
+            continue
+        usual = np.median(decimals)
         jumps = bool(whole) and np.median(whole) > THOUSANDFOLD * usual
         is_small = bool(said & {"counts", "ohm"}) and usual < LEAST_COUNT
         number = next(number for number, cells in table if pointed[0] in cells)
