@@ -47,16 +47,6 @@ def test_a_nodule_is_found_where_it_lies():
     assert 0.2 < passage.depth < 0.5
 
 
-def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
-    beats = passing(0.0)
-    beats.channels[1, 2] *= 40
-    beats.channels[1, 0, 300] = 1e6
-    weighed = standardised_beats(beats, SEARCH)
-    assert weighed[2].std() == pytest.approx(1.0, rel=0.3)
-    assert weighed[1].std() == pytest.approx(0.05 / np.hypot(0.2, 0.05), rel=0.2)
-    assert weighed.max() == 4.0
-
-
 def written_out(beats, weighted, search):
     """Return the averages of the weighted beats and of the channels at every place and speed."""
     behind_mm = search["pitch_mm"] * np.arange(weighted.shape[0])
@@ -89,16 +79,28 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
         "width_mm": numbers.uniform(0.3, 3.0),
         "dwell": numbers.choice([1.0, 12.0, 100.0]),
         "limit": numbers.uniform(1.0, 5.0),
+        "level_weight": numbers.uniform(-1.0, 1.0),
         "shape_weight": numbers.uniform(0.0, 1.0),
     }
     centre = 16.0 + numbers.integers(1, 8) * np.arange(windows)
     channels = numbers.normal(0.0, 0.3, (3, sensors, windows))
     beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
     weighted = standardised_beats(beats, search)
-
-    passage = search_beats(beats, search)[0]
+    # A restless sensor says less, and a single beat not everything.
+    weights = [search[f"{name}_weight"] for name in ("level", "depth", "shape")]
+    total = np.tensordot(weights, channels, 1)
+    low, middle = np.quantile(total, [0.25, 0.5], axis=1, keepdims=True)
+    in_spreads = total / np.hypot(search["least_spread"], (middle - low) / 0.6745)
+    np.testing.assert_allclose(weighted, in_spreads.clip(-search["limit"], search["limit"]))
+    passage, along, beyond_mm = search_beats(beats, search)
     tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
     assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
+    most = {place: -np.inf for _, place in sorted(tried, key=lambda each: each[1])}
+    for (_, place), found in tried.items():
+        most[place] = max(most[place], found[0])
+    np.testing.assert_allclose(along, list(most.values()), atol=2e-6)
+    head_mm = search["pitch_mm"] / passage.lag_samples * centre - beats.irregular_mm[0]
+    np.testing.assert_allclose(beyond_mm, head_mm + beats.irregular_mm - passage.location_mm)
     (there,) = (
         found
         for candidate, found in tried.items()
