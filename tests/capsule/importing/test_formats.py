@@ -42,6 +42,7 @@ GAP_S = TIME_S + 3 * (TIME_S > 20)
 # Sensor n starts 2 n s later than the first; what all have in common begins 6 s later.
 LATER = {name: row[20 * n :][:465] for n, (name, row) in enumerate(SENSORS.items())}
 LATER_READ = (np.arange(405) / 10, COUNTS[:, 60:465])
+SAMPLES = np.vstack([TIME_S, COUNTS])
 NINE = np.datetime64("2026-03-04T09:00:00")
 
 
@@ -55,126 +56,105 @@ def saved(save, name, *content, **named):
     return write
 
 
-def matlab(**content):
-    return saved(write_matlab, "run.mat", content)
+def named(name):
+    """Return a decorator: what writes to a path becomes what returns a writer of such a file."""
+    return lambda write: partial(saved, write, name)
 
 
-def matlab_73(**content):
-    return saved(write_matlab_73, "run.mat", content)
+hdf, tdms = named("run.h5")(write_hdf), named("run.tdms")(write_tdms)
 
 
-def sheets(**by_title):
-    return saved(write_workbook, "lab.xlsx", by_title)
+@named("run.mat")
+def matlab(path, **content):
+    write_matlab(path, content)
 
 
-def hdf(*content):
-    return saved(write_hdf, "run.h5", *content)
+@named("run.mat")
+def matlab_73(path, **content):
+    write_matlab_73(path, content)
 
 
-def tdms(rows, **said):
-    return saved(write_tdms, "run.tdms", rows, **said)
+@named("lab.xlsx")
+def sheets(path, **by_title):
+    write_workbook(path, by_title)
 
 
-def netcdf(engine, *, time=True):
-    """Return what writes the sensors as packed variables, in volts."""
-
-    def write(folder):
-        data = xarray.Dataset(
-            {n: ("time", row / 100, {"units": "V"}) for n, row in SENSORS.items()}
-        )
-        data = data.assign_coords(time=NINE + (TIME_S * 1e6).astype("m8[us]")) if time else data
-        packed = {"dtype": "int16", "scale_factor": 0.01, "add_offset": 4.0, "_FillValue": -1}
-        data.to_netcdf(folder / "run.nc", engine=engine, encoding=dict.fromkeys(SENSORS, packed))
-        return folder / "run.nc"
-
-    return write
+@named("run.nc")
+def netcdf(path, engine, *, time=True):
+    """Write the sensors as packed variables, in volts."""
+    data = xarray.Dataset({n: ("time", row / 100, {"units": "V"}) for n, row in SENSORS.items()})
+    data = data.assign_coords(time=NINE + (TIME_S * 1e6).astype("m8[us]")) if time else data
+    packed = {"dtype": "int16", "scale_factor": 0.01, "add_offset": 4.0, "_FillValue": -1}
+    data.to_netcdf(path, engine=engine, encoding=dict.fromkeys(SENSORS, packed))
 
 
-def nwb(*series, **electrical):
-    """Return what writes time series, or the readings as an electrical series."""
-
-    def write(folder):
-        file = pynwb.NWBFile("capsule", "run-1", STARTED)
-        if electrical:
-            about = {"description": "a", "location": "b", "device": file.create_device(name="d")}
-            group = file.create_electrode_group(name="g", **about)
-            for _ in COUNTS:
-                file.add_electrode(location="a", group=group)
-            where = file.create_electrode_table_region(region=[0, 1, 2, 3], description="all")
-            electrical_series = pynwb.ecephys.ElectricalSeries
-            file.add_acquisition(
-                electrical_series(name="run", data=COUNTS.T, electrodes=where, **electrical)
-            )
-        for each in series:
-            file.add_acquisition(pynwb.TimeSeries(unit="counts", **each))
-        with pynwb.NWBHDF5IO(str(folder / "run.nwb"), "w") as stream:
-            stream.write(file)
-        return folder / "run.nwb"
-
-    return write
+@named("run.nwb")
+def nwb(path, *series, **electrical):
+    """Write time series, or the readings as an electrical series."""
+    file = pynwb.NWBFile("capsule", "run-1", STARTED)
+    if electrical:
+        about = {"description": "a", "location": "b", "device": file.create_device(name="d")}
+        group = file.create_electrode_group(name="g", **about)
+        for _ in COUNTS:
+            file.add_electrode(location="a", group=group)
+        where = file.create_electrode_table_region(region=[0, 1, 2, 3], description="all")
+        about = {"name": "run", "data": COUNTS.T, "electrodes": where, **electrical}
+        file.add_acquisition(pynwb.ecephys.ElectricalSeries(**about))
+    for each in series:
+        file.add_acquisition(pynwb.TimeSeries(unit="counts", **each))
+    with pynwb.NWBHDF5IO(str(path), "w") as stream:
+        stream.write(file)
 
 
 def series(**said):
     return {"name": "run", "data": COUNTS.T, "rate": 10.0, **said}
 
 
-def xdf(*streams, unit="counts", **said):
-    """Return what writes streams, each with its time stamps and the names of its sensors."""
-
-    def write(folder):
-        content = [
-            xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
-            for at, (stamps, names) in enumerate(streams, start=1)
-        ]
-        (folder / "run.xdf").write_bytes(xdf_file(*content, **said))
-        return folder / "run.xdf"
-
-    return write
+@named("run.xdf")
+def xdf(path, *streams, unit="counts", **said):
+    """Write streams, each with its time stamps and the names of its sensors."""
+    content = [
+        xdf_stream(at, f"s{at}", stamps, np.array([SENSORS[n] for n in names]), names, unit)
+        for at, (stamps, names) in enumerate(streams, start=1)
+    ]
+    path.write_bytes(xdf_file(*content, **said))
 
 
-def workbook(times, change=None, number_format="General", form="General", more=()):
-    """Return what writes a sheet; `change` makes the cells of a sample.
+@named("run.xlsx")
+def workbook(path, times, change=None, number_format="General", form="General", more=()):
+    """Write a sheet; `change` makes the cells of a sample.
 
     The first format is that of the times, and `form` that of the readings. `more` holds the texts
     of cells, and remarks on cells, by their places.
     """
-
-    def write(folder):
-        book = openpyxl.Workbook()
-        book.active.append(["time", *SENSORS])
-        for t, sample in zip(times, COUNTS.T.astype(int).tolist(), strict=True):
-            book.active.append([t, *(map(change, sample) if change else sample)])
-            for column, each in enumerate([number_format, *[form] * 4], start=1):
-                book.active.cell(book.active.max_row, column).number_format = each
-        for place, text in more:
-            if book.active[place].value is None:
-                book.active[place] = text
-            else:
-                book.active[place].comment = openpyxl.comments.Comment(text, "lab")
-        book.save(folder / "run.xlsx")
-        return folder / "run.xlsx"
-
-    return write
+    book = openpyxl.Workbook()
+    book.active.append(["time", *SENSORS])
+    for t, sample in zip(times, COUNTS.T.astype(int).tolist(), strict=True):
+        book.active.append([t, *(map(change, sample) if change else sample)])
+        for column, each in enumerate([number_format, *[form] * 4], start=1):
+            book.active.cell(book.active.max_row, column).number_format = each
+    for place, text in more:
+        if book.active[place].value is None:
+            book.active[place] = text
+        else:
+            book.active[place].comment = openpyxl.comments.Comment(text, "lab")
+    book.save(path)
 
 
-def named_over_all(*heads):
-    """Return what writes a sheet; the second of two cells stands over all sensors."""
-
-    def write(folder):
-        book = openpyxl.Workbook()
-        for at, row in enumerate([*heads, *np.vstack([TIME_S, COUNTS]).T.tolist()], start=1):
-            book.active.append(row)
-            if len(row) == 2:
-                book.active.merge_cells(start_row=at, end_row=at, start_column=2, end_column=5)
-        book.save(folder / "run.xlsx")
-        return folder / "run.xlsx"
-
-    return write
+@named("run.xlsx")
+def named_over_all(path, *heads):
+    """Write a sheet; the second of two cells stands over all sensors."""
+    book = openpyxl.Workbook()
+    for at, row in enumerate([*heads, *SAMPLES.T.tolist()], start=1):
+        book.active.append(row)
+        if len(row) == 2:
+            book.active.merge_cells(start_row=at, end_row=at, start_column=2, end_column=5)
+    book.save(path)
 
 
 def beside(*rows):
     """Return what writes a sheet of samples, and one of remarks."""
-    samples = [["time", *SENSORS], *np.vstack([TIME_S, COUNTS]).T.tolist()]
+    samples = [["time", *SENSORS], *SAMPLES.T.tolist()]
     return sheets(Run=samples, About=[list(row) for row in rows])
 
 
@@ -221,7 +201,6 @@ def attributed(path, name, value, **arrays):
 
 FIELD_TYPES = [(name, "f8") for name in ("t", *SENSORS)]
 FIELDS = np.array([*map(tuple, np.vstack([TIME_S, COUNTS]).T)], FIELD_TYPES)
-SAMPLES = np.vstack([TIME_S, COUNTS])
 NOON, NOON64 = datetime(2026, 3, 4, 12), np.datetime64("2026-03-04T12:00:00")
 AT_NOON = {"started": "2026-03-04T12:00:00Z"}
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
