@@ -80,6 +80,11 @@ def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
     assert signals[-1] > 4 * healthy
 
 
+def test_a_run_has_two_samples_at_least():
+    fast = with_values(QUIET, {"advance.speed_mm_s": 1e5, "advance.lead_mm": 0.0})
+    assert simulate_run(fast, 0.0, 1, "fast").time_s.size == 2
+
+
 def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     passes = planned_runs([3], 1, 3)
     assert [(run.name, run.site) for run in passes] == [
