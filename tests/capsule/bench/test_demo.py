@@ -1,6 +1,5 @@
 """capsule demo: a simulated run without a board, recorded by the recorder of capsule record."""
 
-import argparse
 import re
 import signal
 import sys
@@ -55,9 +54,9 @@ def workflow(tmp_path, monkeypatch):
     return SimpleNamespace(calls=calls, fails=fails)
 
 
-def chosen(folder, **changes):
-    values = {"out": folder, "speed": 50.0, "size": 3.0, "seed": None}
-    return argparse.Namespace(**(values | {"cores": "2", "open": False, "live": False} | changes))
+def play(folder):
+    words = ["--out", str(folder), "--speed", "50", "--cores", "2"]
+    demo_command.demo(parsers()["demo"].parse_args(words))
 
 
 def read(path):
@@ -71,7 +70,7 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     folder = tmp_path / "demo"
     workflow.fails += fails
     former = signal.getsignal(signal.SIGINT)
-    demo_command.demo(chosen(folder, open=True))
+    play(folder)
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     np.testing.assert_array_equal(recording.values, run.counts)
@@ -146,7 +145,7 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, make):
     make(tmp_path / "mine")
     before = list(tmp_path.rglob("*"))
     with pytest.raises(CapsuleError, match=r"mine exists and was not made by a demo; .* --out"):
-        demo_command.demo(chosen(tmp_path / "mine"))
+        play(tmp_path / "mine")
     assert not workflow.calls
     assert list(tmp_path.rglob("*")) == before
 
@@ -158,7 +157,7 @@ def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how)
     monkeypatch.setattr(demo_command, "snakemake_command", lambda folder, arguments: failing)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
-        demo_command.demo(chosen(tmp_path / "demo"))
+        play(tmp_path / "demo")
 
 
 def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
