@@ -1,4 +1,4 @@
-"""The command line of capsule record, and the exit statuses of its faults."""
+"""The command lines of capsule record and capsule survey, and the exit statuses of its faults."""
 
 import contextlib
 import io
@@ -31,26 +31,32 @@ def test_every_fault_has_a_status_of_its_own():
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        ("--name r01", "one of the arguments --size --unlabelled --recover is required"),
-        ("--size 3 --unlabelled", "argument --unlabelled: not allowed with argument --size"),
-        ("--size three", "not a size in mm"),
-        ("--size 3 --duration 0", "not a number above 0"),
-        ("--size 3 --name r01.csv", "leave out .csv"),
-        ("--size 3 --name=--", "argument --name: '--' is not a value"),
-        ("--size 3 --site \udcff", "printable characters (UTF-8)"),
-        ("--size 3 --session \x1b[2J", "printable characters (UTF-8)"),
-        ("--size 3 --setup " + "x" * 101, "1 to 100"),
-        ("--size 3 --site=", "1 to 100"),
-        ("--size 3 --site=\N{IDEOGRAPHIC SPACE}", "1 to 100"),
-        ("--unlabelled --stream-in a'b", "not allowed as a stream's name"),
-        ("--unlabelled --stream-in a --port /dev/x", "give one of the two"),
-        ("--unlabelled --stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
-        ("--unlabelled --stream-in a --stream-out a", "both name 'a'"),
+        ("record --name r01", "one of the arguments --size --unlabelled --recover is required"),
+        ("record --size 3 --unlabelled", "argument --unlabelled: not allowed with argument --size"),
+        ("record --size three", "not a size in mm"),
+        ("record --size 3 --duration 0", "not a number above 0"),
+        ("record --size 3 --name r01.csv", "leave out .csv"),
+        ("record --size 3 --name=--", "argument --name: '--' is not a value"),
+        ("record --size 3 --site \udcff", "printable characters (UTF-8)"),
+        ("record --size 3 --session \x1b[2J", "printable characters (UTF-8)"),
+        ("record --size 3 --setup " + "x" * 101, "1 to 100"),
+        ("record --size 3 --site=", "1 to 100"),
+        ("record --size 3 --site=\N{IDEOGRAPHIC SPACE}", "1 to 100"),
+        ("record --unlabelled --stream-in a'b", "not allowed as a stream's name"),
+        ("record --unlabelled --stream-in a --port /dev/x", "give one of the two"),
+        ("record --unlabelled --stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
+        ("record --unlabelled --stream-in a --stream-out a", "both name 'a'"),
+        ("survey --out x", "give either --simulate, or the ports of the boards"),
+        ("survey --drive p --out x", "needs --fold PORT"),
+        ("survey --simulate", "--out FOLDER"),
+        ("survey --simulate --out x --goto 1500", "the gut is 1000 mm long"),
+        ("survey --simulate --out x --metres 50", "'50' is not a number from 0.2 to 10 m"),
+        ("survey --simulate --out x --nodules 9", "'9' is not a number from 0.1 to 5 mm"),
     ],
 )
 def test_wrong_options_are_explained(words, complaint, capsys):
     with pytest.raises(SystemExit) as ended:
-        cli.main(["record", *words.split(" ")])
+        cli.main(words.split(" "))
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
 

@@ -15,7 +15,6 @@ from capsule.bench.bench_errors import AcquisitionError, BoardLostError, CannotA
 from capsule.bench.protocol import Identity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
-from capsule.errors import WrongOptionError
 from capsule.phantom.simulated_bench import SimulatedBench, nodules_of
 from capsule.recordings.recording import read_recording
 from support.bench.scripted import ENTRIES
@@ -186,20 +185,3 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
     with pytest.raises(CannotArriveError, match="cannot go back"):
         survey(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2")
     assert (tmp_path / "back/stream.csv").read_text().endswith("unfolded\n")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--out", "x"], "give either --simulate, or the ports of the boards"),
-        (["--drive", "p", "--out", "x"], "needs --fold PORT"),
-        (["--simulate"], "--out FOLDER"),
-        (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),
-        (["--simulate", "--out", "x", "--metres", "50"], "'50' is not a number from 0.2 to 10 m"),
-        (["--simulate", "--out", "x", "--nodules", "9"], "'9' is not a number from 0.1 to 5 mm"),
-    ],
-)
-def test_a_wrong_command_line_is_answered_with_what_is_wrong(arguments, said, capsys):
-    with pytest.raises((WrongOptionError, SystemExit)) as refused:
-        survey(*arguments)
-    assert said in f"{refused.value}{capsys.readouterr().err}"
