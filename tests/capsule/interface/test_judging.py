@@ -148,9 +148,14 @@ def test_leave_one_out_judges_each_place_once_by_all_others(archive):
     assert len(capsule.folds(other)) == 6
 
 
-def test_what_cannot_be_judged_is_refused_with_the_reason(archive):
+def test_without_both_kinds_there_is_no_threshold_and_what_cannot_be_judged_is_refused(
+    archive,
+):
     healthy = archive.select([name for name in archive.labelled if name.startswith("0mm")])
-    assert judged_on_matrices(healthy, Ridge(10.0)).predictions["threshold"].isna().all()
+    sick = archive.select([name for name in archive.labelled if not name.startswith("0mm")])
+    for one_sided, estimator in ((healthy, Ridge(10.0)), (sick, RidgeClassifier(10.0))):
+        predictions = judged_on_matrices(one_sided, estimator).predictions
+        assert predictions["threshold"].isna().all()
     for refused, told in (
         (lambda: capsule.folds(archive, "k_fold"), "no scheme 'k_fold'; it has: leave_one_out"),
         (lambda: capsule.folds(archive, "leave_one_session_out"), "fewer than 3 of a kind"),

@@ -37,6 +37,8 @@ def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(raw, tm
     )
     assert archive.passed_over["path"].tolist() == ["notes.txt"]
     assert archive.unlabelled == ["unlabelled/patient"]
+    # The largest of these recordings has some 12 kB.
+    assert len(capsule.load(folder, recording={"max_megabytes": 0.02})) == 13
     with pytest.raises(capsule.CapsuleError, match=r"on_rejected is fail(.|\n)*3mm/r02: line 1"):
         capsule.load(folder, on_rejected="fail")
     # Recordings that are nearly the same are one place and leave together.

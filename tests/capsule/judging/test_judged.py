@@ -234,6 +234,9 @@ def test_the_plot_marks_each_place_below_the_sensors():
     assert second.removeprefix("sensor 2 ") == "▁▁▂▃▄▄▅▆▇█"
     assert marks.removeprefix("place    ") == " " * 10 + "a" + " " * 7 + "b"
     assert named.strip() == "a: one and three, b: two"
+    assert shown({"one": verdict_at(0.0)}, 9 + 20)[3] == "place    a"
+    # With a cell for each sample, none is empty.
+    assert len(shown(verdicts, 9 + 100)[1].replace(" ", "")) == len("sensor1") + 100
 
 
 def test_a_place_before_the_start_and_no_verdict_are_said_in_words():
