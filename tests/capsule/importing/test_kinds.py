@@ -502,7 +502,16 @@ BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7}
 BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768, "0.02": 50}
 SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
-POINTS = "--unit counts --thousands point"
+POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit counts"
+GAP = "--run-gap-s 5"
+OVER_ALL = timed("time,Pressure (kPa),,,\ns", TIME_S)
+DATED = above("# rate: 20 Hz", timed("t", clocks(NOON)))
+GAINS = lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain")
+UNITS = lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units")
+CONVERTED = above("# converted to kPa", named("P{} (counts)"))
+STAMPS_ALONE = "".join(f"12:34:{second} -> \n" for second in range(10, 60))
+BROKEN = f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}"
+TWO_CLOCKS = lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d")
 MM_HG = "time,P1,P2,P3,P4\ns,mmHg,mmHg,mmHg,mmHg"
 COUNTED_NAMES = "S1 (counts);S2 (counts);S3 (counts);S4 (counts)"
 # What is said to German counts with a point, by the options before.
@@ -571,34 +580,20 @@ ASKED = {
     ),
     **rows(OTHER_RATES, other_rate),
     "rate beside dates": Case(
-        above("# rate: 20 Hz", timed("t", clocks(NOON))),
-        "states rate = 20; give --time-unit clock",
-        "--time-unit clock",
+        DATED, "states rate = 20; give --time-unit clock", "--time-unit clock"
     ),
     "scale in a log with labels": Case(
-        above("gain: 10", LABELLED), "says 'gain: 10', and not", "--rate 10 --unit counts"
+        above("gain: 10", LABELLED), "says 'gain: 10', and not", f"{RATED} {COUNTED}"
     ),
-    "scale in a column": Case(
-        lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain"),
-        "says 'gain: 10', and not",
-        COUNTED,
-    ),
-    "unit over several columns": Case(
-        timed("time,Pressure (kPa),,,\ns", TIME_S), "says 'Pressure (kPa)'", COUNTED
-    ),
+    "scale in a column": Case(GAINS, "says 'gain: 10', and not", COUNTED),
+    "unit over several columns": Case(OVER_ALL, "says 'Pressure (kPa)'", COUNTED),
     "a description in words beside a unit": Case(
-        above("# converted to kPa", named("P{} (counts)")),
-        "names counts and says 'converted to kPa'",
-        COUNTED,
+        CONVERTED, "names counts and says 'converted to kPa'", COUNTED
     ),
     "two units": Case(
         above("# unit: kPa", named("S{}_raw")), "names raw and says 'unit: kPa'", COUNTED
     ),
-    "unit in a column": Case(
-        lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units"),
-        "names kPa of 'S1'",
-        COUNTED,
-    ),
+    "unit in a column": Case(UNITS, "names kPa of 'S1'", COUNTED),
     "unit in a row": Case(lines(TIME_S, *COUNTS, head=MM_HG), "names mmHg of 'P1'", COUNTED),
     **{
         f"a clock without colons, {form}": Case(
@@ -609,13 +604,11 @@ ASKED = {
         for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")
     },
     "ticks of 100 ns since 1601": Case(
-        timed("timestamp", SINCE_1601),
-        "1e+06 is a rate between 2 and 4000 Hz in no unit",
-        "--rate 10 --time none",
+        timed("timestamp", SINCE_1601), "1e+06 is a rate between", "--rate 10 --time none"
     ),
     "all counts with points": Case(
         grouped(4, german, times=german),
-        "can be 1.876 (--decimal point) or 1876 (--th",
+        "1.876 (--decimal point) or 1876",
         POINTS,
         COUNTED,
         4 * COUNTS,
@@ -627,10 +620,7 @@ ASKED = {
         values=4 * COUNTS,
     ),
     "all numbers with points": Case(
-        grouped(20, german),
-        "can be 9.38 (--decimal point) or 9380 (--thousands point)",
-        POINTS,
-        values=20 * COUNTS,
+        grouped(20, german), "9.38 (--decimal point) or 9380 (--thousands", POINTS, "", 20 * COUNTS
     ),
     **{
         f"decimals that jump a thousandfold, {options}": Case(
@@ -639,29 +629,24 @@ ASKED = {
         for options, words in THOUSANDFOLD.items()
     },
     "commas and the unit at once": Case(
-        grouped(4, "{:,.0f}".format),
-        "with --decimal comma, column 'S1': readings from 1.",
-        "--thousands comma --unit counts",
-        values=4 * COUNTS,
+        grouped(4, "{:,.0f}".format), "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS
     ),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(
         repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
-        "0 s follows 29.9 s; if another run begins there, give --run-gap-s 5",
-        "--run-gap-s 5",
+        f"0 s follows 29.9 s; if another run begins there, give {GAP}",
+        GAP,
         values=None,
     ),
     "names repeated, no time": Case(
         repeated(*COUNTS, head="S1,S2,S3,S4"),
         "above line 303 the names",
-        "--rate 10 --run-gap-s 5",
-        "--rate 10",
+        f"{RATED} {GAP}",
+        RATED,
         None,
     ),
-    "blocks of LabChart": Case(
-        labchart(FIRST, REST), "give --run-gap-s 5", "--run-gap-s 5", values=None
-    ),
+    "blocks of LabChart": Case(labchart(FIRST, REST), f"give {GAP}", GAP, values=None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
     **{
@@ -676,19 +661,16 @@ ASKED = {
         )
         for key in (*DECISIVE, "session")
     },
-    "a log of stamps alone": Case(
-        "".join(f"12:34:{second} -> \n" for second in range(10, 60)), "line 1: there is no table"
-    ),
+    "a log of stamps alone": Case(STAMPS_ALONE, "line 1: there is no table"),
     "a broken line without a time": Case(
-        f"ready\nS1:5\n{LABELLED}S1:5\n{LABELLED}",
-        "line 528 does not hold a whole sample",
-        options=RATED,
+        BROKEN, "line 528 does not hold a whole sample", options=RATED
     ),
     "all that is missing at once": Case(
-        lines(TIME_S, TIME_S, *VOLTS, head="time,clock,a,b,c,d"),
-        "name one with --time; and column 'a': readings from 2.065",
+        TWO_CLOCKS,
+        "with --time; and column 'a': readings from 2.065",
         "--time time --unit V",
-        values=VOLTS,
+        "",
+        VOLTS,
     ),
 }
 
