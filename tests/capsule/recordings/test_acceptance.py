@@ -130,12 +130,15 @@ def test_readings_of_a_clock_that_is_off_stand_at_their_time_and_gaps_stay_as_lo
     assert missing.sum() == 4 * columns.size
 
 
-@pytest.mark.parametrize("drift", [0.0, 0.9e-3, -0.9e-3])
-def test_readings_at_the_configured_rate_stay_to_the_bit(drift):
+# The last reading of 520 is half a sample away at 0.96e-3.
+@pytest.mark.parametrize(
+    ("drift", "stay"), [(0.0, True), (0.9e-3, True), (-0.9e-3, True), (1.2e-3, False)]
+)
+def test_readings_at_the_configured_rate_stay_to_the_bit(drift, stay):
     whole = make_recording(0, "0mm/r01", samples=SAMPLES)
     times_s = EVEN * (1 + drift) + generator(1, "jitter").normal(0, 0.002, SAMPLES)
     values = accept(Recording(times_s, whole.values, whole.header), **SETTINGS)
-    np.testing.assert_array_equal(values, whole.values)
+    assert np.array_equal(values, whole.values) == stay
 
 
 # Reasons.
@@ -283,6 +286,9 @@ def without(*lost, samples=SAMPLES):
     ("time_s", "kept", "rules"),
     [
         (EVEN, without(), {}),
+        # Exactly as slow as allowed; four samples that come late together are no gap.
+        (np.arange(SAMPLES) / 8, without(), {"rate_hz": 8, "rate_tolerance": 0}),
+        (EVEN + 0.08 * np.isin(np.arange(SAMPLES), range(200, 204)), without(), {}),
         # The matrix is filled to its last column.
         (EVEN, without(range(100, 110)), {"length": SAMPLES}),
         *((EVEN, without([lost]), {}) for first in (1, 2, 3, 5) for lost in (first, 519 - first)),
@@ -338,6 +344,13 @@ def test_a_pause_of_three_quarters_of_an_interval_opens_one_column(pause, at, op
     np.testing.assert_array_equal(columns, np.arange(SAMPLES) + opened * (np.arange(SAMPLES) >= at))
 
 
+def with_steps(first, *steps):
+    """Return times with some other steps than 0.1 s."""
+    made = np.full(SAMPLES - 1, 0.1)
+    made[first : first + len(steps)] = steps
+    return np.concatenate([[0.0], np.cumsum(made)])
+
+
 def two_rates(second_hz, first=0.6):
     steps = np.where(np.arange(SAMPLES - 1) < first * SAMPLES, 0.1, 1.0 / second_hz)
     return np.concatenate([[0.0], np.cumsum(steps)])
@@ -354,6 +367,7 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
         *((two_rates(each), CHANGES) for each in (4, 5, 8, 9, 11, 12.5, 20, 100)),
         # Jitter makes a rate less certain, by its standard error.
         (two_rates(8) + generator(1, "jitter").normal(0, 0.01, SAMPLES), CHANGES),
+        (two_rates(9.14) + generator(1, "jitter").normal(0, 0.0025, SAMPLES), CHANGES),
         # 312 steps of 0.1 s, then of 0.2 s; the fifth stretch of 84 begins 24 of these later.
         (two_rates(5), r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"),
         # Such a step, then a gap, which is no step.
@@ -369,6 +383,9 @@ WRONG_RATE = r"rate is .* Hz, but recording\.rate_hz is 10"
         # No unit of time is guessed for another rate.
         *((EVEN * each, f"{WRONG_RATE}$") for each in (0.4, 2.5, 400, 2500)),
     ]] + [
+        # Half of a stretch is near the usual step, which counts; less than half is not.
+        (with_steps(100, 0.112, 0.5), r"8\.929 Hz in the 2 samples from 10 s on", {"stretch": 2}),
+        (with_steps(99, 0.112, 0.5, 0.5), r" 2 Hz in the 3 samples from 9\.9 s", {"stretch": 3}),
         (EVEN, f"{SAMPLES} samples are more than the", {"length": SAMPLES - 1}),
         # The rate is checked of a recording that fills the matrix, too.
         (two_rates(8), CHANGES, {"length": SAMPLES}),
