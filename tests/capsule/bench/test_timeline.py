@@ -72,7 +72,8 @@ def test_a_board_whose_clock_is_slow_is_followed():
 def test_a_board_that_kept_running_is_told_from_one_that_restarted():
     timeline = Kept()
     timeline.take(sample(0, 50_100), 90.0)
-    assert timeline.continues(uptime_ms=54_321, running=True, moment_s=94.3, fresh=True)
+    for fresh in (True, False):
+        assert timeline.continues(uptime_ms=54_321, running=True, moment_s=94.3, fresh=fresh)
     # Up for longer than the run: what has stopped by itself has restarted.
     assert not timeline.continues(uptime_ms=59_000, running=False, moment_s=98.9, fresh=False)
     # The board's own clock counts, however late the sample arrives.
