@@ -61,6 +61,8 @@ def test_a_regressor_that_never_saw_a_recording_judges_it_by_the_nearest_size(ar
         nearest = min(SIZES_MM, key=lambda size, said=row.score: abs(size - said))
         assert row.predicted_mm == nearest
     assert set(rows["threshold"]) == {0.25}
+    estimates = np.where(rows["predicted_mm"] > 0, rows["score"], np.nan)
+    np.testing.assert_array_equal(rows["estimate_mm"], estimates)
     matrices = {name: matrix.ravel() for name, matrix in archive.matrices.items()}
     known = np.array([matrices[name] for name in archive.labelled])
     for place, others in others_of(archive):

@@ -93,6 +93,7 @@ def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results,
     *accepted, cut, missing = said.out.splitlines()
     assert said.err == ""
     assert accepted[0].endswith("simulated phantom, version 5, seed 1")
+    assert not accepted[1].isascii()
     assert accepted[7].startswith(
         "whether it is like the recordings that teach is not known: only "
     )
@@ -234,7 +235,8 @@ def test_the_plot_marks_each_place_below_the_sensors():
     assert second.removeprefix("sensor 2 ") == "▁▁▂▃▄▄▅▆▇█"
     assert marks.removeprefix("place    ") == " " * 10 + "a" + " " * 7 + "b"
     assert named.strip() == "a: one and three, b: two"
-    assert shown({"one": verdict_at(0.0)}, 9 + 20)[3] == "place    a"
+    ends = shown({"one": verdict_at(0.0), "two": verdict_at(99.0)}, 9 + 20)
+    assert ends[3] == f"place    a{'b':>19}"
     # With a cell for each sample, none is empty.
     assert len(shown(verdicts, 9 + 100)[1].replace(" ", "")) == len("sensor1") + 100
 
@@ -245,6 +247,8 @@ def test_a_place_before_the_start_and_no_verdict_are_said_in_words():
     assert not any(line.startswith("place  ") for line in lines)
     table = [line.split(maxsplit=1) for line in lines[3:6]]
     assert table[1][0] == "early" and table[1][1].endswith("before the start")
+    # The reason of one detector makes no column of the others wider.
+    assert len(lines[3]) < len(lines[5])
     assert table[2][1].startswith("no verdict: no score: a wave, a sensor or labelled recordings")
 
 
