@@ -32,19 +32,7 @@ REMEDY = re.compile(
 
 @dataclass
 class Imported:
-    """The result of an import.
-
-    Attributes
-    ----------
-    shown, refused : str
-        Printed lines, and the lines about refused files.
-    counted : str
-        Last line, with the counts.
-    status : int
-        Exit status.
-    raw : Path
-        The archive.
-    """
+    """Printed lines, lines about refused files, counts, exit status and archive of an import."""
 
     shown: str
     refused: str
@@ -107,32 +95,20 @@ def write_table(path: Path, *columns: Iterable[float], head: str = "time,S1,S2,S
 
 
 class Case(NamedTuple):
-    """A file of one kind, and what the import makes of it.
+    """A file of one kind, and what the import makes of it."""
 
-    Attributes
-    ----------
-    file : str, Path or callable
-        A text, a file, or what writes a file into a folder and returns its path.
-    words : str
-        Words of a note that is shown; of a file that is asked about, of the refusal.
-    remedy : str
-        The options that read what was refused; empty if none can.
-    options : str
-        The options before.
-    values : (4, K) array, or None
-        The readings that are imported; None for two runs of 300 and 225 of `COUNTS`.
-    time_s : (K,) array
-        The times.
-    header : mapping
-        Lines of the header; None for a key that must not be there.
-    """
-
+    # A text, a file, or what writes a file into a folder and returns its path.
     file: str | Path | Callable[[Path], Path]
+    # Of a note that is shown; of a file that is asked about, of the refusal.
     words: str = ""
+    # The options that read what was refused; empty if none can.
     remedy: str = ""
+    # The options before.
     options: str = ""
+    # What is imported; None for two runs of 300 and 225 samples of `COUNTS`.
     values: np.ndarray | None = COUNTS
     time_s: np.ndarray = TIME_S
+    # Lines of the header; None for a key that must not be there.
     header: Mapping[str, str | None] = MappingProxyType({})
 
     def written(self, folder: Path) -> Path:
