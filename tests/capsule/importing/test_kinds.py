@@ -330,6 +330,7 @@ READ = {
     "spring": good(autumn(-3600), words=HOUR),
     "no hours": good(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
     "past 24 h": good(timed("t", elapsed())),
+    "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
     # Kills: decimals of a time as thousands.
     "a part of a longer run": good(
         above("# unit: counts", timed("time_s", [f"{second + 18.3:.3f}" for second in TIME_S]))
@@ -566,6 +567,9 @@ ASKED = {
     ),
     **rows(TIME_UNITS, unnamed_unit),
     **rows(TIME_UNITS_ABOVE, unit_above),
+    "another unit of time in words": Case(
+        above("x: ms", timed("time", TIME_S)), "says 'ms', and then its", "--time-unit s"
+    ),
     **{
         f"times without a unit, steps of {step}": Case(
             ticks("time", per_second), f"or steps of {step} s, 10 Hz ({BY_RATE}); choose", BY_RATE
@@ -576,7 +580,7 @@ ASKED = {
         timed("time", TIME_S / 60), "or min, 10 Hz (--time-unit min); choose one", "--time-unit min"
     ),
     "two units of time": Case(
-        above("# time unit: ms", ticks("time_us", 1e5)), "the unit 'us and ms'", BY_RATE
+        above("# time unit: ms", ticks("time_us", 1e5)), "the file names us and ms; give", BY_RATE
     ),
     **rows(OTHER_RATES, other_rate),
     "rate beside dates": Case(

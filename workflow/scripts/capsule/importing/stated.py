@@ -334,7 +334,7 @@ def said_of_clock(remark: str) -> tuple[str, float] | None:
     text = remark[:_LONGEST_REMARK].strip()
     match = _TIME_BASE.fullmatch(text) or _TIME_MENTION.search(text)
     if match and is_unit(match[1]):
-        return match[1], SECONDS.get(unit_of(match[1]) or "", np.nan)
+        return match[1], SECONDS.get(unit_of(match[1].removeprefix("1 ")) or "", np.nan)
     if _TIME_STEP.fullmatch(text):
         return text[:60], np.nan
     clock = _CLOCK.search(text)

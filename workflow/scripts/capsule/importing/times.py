@@ -43,9 +43,10 @@ WRAPS = [2.0**bits / scale for bits in (32, 31, 16, 15) for scale in (1, 1e3, 1e
 _HOUR = 3600.0
 # In usual steps: the longest step over a wrap, and the least wrap that jitter cannot be.
 _LONGEST_STEP, _LEAST_WRAP = 3.0, 100.0
+_REMEDY = "--time-unit, or else --time none and the sampling rate with --rate"
 _OTHER_UNIT = (
     f"the file names the unit {{!r}}, which is none of {', '.join(SECONDS)}; if it is one of "
-    "these, give --time-unit, or else --time none and the sampling rate with --rate"
+    f"these, give {_REMEDY}"
 )
 _NO_UNITS = re.compile(r"utc|gmt|local|unix|epoch|posix|elapsed|rel(ative)?|abs(olute)?|start")
 _DAY, _MONTH, _YEAR = "(?P<day>[0-9]{1,2})", "(?P<month>[0-9]{1,2})", "(?P<year>[0-9]{4})"
@@ -254,8 +255,10 @@ def _unit(
     ]
     named = next(iter(units), None)
     if (unknown or len(units) > 1) and not keys.time_unit:
-        stated = unknown[0][:60] if unknown else " and ".join(units.values())
-        raise QuestionError(_OTHER_UNIT.format(stated))
+        if unknown:
+            raise QuestionError(_OTHER_UNIT.format(unknown[0][:60]))
+        several = " and ".join(units.values())
+        raise QuestionError(f"the file names {several}; give the right {_REMEDY}")
     rates = {unit: 1.0 / (step * seconds) for unit, seconds in SECONDS.items()}
     if told := keys.time_unit or named:
         reason = "given" if keys.time_unit else "named in the file"
@@ -284,6 +287,11 @@ def _unit(
         fitting = [
             each for each in fitting if np.isclose(SECONDS[each], seconds, rtol=1e-3, atol=0)
         ]
+        if not fitting and np.isclose([*SECONDS.values()], seconds, rtol=1e-3, atol=0).any():
+            raise QuestionError(
+                f"the file says {text!r}, and then its usual step of {step:.6g} is "
+                f"{1 / (step * seconds):.4g} Hz; give the right {_REMEDY}"
+            )
         if not fitting:
             raise QuestionError(_OTHER_UNIT.format(text))
     options = {unit: f"{unit}, {rates[unit]:.4g} Hz (--time-unit {unit})" for unit in fitting}
