@@ -11,7 +11,7 @@ from capsule.detectors.described import (
     write_features,
 )
 from capsule.detectors.files import read_template_set, read_templates
-from capsule.detectors.network import Features
+from capsule.detectors.network import UNKNOWN_FEATURES, Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.engine.project import WEIGHTS
@@ -61,5 +61,8 @@ def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, write,
     np.testing.assert_equal([*map(numbers_of, found.values())], [*map(numbers_of, made)])
 
 
-def test_the_weights_that_ship_make_a_scorer():
-    assert np.isfinite(read_scorer(WEIGHTS).features(np.zeros((4, 5, 40))).score)
+def test_the_weights_that_ship_make_a_scorer_of_as_many_numbers_as_are_stored_of_a_silent_one():
+    features = read_scorer(WEIGHTS).features(np.zeros((4, 5, 40)))
+    assert np.isfinite(features.score)
+    assert features.embedding.shape == UNKNOWN_FEATURES.embedding.shape
+    assert features.gradient.shape == UNKNOWN_FEATURES.gradient.shape
