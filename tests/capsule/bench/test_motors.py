@@ -56,7 +56,6 @@ def line():
 def clock(monkeypatch):
     """Return the clock of the waiting times."""
     now = SimpleNamespace(s=0.0)
-    wave.AWAKE.pause_s()  # other tests' pauses do not count
     monkeypatch.setattr(wave.AWAKE, "now_s", lambda: now.s)
     return now
 
@@ -175,6 +174,7 @@ def bench_on(**lines):
     lines = {kind: lines.get(kind) or Line() for kind in ("fold", "peristalsis", "logger")}
     boards = {kind: board_on(line, kind) for kind, line in lines.items()}
     stop = SimpleNamespace(reason="")
+    wave.AWAKE.pause_s()  # other tests' pauses do not count
     return BoardBench(boards, WAVE, LOG, stop, 60.0), stop
 
 
@@ -183,6 +183,8 @@ def bench_on(**lines):
 def test_after_ctrl_c_nothing_folds(line, reason):
     bench, stop = bench_on(fold=line)
     stop.reason = reason
+    with pytest.raises(KeyboardInterrupt) if reason else nullcontext():
+        bench.read(8)
     for command in ("fold", "unfold", "hold"):
         bench.tell(command)
         bench._fold.serve()

@@ -62,6 +62,7 @@ class Board:
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_way_is_that_of_the_cams_at_any_moment(sign):
     board = Board(sign=sign)
+    board.run(0.4, state="stopped")
     board.run(10.0)
     moments_s = board.now_s + 0.01 - np.array([5.0, 2.03, 0.5, 0.1, 0.0, -0.3])
     expected_mm = board.cam_mm - 3.0 - SPEED_MM_S * (board.now_s + 0.01 - moments_s)
