@@ -8,6 +8,7 @@ from capsule.recordings.units import (
     adc_ends,
     on_full_scale,
     pressed_and_period,
+    reading_unit,
     relative_resistance,
     share_between,
     shares_at_ends,
@@ -70,6 +71,8 @@ def test_the_bands_at_the_ends_follow_from_bits_and_reference():
     counts = np.array([[1.0, 2.0, 700.0]])
     whole, bands = adc_ends({"adc_bits": "10"}, counts)
     assert whole and bands == [(0.0, 0.0), (1023.0, 1023.0)]
+    for bits in (1, 32):
+        assert adc_ends({"adc_bits": str(bits)}, counts)[1][1] == (2.0**bits - 1, 2.0**bits - 1)
     whole, bands = adc_ends({}, counts)
     assert whole and bands[1:] == [(2.0**n - 1, 2.0**n - 1) for n in (8, 10, 12, 14, 16)]
     step = 5 / 2**12
@@ -92,10 +95,12 @@ def test_readings_above_twice_the_reference_are_averaged_counts(highest, counts)
     ("header", "readings", "reason"),
     [
         ({"unit": "psi"}, [1.0, 2.0], "unit: 'psi'; allowed are counts, V, ohm and kohm"),
+        ({"unit": "x" * 61}, [1.0, 2.0], "unit: 'x{60}'; allowed"),
         ({"unit": "ohm"}, [1.0, -1.0], "a reading is -1; every resistance must be above 0"),
         ({"unit": "kohm"}, [12.0, 0.0], "a reading is 0; every resistance must be above 0"),
         ({"unit": "V", "vref_v": "5"}, [470.5, 541.0], "go up to 541, above vref_v: 5"),
         ({"unit": "V", "vref_v": "5"}, [2.5, 5.6], "go up to 5.6, above vref_v: 5"),
+        ({"unit": "V", "vref_v": "5"}, [1.0, 5.0], "go up to 5, all whole numbers"),
         ({"unit": "V"}, [470.0, np.nan, 541.0], "go up to 541, all whole numbers"),
         ({"unit": "V", "vref_v": "5"}, [1.0, 4.0], "go up to 4, all whole numbers"),
     ],
@@ -105,9 +110,24 @@ def test_a_unit_in_which_the_readings_cannot_be_is_refused(header, readings, rea
         on_full_scale(np.array([readings]), header, 1024, True)
 
 
-def test_a_supply_may_be_a_little_higher_than_stated():
-    given = on_full_scale(np.array([[2.5, 5.4]]), {"unit": "V", "vref_v": "5"}, 1024, True)
-    np.testing.assert_allclose(given, [[512, 5.4 * 1024 / 5]])
+def test_a_supply_may_be_a_tenth_higher_than_stated():
+    given = on_full_scale(np.array([[2.5, 4.4]]), {"unit": "V", "vref_v": "4"}, 1024, True)
+    np.testing.assert_allclose(given, [[640, 4.4 * 256]])
+
+
+@pytest.mark.parametrize(
+    ("header", "readings", "unit"),
+    [
+        ({}, [1.0, 2.0], "counts"),
+        ({}, [0.5, 1.2], "V"),
+        ({"unit": "V"}, [0.5, 1.2], "V"),
+        # These are brought to the scale of the configured converter.
+        *((each, [0.5, 1.2], "counts") for each in ({"vref_v": "5"}, {"unit": "ohm"})),
+        ({"unit": "counts"}, [0.5, 1.2], "counts"),
+    ],
+)
+def test_readings_are_shown_in_the_unit_to_which_they_were_brought(header, readings, unit):
+    assert reading_unit(header, np.array([readings])) == unit
 
 
 def test_a_share_counts_both_limits_and_the_larger_end_is_told():
