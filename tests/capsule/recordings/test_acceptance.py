@@ -75,6 +75,8 @@ def test_a_loose_sensor_is_told_and_none_of_a_rejected_recording():
     ("stated", "status", "columns", "reason"),
     [
         ("44.8", "accepted", 448, "no wave ran from 44.8 s on"),
+        # The last sample, too.
+        ("52.4", "accepted", 524, "no wave ran from 52.4 s on"),
         ("end", "accepted", 525, ""),
         ("900", "accepted", 525, ""),
         ("3", "rejected", 1000, "30 samples, fewer than the window of 84"),
