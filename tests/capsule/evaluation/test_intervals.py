@@ -189,6 +189,8 @@ def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
     for healthy, rank in ((19, 19), (39, 38), (100, 96), (1, 1)):
         expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
         assert new_specificity(healthy, 0.95) == pytest.approx(expected)
+    # No rank is below that of the lowest score.
+    assert new_specificity(9, 0.0) == pytest.approx(beta.ppf([0.05, 0.95], 1, 9))
     assert all(map(math.isnan, new_specificity(0, 0.95)))
 
 

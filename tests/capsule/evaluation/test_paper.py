@@ -99,3 +99,5 @@ def test_a_point_holds_the_rate_and_the_counts_behind_it():
     assert judged([]).detectors() == ["template"]
     # Without a healthy recording, no verdict on one is shown.
     assert negative_points(judged([(2.0, 2.0)]).tables["confusion"]).empty
+    alone = negative_points(judged([(0.0, 0.0)]).tables["confusion"])
+    assert counts(alone, 0.0) == {"classified": (1, 1)}
