@@ -94,7 +94,7 @@ def test_a_missing_sample_keeps_its_place():
         (b"# nodule at mm: 3\n" + BARE, "says 'nodule at mm'; write 'nodule_at_mm'"),
         (b"# Set-ups: a\n" + BARE, "says 'Set-ups'; write 'setup'"),
         (b"x" * 10_001, "line 1 has 10001 characters; .* at most 10000"),
-        ((b"# note: " + b"x" * 4900 + b"\n") * 3 + BARE, "line 3: the header lines hold more than"),
+        ((b"# note: " + b"x" * 4992 + b"\n") * 2 + b"#\n" + BARE, "line 3: the header lines hold"),
         (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
         # Three digits are lost, and an earlier reading is as short.
         (BARE + b"0.2,514,9\n0.3,514,1018\n0.4,514,1", "line 6 is cut off"),
