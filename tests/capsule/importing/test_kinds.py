@@ -567,6 +567,11 @@ ASKED = {
     ),
     **rows(TIME_UNITS, unnamed_unit),
     **rows(TIME_UNITS_ABOVE, unit_above),
+    "times shorter than a sample": Case(
+        above("# time in ms", timed("time", TIME_S)),
+        "1e+04 Hz, too much for 0.0524 s",
+        "--time-unit s",
+    ),
     "another unit of time in words": Case(
         above("x: ms", timed("time", TIME_S)), "says 'ms', and then its", "--time-unit s"
     ),

@@ -41,6 +41,10 @@ _SAME = 1e-3
 _MOST_FINE = 36_000_000
 # Most new samples: a day at 10 Hz. A month between two lines would fill the memory.
 _MOST_NEW = 864_000
+_TOO_FAST = (
+    "the sampling rate is {:.4g} Hz, too much for {:.4g} s; if the time is in another unit, give "
+    "--time-unit; otherwise give --time none and --rate"
+)
 
 
 def usual_rate(time_s: np.ndarray) -> float:
@@ -109,6 +113,8 @@ def resample(
     at, kept = time_s[known], values[:, known]
     start = float(time_s[0] if start_s is None else start_s)
     count = int(np.floor((time_s[-1] - start) * rate_hz + 1e-6)) + 1
+    if count < 2:
+        raise CapsuleError(_TOO_FAST.format(old_hz, time_s[-1] - start))
     if count > _MOST_NEW:
         raise CapsuleError(
             f"its times span {time_s[-1] - start:.4g} s, too long for one run; correct them, or "
@@ -149,10 +155,7 @@ def _within(
         return np.asarray(spline(inside))
     fine_hz = max(int(np.ceil(old_hz / rate_hz)), _LEAST_FACTOR) * rate_hz
     if fine_hz * max(at[-1] - at[0], 1.0 / rate_hz) > _MOST_FINE:
-        raise CapsuleError(
-            f"the sampling rate is {old_hz:.4g} Hz, too much for {at[-1] - at[0]:.4g} s; if the "
-            "time is in another unit, give --time-unit; otherwise give --time none and --rate"
-        )
+        raise CapsuleError(_TOO_FAST.format(old_hz, at[-1] - at[0]))
     taps = low_pass(fine_hz, rate_hz)
     half = taps.size // 2
     before = int(np.floor((instants[0] - at[0]) * fine_hz + 1e-9))
