@@ -14,7 +14,7 @@ from capsule.errors import RecordingError
 from capsule.page.quality_map import quality_words
 from capsule.recordings.acceptance import accept, check_recording
 from capsule.recordings.recording import Recording, format_recording
-from capsule.recordings.time_base import columns_by_time
+from capsule.recordings.time_base import columns_by_time, longest_gap
 from capsule.seeding import generator
 from support.project import ROOT
 from support.synthetic import make_recording
@@ -141,6 +141,21 @@ def test_readings_at_the_configured_rate_stay_to_the_bit(drift, stay):
     times_s = EVEN * (1 + drift) + generator(1, "jitter").normal(0, 0.002, SAMPLES)
     values = accept(Recording(times_s, whole.values, whole.header), **SETTINGS)
     assert np.array_equal(values, whole.values) == stay
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "gap"),
+    [
+        ("____", "____", (0, 0)),
+        ("_x_xx_", "_x_xx_", (3, 2)),
+        ("xx__xx", "xx__xx", (0, 2)),
+        # What only one sensor misses is no gap.
+        ("_xxxx_", "_x__x_", (1, 1)),
+    ],
+)
+def test_the_longest_gap_is_the_first_of_its_length(one, other, gap):
+    is_lost = np.array([[each == "x" for each in row] for row in (one, other)])
+    assert longest_gap(np.where(is_lost, np.nan, 500.0)) == gap
 
 
 # Reasons.

@@ -101,6 +101,8 @@ def test_a_missing_sample_keeps_its_place():
         # The reading before is the first.
         (b"time_s,sensor_1,sensor_2\n0,1,1018\n0.1,1,10", "line 3 is cut off"),
         (BARE + b"0.2,514,9\n0.3,514,1018\n0.4,514,10", "line 6 is cut off"),
+        # Shorter than all others, if by decimals.
+        (b"time_s,sensor_1,sensor_2\n0,1,9.25\n0.1,1,9.5", "line 3 is cut off"),
         (BARE + b"0.2,514,x", "line 4: 'x' is not a number"),
     ],
 )
@@ -194,7 +196,8 @@ def test_numbers_are_written_so_that_they_read_as_the_same_and_counts_as_whole_n
     written = "12.3,1000000000000000.0,999999999999999,-3,0.1,123456789.5,1e-07\n"
     assert format_sample(12.3, numbers) == written
     assert list(map(float, written.split(",")[1:])) == numbers
-    assert format_sample(12.4, None, sensors=4) == "12.4,,,,\n"
+    assert format_sample(12.4, None) == "12.4,,,,\n"
+    assert format_sample(12.4, None, sensors=2) == "12.4,,\n"
     assert format_recording(Recording(np.arange(1), np.ones((2, 1)), {"source": "a\nb"})) == (
         b"# format_version: 1\n# source: a b\ntime_s,sensor_1,sensor_2\n0,1,1\n"
     )
