@@ -94,6 +94,12 @@ def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule(scores, n
         assert fitted.of(scores[0]) < 0.3 < 0.6 < fitted.of(scores[-1]) < 1
 
 
+# Kills: a spread that is rounding alone, since a third of this score and back is another number.
+def test_one_healthy_recording_at_the_place_of_two_nodules_makes_no_curve():
+    scores, nodule = np.array([0.8216181435011584, 2.0, 3.0]), np.array([False, True, True])
+    assert fit_probability(scores, nodule, np.zeros(3, dtype=int), 0.5) is None
+
+
 def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
     curve = Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
     np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)

@@ -84,11 +84,11 @@ def fit_probability(
 
     The scores (n,) come from a model that their places did not teach; `nodule` (n,) tells which
     were made over a nodule. The healthy recordings standardize the score. A weak Gaussian prior on
-    the slope keeps the curve finite if the two kinds do not overlap. There is no curve (None)
-    without a recording of a kind, or if the healthy scores do not vary.
+    the slope keeps the curve finite if the two kinds do not overlap. There is no curve (None) with
+    fewer than two healthy recordings or no nodule, or if the healthy scores do not vary.
     """
     healthy = ~nodule
-    if nodule.all() or not nodule.any():
+    if np.count_nonzero(healthy) < 2 or not nodule.any():
         return None
     weight = place_weights(places)
     centre = float(np.average(scores[healthy], weights=weight[healthy]))
