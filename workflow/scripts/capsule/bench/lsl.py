@@ -16,7 +16,7 @@ from capsule.bench.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
 from capsule.engine.project import how_to_install, not_installed
 from capsule.kinds import Settings
 from capsule.recordings.recording import column_names
-from capsule.recordings.units import scales
+from capsule.recordings.scaling import scales
 
 if TYPE_CHECKING:
     import pylsl

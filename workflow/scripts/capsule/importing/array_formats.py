@@ -30,7 +30,7 @@ from capsule.importing.stated import (
 from capsule.importing.table import Channel, Table, with_stamps
 from capsule.importing.times import later
 from capsule.importing.units import is_time_name
-from capsule.recordings.units import is_scaling
+from capsule.recordings.scaling import is_scaling
 
 # The word for a table of these formats.
 VARIABLE = "variable"

@@ -32,7 +32,7 @@ from capsule.importing.units import (
     unit_of,
 )
 from capsule.recordings.names import displayed
-from capsule.recordings.units import scales
+from capsule.recordings.scaling import scales
 
 _COUNTER_NAMES = re.compile(
     r"(samples?|index|frames?|n|no|nr|number|count(er)?|#|row|line|id|seq|unnamed.*)"

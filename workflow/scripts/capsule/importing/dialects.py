@@ -294,7 +294,8 @@ def check_thousands(
         decimals = np.array(list(map(float, pointed)))
         # Numbers that rise by the time between two samples are times in s, or in ms by thousands.
         steps = np.diff(decimals) * keys.rate_hz
-        if column in whole_columns and np.all(steps > 0) and np.abs(np.median(steps) - 1) < 0.5:
+        is_whole = column in whole_columns
+        if is_whole and np.all(steps > 0) and np.abs(np.median(steps) - 1) < 0.5:
             continue
         usual = np.median(decimals)
         jumps = bool(whole) and np.median(whole) > THOUSANDFOLD * usual
@@ -305,7 +306,7 @@ def check_thousands(
                 f"{word} {number}: {pointed[0]!r} beside {whole[0]:g} is no count; use --thousands "
                 "point in place of --decimal point, or give another --unit"
             )
-        if not keys.decimal and (jumps or (column in whole_columns and (is_open or is_small))):
+        if not keys.decimal and (jumps or (is_whole and (is_open or is_small))):
             raise QuestionError(
                 f"{word} {number}: {pointed[0]!r} can be {float(pointed[0]):g} (--decimal point) "
                 f"or {pointed[0].replace('.', '')} (--thousands point); choose one",

@@ -13,7 +13,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.units import SECONDS, is_time_unit, is_unit, unit_of
 from capsule.recordings.recording import DECISIVE
-from capsule.recordings.units import is_scaling, scales
+from capsule.recordings.scaling import is_scaling, scales
 
 # Names of a unit.
 UNIT = ("unit_string", "units", "unit", "unit_name", "engineering_units", "ni_unitdescription")

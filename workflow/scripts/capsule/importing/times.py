@@ -254,9 +254,9 @@ def _unit(
         text for text in texts if unit_of(text) not in units and (is_unit(text) or not units)
     ]
     named = next(iter(units), None)
-    if (unknown or len(units) > 1) and not keys.time_unit:
-        if unknown:
-            raise QuestionError(_OTHER_UNIT.format(unknown[0][:60]))
+    if unknown and not keys.time_unit:
+        raise QuestionError(_OTHER_UNIT.format(unknown[0][:60]))
+    if len(units) > 1 and not keys.time_unit:
         several = " and ".join(units.values())
         raise QuestionError(f"the file names {several}; give the right {_REMEDY}")
     rates = {unit: 1.0 / (step * seconds) for unit, seconds in SECONDS.items()}
@@ -284,10 +284,13 @@ def _unit(
     configured = [unit for unit in fitting if _same(rates[unit], keys.rate_hz)]
     fitting = configured if len(configured) == 1 else fitting
     for text, seconds in said:
-        fitting = [
-            each for each in fitting if np.isclose(SECONDS[each], seconds, rtol=1e-3, atol=0)
+        meant = [
+            each
+            for each, length in SECONDS.items()
+            if np.isclose(length, seconds, rtol=1e-3, atol=0)
         ]
-        if not fitting and np.isclose([*SECONDS.values()], seconds, rtol=1e-3, atol=0).any():
+        fitting = [each for each in fitting if each in meant]
+        if meant and not fitting:
             raise QuestionError(
                 f"the file says {text!r}, and then its usual step of {step:.6g} is "
                 f"{1 / (step * seconds):.4g} Hz; give the right {_REMEDY}"
