@@ -20,12 +20,13 @@ SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("text", ["a: {b: 1}\n", '{"a": {"b": 1}}', "\ufeffa:\r\n  b: 1\r\n"])
-def test_yaml_and_json_are_read_and_a_file_that_is_not_there_is_named(tmp_path, text):
-    (tmp_path / "c.yaml").write_text(text, encoding="utf-8")
-    assert read_config_file(tmp_path / "c.yaml") == {"a": {"b": 1}}
-    with pytest.raises(CapsuleError, match="No such file or directory"):
-        read_config_file(tmp_path / "none.yaml")
+def test_yaml_and_json_are_read_and_a_file_that_is_not_there_is_named(tmp_path):
+    path = tmp_path / "c.yaml"
+    with pytest.raises(CapsuleError, match=f"{path}: No such file or directory"):
+        read_config_file(path)
+    for text in ("a: {b: 1}\n", '{"a": {"b": 1}}', "\ufeffa:\r\n  b: 1\r\n"):
+        path.write_text(text, encoding="utf-8")
+        assert read_config_file(path) == {"a": {"b": 1}}
 
 
 @pytest.mark.parametrize(
