@@ -69,46 +69,33 @@ def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder, deleted, 
     assert "All results over the archive" in told and "snakemake -c2" in told
 
 
-def test_a_survey_goes_with_its_pictures(folder):
-    assert forget("sessions/gut-7", "--yes") == 0
-    left = {"sessions/gut-8/stream.csv", "results/surveys/gut-8/survey.json"}
-    assert {name for name in present(folder) if "gut-" in name} == left
-    assert not (folder / "sessions/gut-7").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "status", "told"),
-    [
-        (["3mm/r70", "--yes"], 1, "nothing here names 3mm/r70; give a name such as 3mm/r07"),
-        (["3mm/r07"], 2, "nothing was removed; to remove all this, add --yes"),
-        (["../r07", "--yes"], 2, "no name such as 3mm/r07"),
-        (["/etc/passwd", "--yes"], 2, "no name such as 3mm/r07"),
-        (["3mm/..", "--yes"], 2, "no name such as 3mm/r07"),
-    ],
-)
-def test_what_is_refused_removes_nothing(folder, words, status, told, capsys):
+def test_what_is_refused_removes_nothing(folder, capsys):
     before = present(folder)
-    assert forget(*words) == status
-    error = capsys.readouterr().err
-    assert told in error
-    assert error.count("\n") == 1
-    assert present(folder) == before
 
+    def refused(*words):
+        status, error = forget(*words), capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert present(folder) == before
+        return status, error
 
-@pytest.mark.parametrize(("answer", "gone"), [("y", True), ("", False), ("n", False)])
-def test_at_a_terminal_it_asks(folder, monkeypatch, answer, gone):
-    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
-    monkeypatch.setattr("builtins.input", lambda question: answer)
-    assert forget("3mm/r07") == (0 if gone else 2)
-    assert (folder / "raw/3mm/r07.csv").exists() is not gone
-
-
-def test_beside_a_run_nothing_is_removed(folder, capsys):
-    before = present(folder)
+    status, told = refused("3mm/r70", "--yes")
+    assert status == 1 and "nothing here names 3mm/r70; give a name such as 3mm/r07" in told
+    status, told = refused("3mm/r07")
+    assert status == 2 and "to remove all this, add --yes" in told
+    for name in ("../r07", "/etc/passwd", "3mm/.."):
+        status, told = refused(name, "--yes")
+        assert status == 2 and "no name such as 3mm/r07" in told
     with hold_run_lock():
-        assert forget("3mm/r07", "--yes") == 1
-    assert "another run uses this folder" in capsys.readouterr().err
-    assert present(folder) == before
+        status, told = refused("3mm/r07", "--yes")
+    assert status == 1 and "another run uses this folder" in told
+
+
+def test_at_a_terminal_it_asks(folder, monkeypatch):
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    for answer, status in (("", 2), ("n", 2), ("y", 0)):
+        monkeypatch.setattr("builtins.input", lambda question, said=answer: said)
+        assert forget("3mm/r07") == status
+        assert (folder / "raw/3mm/r07.csv").exists() == bool(status)
 
 
 def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
@@ -128,7 +115,9 @@ def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
     assert not {name for name in present(folder) if "r07." in name}
 
 
-def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
+def test_a_survey_goes_with_its_pictures_and_of_a_link_nothing_but_the_link(
+    folder, tmp_path_factory, capsys
+):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
 
     def link(name):
@@ -139,6 +128,10 @@ def test_of_a_link_nothing_goes_but_the_link(folder, tmp_path_factory, capsys):
     for name in names:
         link(name)
     assert forget(*names, "--yes") == 0
+    left = {"sessions/gut-8/stream.csv", "results/surveys/gut-8/survey.json"}
+    assert {name for name in present(folder) if "gut-" in name} == left
+    assert forget("sessions/gut-8", "--yes") == 0
+    assert not (folder / "sessions/gut-8").exists()
     assert (elsewhere / "r07.csv").exists() and (elsewhere / "gut-7/stream.csv").exists()
     assert not any((folder / name).is_symlink() for name in names)
     capsys.readouterr()

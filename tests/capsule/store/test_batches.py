@@ -21,12 +21,6 @@ def test_the_size_of_a_batch_goes_by_the_size_of_the_archive_or_is_configured(re
     assert batch_size(recordings, 7) == 7
 
 
-def test_a_batch_is_named_by_its_only_recording_or_by_its_bits():
-    names = ["0mm/r01", "3mm/r01", "3mm/r02", "3mm/r03"]
-    assert batches(names[:2][::-1], 1) == {"0mm/r01": ["0mm/r01"], "3mm/r01": ["3mm/r01"]}
-    assert list(batches(names, 2)) == ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]
-
-
 @given(ARCHIVES, SIZES, st.randoms())
 def test_each_recording_is_in_one_batch_of_its_folder_whatever_the_order(names, most, shuffler):
     divided = batches(names, most)
@@ -66,6 +60,7 @@ def test_a_folder_is_described_whole_until_it_is_large():
     runs = [f"3mm/r{run:03d}" for run in range(DESCRIBED_TOGETHER + 1)]
     whole = divide(["0mm/r01", *runs[:-1]], "auto")
     assert whole.alone and whole.described == {"0mm/batch": ["0mm/r01"], "3mm/batch": runs[:-1]}
+    assert list(whole.batches) == ["0mm/r01", *runs[:-1]]
     assert whole.joined() == whole.described
     parted = divide(["0mm/r01", *runs], 10)
     assert list(parted.described) == ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]

@@ -31,6 +31,7 @@ from support.stored import rows_of
 from support.synthetic import write_archive
 
 NAMES = [f"{folder}/r{run:02d}" for folder in ("0mm", "3mm") for run in range(1, 8)]
+REJECTED = ["3mm/\\udcff", "3mm/a b:c"]
 LAGS = {name: int(name[-2:]) for name in NAMES}
 
 
@@ -49,10 +50,11 @@ def make_results(folder, size, names=NAMES):
             write_arrays(folder / pattern(kind, alone=size == 1).format(batch=batch), arrays)
         for kind in (CHECKS, FITS):
             contents = {name: {"recording": name, "lag": LAGS.get(name)} for name in members}
-            write_contents(
-                folder / pattern(kind, alone=size == 1).format(batch=batch), contents, batch
-            )
+            path = folder / pattern(kind, alone=size == 1).format(batch=batch)
+            write_contents(path, contents, batch)
     rows = [{"recording": name, **cells} for name, cells in rows_of(names, size).items()]
+    # A recording that was rejected has no batch, and no file.
+    rows += [{"recording": name} | dict.fromkeys(BATCH_COLUMNS, "") for name in REJECTED]
     files.write_csv(folder / "recordings.csv", ["recording", *BATCH_COLUMNS], rows)
     return Results.of_table(folder, folder / "recordings.csv")
 
@@ -67,6 +69,7 @@ def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name(alone
 @pytest.mark.parametrize("size", [1, 2, 3, 100])
 def test_each_recording_is_read_as_it_was_written(tmp_path, size):
     results = make_results(tmp_path, size)
+    assert sorted(results.names) == NAMES
     for name in NAMES:
         np.testing.assert_array_equal(results.signal(name), array_of(name))
         np.testing.assert_array_equal(results.matrix(name), array_of(name))
@@ -84,14 +87,6 @@ def test_each_recording_is_read_as_it_was_written(tmp_path, size):
     rows, checks = read_checks(tmp_path, divide(NAMES, size).joined())
     assert rows == rows_of(NAMES, size)
     assert {name: check["lag"] for name, check in checks.items()} == LAGS
-
-
-def test_names_that_are_no_recordings_have_no_file(tmp_path):
-    # The list names them with the reason why they were rejected, and without a batch.
-    rows = [{"recording": name, "batch": ""} for name in ("3mm/\\udcff", "3mm/a b:c")]
-    rows += [{"recording": "3mm/r01", "batch": "3mm/r01"}]
-    files.write_csv(tmp_path / "recordings.csv", ["recording", "batch"], rows)
-    assert Results.of_table(tmp_path, tmp_path / "recordings.csv").names == ("3mm/r01",)
 
 
 def test_what_a_file_holds_of_some_recordings_is_read_once(tmp_path):
