@@ -46,15 +46,6 @@ def test_a_session_that_no_labelled_recording_names_is_told():
     assert unknown_sessions(rows, ["autumn", "=x"]) == []
 
 
-def archive(folder, contents):
-    """Write recordings, and return their batches: each is one of its own."""
-    for name, content in contents.items():
-        path = folder / f"{name}.csv"
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return {name: [name] for name in contents}
-
-
 LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
 OF_SPRING = {
     "plain": f"# session: spring\n{COLUMNS}",
@@ -82,45 +73,41 @@ OF_OTHERS = {
 def test_the_first_lines_of_a_file_tell_whether_it_is_held_out_or_fitted(tmp_path):
     contents = {f"3mm/{name}": content for name, content in (OF_SPRING | OF_OTHERS).items()}
     contents["0mm/healthy"] = contents["unlabelled/patient"] = COLUMNS
-    made = archive(tmp_path, contents)
-    assert fitted(made, tmp_path, HELD_OUT) == {
-        f"3mm/{name}": [f"3mm/{name}"] for name in OF_OTHERS
-    }
+    for name, content in contents.items():
+        path = tmp_path / f"{name}.csv"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    alone = {name: [name] for name in contents}
+    taught = {f"3mm/{name}": [f"3mm/{name}"] for name in OF_OTHERS}
+    assert fitted(alone, tmp_path, HELD_OUT) == taught
     every = {name: [name] for name in contents if name.startswith("3mm")}
-    assert fitted(made, tmp_path, []) == every
+    assert fitted(alone, tmp_path, []) == every
     names = ["3mm/none", "3mm/plain"]
     assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": names[:1]}
 
 
 def listed(folder, *rows):
-    """Write the list of the recordings."""
+    """Write a list of recordings: two that cannot be used, one without a nodule, and others."""
     columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
-    table = folder / "labelled.csv"
-    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
-    return table
-
-
-OTHERS = [
-    ("0mm/r01", "accepted", "", "", "1", ""),
-    ("3mm/r02", "rejected", "the file is empty", "", "", "spring"),
-    ("3mm/r03", "accepted", "", "there is no wave", "0", ""),
-]
+    others = [
+        ("0mm/r01", "accepted", "", "", "1", ""),
+        ("3mm/r02", "rejected", "the file is empty", "", "", "spring"),
+        ("3mm/r03", "accepted", "", "there is no wave", "0", ""),
+    ]
+    rows = [dict(zip(columns, each, strict=True)) for each in (*others, *rows)]
+    files.write_csv(folder / "labelled.csv", columns, rows)
+    return folder / "labelled.csv"
 
 
 def test_recordings_with_fits_teach_and_come_in_the_order_of_their_contents(tmp_path):
-    table = listed(
-        tmp_path,
-        *OTHERS,
-        ("2mm/r01", "accepted", "", "", "9", ""),
-        ("3mm/r01", "accepted", "", "", "2", "autumn"),
-        ("3mm/r04", "accepted", "", "", "3", "spring"),
-    )
+    made = [("2mm/r01", "9", ""), ("3mm/r01", "2", "autumn"), ("3mm/r04", "3", "spring")]
+    table = listed(tmp_path, *((name, "accepted", "", "", *rest) for name, *rest in made))
     assert recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
     assert recordings_with_fits(table, ["spring"]) == ["3mm/r01", "2mm/r01"]
 
 
 def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
-    table = listed(tmp_path, *OTHERS, ("3mm/r04", "accepted", "", "", "3", "autumn"))
+    table = listed(tmp_path, ("3mm/r04", "accepted", "", "", "3", "autumn"))
     with pytest.raises(CapsuleError) as caught:
         recordings_with_fits(table, ["autumn"])
     first, *others = str(caught.value).splitlines()

@@ -1,5 +1,4 @@
 import io
-import re
 
 import numpy as np
 import pytest
@@ -25,9 +24,10 @@ def read(content, sensors=2, **limits):
 
 
 def test_a_bare_csv_with_the_column_names_is_a_recording_and_header_lines_are_read():
-    recording = read(BARE)
-    np.testing.assert_array_equal(recording.time_s, [0.0, 0.1])
-    np.testing.assert_array_equal(recording.values, [[512, 513], [500, 501]])
+    # A missing sample keeps its place.
+    recording = read(BARE + b"0.2,,\n")
+    np.testing.assert_array_equal(recording.time_s, [0.0, 0.1, 0.2])
+    np.testing.assert_array_equal(recording.values, [[512, 513, np.nan], [500, 501, np.nan]])
     assert recording.header == {}
     told = b"# source: bench 2\n# unit of the end stop: V\n# note: units: V\n\n"
     recording = read(told + BARE.replace(b"512", b"2.503e0"))
@@ -52,12 +52,6 @@ def test_harmless_variants_read_the_same(content):
     np.testing.assert_array_equal(read(content).values, read(BARE).values)
 
 
-def test_a_missing_sample_keeps_its_place():
-    recording = read(b"time_s,sensor_1,sensor_2\n0,1,2\n0.1,,\n0.2,3,4\n")
-    np.testing.assert_array_equal(recording.time_s, [0, 0.1, 0.2])
-    np.testing.assert_array_equal(recording.values, [[1, np.nan, 3], [2, np.nan, 4]])
-
-
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
@@ -73,7 +67,6 @@ def test_a_missing_sample_keeps_its_place():
         (BARE + b"0.2,nan,1\n", "line 4: 'nan' is not a number"),
         (BARE + b"0.2,inf,1\n", "line 4: 'inf' is not a number"),
         (BARE + b"0.2,1_0,1\n", "line 4: '1_0' is not a number"),
-        (BARE + b"0.2,1e999,1\n", "line 4: '1e999' is too large"),
         (BARE + b"0.2,1,\n", "line 4: a cell is empty"),
         (BARE + b",,\n", "line 4: a cell is empty"),
         (BARE + b"0.2,5\n", "line 4 has 2 cells, but there are 3 columns"),
@@ -104,6 +97,8 @@ def test_a_missing_sample_keeps_its_place():
         # Shorter than all others, if by decimals.
         (b"time_s,sensor_1,sensor_2\n0,1,9.25\n0.1,1,9.5", "line 3 is cut off"),
         (BARE + b"0.2,514,x", "line 4: 'x' is not a number"),
+        (BARE + b"1,1," + b"x" * 60 + b"\n", "line 4: 'x{60}' is not a number"),
+        (BARE + b"1,1," + b"x" * 61 + b"\n", r"line 4: 'x{57}\.\.\.' is not a number"),
     ],
 )
 def test_what_cannot_be_read_says_why(content, reason):
@@ -155,40 +150,23 @@ def test_no_bytes_crash_the_reader(content):
         assert recording.values.shape == (2, recording.time_s.size)
 
 
-@pytest.mark.parametrize(
-    ("header", "source"),
-    [
-        ({}, ""),
-        ({"source": "bench 2"}, "bench 2"),
-        ({"source": "phantom", "simulator_seed": "1"}, "phantom, seed 1"),
-        (
-            {
-                "source": "x",
-                "simulator_bench": "3",
-                "simulator_seed": "1",
-                "simulator_version": "2",
-            },
-            "x, version 2, bench 3, seed 1",
-        ),
-    ],
-)
-def test_a_simulated_recording_says_which_version_and_seed_made_it(header, source):
-    assert source_of(header) == source
+MADE = {"source": "x", "simulator_bench": "3", "simulator_seed": "1", "simulator_version": "2"}
 
 
 @pytest.mark.parametrize(
-    ("header", "rate"),
+    ("header", "source", "rate"),
     [
-        ({}, ""),
-        ({"rate_hz": "10.0"}, "10"),
-        ({"rate_hz": "ten"}, "ten"),
-        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline"}, "100"),
-        ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "36"),
-        ({"rate_hz": "10", "import_resampled": "from 100, 50 Hz to 10 Hz"}, "10"),
+        ({}, "", ""),
+        ({"source": "bench 2", "rate_hz": "10.0"}, "bench 2", "10"),
+        ({"source": "phantom", "simulator_seed": "1"}, "phantom, seed 1", ""),
+        (MADE | {"rate_hz": "ten"}, "x, version 2, bench 3, seed 1", "ten"),
+        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline"}, "", "100"),
+        ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "", "36"),
+        ({"rate_hz": "10", "import_resampled": "from 100, 50 Hz to 10 Hz"}, "", "10"),
     ],
 )
-def test_the_sampling_rate_is_that_of_the_header_before_an_import_changed_it(header, rate):
-    assert rate_of(header) == rate
+def test_a_header_says_what_made_a_recording_and_its_rate_before_an_import(header, source, rate):
+    assert (source_of(header), rate_of(header)) == (source, rate)
 
 
 def test_numbers_are_written_so_that_they_read_as_the_same_and_counts_as_whole_numbers():
@@ -214,10 +192,3 @@ def test_a_line_a_file_a_header_and_a_number_may_be_exactly_as_large_as_allowed(
     assert read(b"time_s,sensor_1,sensor_2\n0,1,82\n0.1,1,10").values.shape == (2, 2)
     with pytest.raises(RecordingError, match=r"larger than 4\.6e-05 MB"):
         read(BARE, max_bytes=len(BARE) - 1)
-
-
-@pytest.mark.parametrize(("letters", "shown"), [(60, "x" * 60), (61, "x" * 57 + "...")])
-def test_a_long_cell_is_shown_by_its_first_sixty_characters(letters, shown):
-    reason = re.escape(f"line 4: '{shown}' is not a number")
-    with pytest.raises(RecordingError, match=reason):
-        read(BARE + b"1,1," + b"x" * letters + b"\n")
