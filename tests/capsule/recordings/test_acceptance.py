@@ -35,8 +35,13 @@ def recording(**changes):
 
 def lacking(*lost, begins_s=0.0):
     """Return a recording without some samples."""
-    whole, kept = recording(), np.delete(INDEX, np.concatenate([[], *lost]).astype(int))
+    whole, kept = recording(), without(*lost, samples=MADE)
     return Recording(begins_s + whole.time_s[kept], whole.values[:, kept], whole.header)
+
+
+def without(*lost, samples=520):
+    """Return the numbers of the samples that are kept."""
+    return np.delete(np.arange(samples), [each for part in lost for each in part])
 
 
 def with_sensor(number, readings):
@@ -54,7 +59,7 @@ def check(made):
 # Outcomes.
 
 
-def test_a_loose_sensor_is_told_and_none_of_a_rejected_recording():
+def test_a_loose_sensor_and_marks_are_told_and_none_of_a_rejected_recording():
     values = make_recording(0, "0mm/r01").values * 5 / 1024
     time_s = np.arange(values.shape[1]) * 0.1
     values[2, :70] = 5 * 1023 / 1024
@@ -64,6 +69,10 @@ def test_a_loose_sensor_is_told_and_none_of_a_rejected_recording():
     assert quality_words(readings, made["at_ends"], 10.0) == (
         "sensor 3 loose: at the end of its range in 10 % of the samples"
     )
+    # A copy with another clock has the same marks, and duration counts from its start.
+    other, *_ = check(Recording(7.5 + time_s * 0.96, values, VOLTS))
+    assert other["marks"] == made["marks"] != []
+    assert other["duration_s"] == pytest.approx(0.96 * time_s[-1])
     values[1] = 0
     made, readings, _ = check(Recording(time_s, values, VOLTS))
     assert (made["status"], made["at_ends"]) == ("rejected", [])
@@ -89,13 +98,6 @@ def test_what_came_after_the_wave_stopped_is_no_evidence(stated, status, columns
     assert (told["status"], values.shape[1]) == (status, columns)
     assert reason in told["reason"] and bool(reason) == bool(told["reason"])
     assert (told["samples"], told["duration_s"]) == (525, pytest.approx(52.4))
-
-
-def test_a_copy_with_another_clock_has_the_same_marks_and_duration_counts_from_its_start():
-    whole = make_recording(0, "0mm/r01", samples=SAMPLES)
-    first, other = (check(replace(whole, time_s=7.5 + whole.time_s * by))[0] for by in (1, 0.96))
-    assert first["marks"] == other["marks"] != []
-    assert first["duration_s"] == pytest.approx(51.9)
 
 
 # Samples.
@@ -161,14 +163,12 @@ def test_the_longest_gap_is_the_first_of_its_length(one, other, gap):
 # Reasons.
 
 
-def changed_time(index, time_s):
-    times = recording().time_s
-    times[index] = time_s
-    return recording(time_s=times)
-
-
-MOSTLY = INDEX < 200
+MOSTLY = np.where(INDEX < 200, 1023, 500)
 AT_AN_END = r"sensor_3 is at .* in 67 % of the samples; at most 50 % are allowed"
+
+
+def changed_time(index, time_s):
+    return recording(time_s=np.where(index == INDEX, time_s, recording().time_s))
 
 
 @pytest.mark.parametrize(
@@ -189,14 +189,12 @@ AT_AN_END = r"sensor_3 is at .* in 67 % of the samples; at most 50 % are allowed
         (recording(header={"vref_v": "0"}), "vref_v: 0; it must be above 0"),
         (recording(header={"rate_hz": "20"}), "rate_hz: 20, but the samples come at 10 Hz"),
         (recording(header={"nodule_at_mm": "here"}), "nodule_at_mm: 'here', .* not a number"),
-        (with_sensor(3, np.where(MOSTLY, 1023, 500)), AT_AN_END),
-        (with_sensor(3, np.where(MOSTLY, 0, 500)), AT_AN_END),
+        (with_sensor(3, MOSTLY), AT_AN_END),
+        (with_sensor(3, np.where(MOSTLY > 500, 0, 500)), AT_AN_END),
         # Averaged counts, and volts.
-        (with_sensor(3, np.where(MOSTLY, 1023, 500.25)), AT_AN_END),
+        (with_sensor(3, np.where(MOSTLY > 500, 1023, 500.25)), AT_AN_END),
         (
-            recording(
-                values=with_sensor(3, np.where(MOSTLY, 1023, 500)).values * 5 / 1024, header=VOLTS
-            ),
+            replace(recording(header=VOLTS), values=with_sensor(3, MOSTLY).values * 5 / 1024),
             AT_AN_END,
         ),
     ],
@@ -208,8 +206,7 @@ def test_what_cannot_be_used_says_why(made, reason):
 
 def spread_out(count):
     """Return a recording that lacks so many samples, in pieces of 15 at most."""
-    starts = zip(range(0, count, 15), range(20, 300, 50), strict=False)
-    return lacking(*(range(start, start + min(15, count - done)) for done, start in starts))
+    return lacking([50 * (each // 15) + each % 15 + 20 for each in range(count)])
 
 
 def one_gap(lost, start, begins_s):
@@ -226,13 +223,11 @@ LIMITS = [
     *(
         (partial(one_gap, start=start, begins_s=begins_s), 20,
          rf"missing for 2\.1 s, from {begins_s + start / 10:g} s on; at most 2 s")
-        for start in (1, 150, 278) for begins_s in (0, 7)
+        for start, begins_s in ((1, 0), (150, 7), (278, 7))
     ),
     (spread_out, 60, r"61 of 300 samples \(20 %\) are missing; at most 20 % are"),
-    *(
-        (partial(repeated, number=3, reading=end, others=200), 150, f"sensor_3 is at {end}, the")
-        for end in (0, 1023)
-    ),
+    (partial(repeated, number=3, reading=0, others=200), 150, "sensor_3 is at 0, the"),
+    (partial(repeated, number=3, reading=1023, others=200), 150, "sensor_3 is at 1023, the"),
     (partial(repeated, number=2, reading=487, others=500), 240,
      r"sensor_2 reads 487 in 80 % .* so it is stuck or loose; at most 80 % are"),
 ]  # fmt: skip
@@ -266,6 +261,8 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
     """The limit lies exactly at the correlation that is computed slowly."""
     values = recording().values
     values[3] = values[1] + np.random.default_rng(2).integers(-20, 21, MADE)
+    # Over an odd window, nothing is left of a straight line minus its means.
+    line = np.vstack([INDEX + 200, values[1:]])
     half, starts = (window - 1) // 2, range(MADE + 1 - window)
     level = [[row[start : start + window].mean() for start in starts] for row in values]
     moving = values[:, half : half + len(starts)] - np.array(level)
@@ -275,7 +272,7 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
     assert largest == correlation[1, 3] < 0.999
     # Volts are small numbers, and a drift common to all sensors adds little.
     drifting = values + np.linspace(0, 300, MADE)
-    for made, margin in ((values, 1e-9), (1e-4 * values, 1e-9), (drifting, 0.02)):
+    for made, margin in ((values, 1e-9), (1e-4 * values, 1e-9), (line, 1e-9), (drifting, 0.02)):
         for limit in (largest + margin, largest - margin):
             rules = {"rules": SECTION | {"max_sensor_correlation": limit}, "window": window}
             refused = pytest.raises(RecordingError, match=r"sensor_2 and .*_4 .*\(correlation 0\.")
@@ -283,20 +280,7 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
                 accept(recording(values=made, header={}), **SETTINGS | rules)
 
 
-def test_a_sensor_on_a_straight_line_hides_no_two_that_are_alike():
-    # Over an odd window, nothing is left of a straight line minus its means.
-    values = recording().values
-    values[0], values[3] = INDEX + 200, values[1]
-    with pytest.raises(RecordingError, match="sensor_2 and sensor_4"):
-        accept(recording(values=values), **SETTINGS | {"window": 85})
-
-
 # Columns.
-
-
-def without(*lost, samples=SAMPLES):
-    """Return the numbers of the samples that are kept."""
-    return np.delete(np.arange(samples), [each for part in lost for each in part])
 
 
 @pytest.mark.parametrize(
