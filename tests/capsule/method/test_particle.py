@@ -26,13 +26,9 @@ SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
     ("sensors", "length", "first_peak"), [(4, 200, 30), (3, 61, 9), (1, 20, 5)]
 )
 def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
-    numbers = generator(1, "render", str(sensors))
-    amplitude = numbers.uniform(0.1, 1.5, sensors)
-    vertical = numbers.uniform(0.2, 1.0, sensors)
-    spacing = numbers.integers(5, 20, sensors - 1).astype(float) + 0.25  # averages may be fractions
-    horizontal = numbers.uniform(1, 15, sensors)
-    expected = literal.render(amplitude, vertical, spacing, horizontal, first_peak, length)
-    particle = Particle(amplitude, vertical, spacing, horizontal)
+    particle = Particle.from_vector(PAPER.draw(1, sensors, generator(1, "render"))[0])
+    particle.peak_spacing[:] = particle.peak_spacing / 10 + 0.25  # averages may be fractions
+    expected = literal.render(*vars(particle).values(), first_peak, length)
     np.testing.assert_allclose(render(particle, first_peak, length), expected, atol=1e-14)
 
 
@@ -94,12 +90,9 @@ def test_a_fit_equals_the_literal_algorithm():
     sensors, length = 3, 50
     recording = make_recording(3.0, "3mm/r01", samples=length - 4, sensors=sensors, spacing=11)
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
-    best, initial, smallest, accepted = literal_fit(
-        matrix, generator(5, "fit"), 20, 40, first_peak=8, space=SMALL
-    )
-    fit = fit_particle(
-        matrix, generator(5, "fit"), particles=20, iterations=40, first_peak=8, space=SMALL
-    )
+    rules = {"particles": 20, "iterations": 40, "first_peak": 8, "space": SMALL}
+    best, initial, smallest, accepted = literal_fit(matrix, generator(5, "fit"), **rules)
+    fit = fit_particle(matrix, generator(5, "fit"), **rules)
     np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
     assert fit.rmse == pytest.approx(smallest, abs=1e-9)

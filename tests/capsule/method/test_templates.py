@@ -21,16 +21,10 @@ def test_amplitudes_and_spacings_are_averaged_and_spreads_by_their_variances():
     three = particles(3)
     mean = total(three, sensors=4).mean()
     # Sigma of eq. barTheta holds variances: the mean of the sigmas themselves is smaller.
-    for name, power in {
-        "amplitude": 1,
-        "peak_spacing": 1,
-        "vertical_spread": 2,
-        "horizontal_spread": 2,
-    }.items():
-        values = [getattr(particle, name) for particle in three]
-        for s in range(len(values[0])):
-            slowly = (values[0][s] ** power + values[1][s] ** power + values[2][s] ** power) / 3
-            assert getattr(mean, name)[s] == pytest.approx(slowly ** (1 / power), rel=1e-14)
+    for name, values in vars(mean).items():
+        power = 2 if name.endswith("spread") else 1
+        slowly = sum(getattr(particle, name) ** power for particle in three) / 3
+        np.testing.assert_allclose(values, slowly ** (1 / power), rtol=1e-14)
     # Averaging the spacings averages the peaks' columns too, since these are their sums.
     columns = np.mean([peak_positions(p.peak_spacing, 150) for p in three], axis=0)
     np.testing.assert_allclose(peak_positions(mean.peak_spacing, 150), columns)
