@@ -14,9 +14,8 @@ from capsule.engine.forks import forked
 from support.marks import needs_forks
 from support.project import ROOT
 
-STARTER = f"""
-import os, sys, time
-sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
+STARTER = """
+import os, time
 from capsule.engine.forks import forked
 
 def name(_):
@@ -33,15 +32,13 @@ for each in forked(name, range(40), 2):
 
 @pytest.mark.parametrize("processes", [1, pytest.param(2, marks=needs_forks)])
 def test_the_results_come_in_order_from_processes_of_one_thread_each(processes):
-    shared = {"a": 3, "b": 1, "c": 2}
-
-    def work(name):
+    def work(number):
         threads = {pool["num_threads"] for pool in threadpool_info()}
-        return shared[name] ** 2, os.getpid() == starter, threads
+        return number**2, os.getpid() == starter, threads
 
     starter = os.getpid()
     with threadpool_limits(limits=2):
-        made = list(forked(work, "abc", processes))
+        made = list(forked(work, [3, 1, 2], processes))
     assert made == [(square, processes == 1, {1}) for square in (9, 1, 4)]
 
 
@@ -53,9 +50,9 @@ def test_an_error_of_a_part_reaches_the_caller():
 @pytest.mark.takes(1.5)
 @needs_forks
 def test_the_processes_end_with_a_killed_starter():
-    with subprocess.Popen(
-        [sys.executable, "-c", STARTER], stdout=subprocess.PIPE, text=True
-    ) as starter:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+    settings = {"env": environment, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", STARTER], **settings) as starter:
         processes = [Path("/proc") / name for name in starter.stdout.readline().split()]
         assert len(processes) == 2
         assert all(process.exists() for process in processes)

@@ -3,6 +3,7 @@
 import os
 import re
 from pathlib import Path
+from unittest.mock import Mock, call
 
 import pytest
 from hypothesis import given
@@ -38,17 +39,12 @@ def test_a_key_changes_with_name_settings_code_and_inputs_and_nothing_else(chang
 
 
 def test_the_inputs_of_a_batch_are_asked_for_once():
-    asked = []
-
-    def inputs(batch):
-        asked.append(batch)
-        return iter(["a", "b"])
-
-    # The name of a batch is in its key only through its inputs.
+    inputs = Mock(side_effect=lambda batch: iter(["a", "b"]))
     fit = Step("fit", Path("fit.py"), "{}", "fit.py 00", inputs)
+    # The name of a batch is in its key only through its inputs.
     for _ in range(2):
         assert fit.key("3mm/r01") == fit.key("3mm/r02") == step().key()
-    assert asked == ["3mm/r01", "3mm/r02"]
+    assert inputs.call_args_list == [call("3mm/r01"), call("3mm/r02")]
 
 
 @given(TEXTS, TEXTS)

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 
@@ -22,17 +23,17 @@ def git(folder, *arguments):
 def commit(folder):
     git(folder, "add", ".")
     git(folder, "commit", "--quiet", "--message", "all")
+    return git(folder, "rev-parse", "HEAD")
 
 
 @pytest.fixture
 def clone(tmp_path):
-    """Return the folder of a small project with one commit."""
+    """Return the folder of a small project in a repository without a commit."""
     folder = tmp_path / "project"
     (folder / "workflow").mkdir(parents=True)
     (folder / "workflow/code.py").write_text("x = 1\n", encoding="utf-8")
     (folder / "pyproject.toml").write_text('[project]\nversion = "1.2.3"\n', encoding="utf-8")
     git(folder, "init", "--quiet")
-    commit(folder)
     return folder
 
 
@@ -40,9 +41,8 @@ def clone(tmp_path):
 def test_a_clone_tells_version_commit_and_whether_its_files_are_changed(
     clone, monkeypatch, tmp_path
 ):
-    (clone / "raw").mkdir()
-    (clone / "raw/r01.csv").write_text("0,1\n", encoding="utf-8")
-    state = ProjectState("1.2.3", git(clone, "rev-parse", "HEAD"), False)
+    state = ProjectState("1.2.3", commit(clone), False)
+    (clone / "r01.csv").write_text("0,1\n", encoding="utf-8")
     assert read_project_state(clone) == state, "a new recording changes no file of the project"
     (clone / "workflow/code.py").write_text("x = 2\n", encoding="utf-8")
     # Variables of a hook lead nowhere else.
@@ -50,19 +50,17 @@ def test_a_clone_tells_version_commit_and_whether_its_files_are_changed(
     assert read_project_state(clone) == replace(state, modified=True)
 
 
-def late(*arguments, **options):
-    raise subprocess.TimeoutExpired("git", 20)
-
-
 @needs_git
 @pytest.mark.parametrize("mishap", ["in another repository", "git is missing", "git is late"])
 def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch, mishap):
-    folder = clone / "workflow" if mishap == "in another repository" else clone
-    if mishap == "git is missing":
+    commit(clone)
+    folder, version = clone, "1.2.3"
+    if mishap == "in another repository":
+        folder, version = clone / "workflow", None
+    elif mishap == "git is missing":
         monkeypatch.setenv("PATH", str(clone))
-    elif mishap == "git is late":
-        monkeypatch.setattr(subprocess, "run", late)
-    version = "1.2.3" if folder is clone else None
+    else:
+        monkeypatch.setattr(subprocess, "run", Mock(side_effect=subprocess.TimeoutExpired("", 20)))
     assert read_project_state(folder) == ProjectState(version, None, False)
 
 
@@ -70,12 +68,10 @@ def test_where_git_does_not_tell_there_is_no_commit(clone, monkeypatch, mishap):
 def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
     for name in (".git_archival.txt", ".gitattributes"):
         shutil.copy2(ROOT / name, clone / name)
-    commit(clone)
-    unpacked = tmp_path / "unpacked"
+    made = commit(clone)
     git(clone, "archive", "--output", tmp_path / "archive.zip", "HEAD")
-    shutil.unpack_archive(tmp_path / "archive.zip", unpacked)
-    state = read_project_state(unpacked)
-    assert (state.commit, state.modified) == (git(clone, "rev-parse", "HEAD"), False)
+    shutil.unpack_archive(tmp_path / "archive.zip", tmp_path / "unpacked")
+    assert read_project_state(tmp_path / "unpacked") == ProjectState("1.2.3", made, False)
 
 
 def test_the_project_is_named_by_its_version_and_commit():

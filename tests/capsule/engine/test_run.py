@@ -175,11 +175,10 @@ def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
         f"11 {name} {tmp_path}\n12 study_{name} {tmp_path}\n12 study_{name} {tmp_path}\n"
         f"13 {name} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
-    squeue = tmp_path / "bin/squeue"
-    squeue.parent.mkdir()
+    squeue = tmp_path / "squeue"
     squeue.write_text(f"#!/bin/sh\ncat <<END\n{answer}END\n")
     squeue.chmod(0o755)
-    monkeypatch.setenv("PATH", str(squeue.parent), prepend=os.pathsep)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     assert run.unfinished_jobs(tmp_path) == (), "nothing was submitted from this folder"
     run.LOGS.mkdir(parents=True)
     with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
@@ -190,16 +189,19 @@ def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err
 
 
-@pytest.fixture
-def noted():
-    """Return a table of results, on which Snakemake has notes."""
-    for path in (table := RESULTS / "recordings.csv", NOTES / "metadata/a"):
+def make(*paths):
+    """Make files, and folders where a path ends with a stroke."""
+    for name in paths:
+        path = Path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
-    return table
+        path.mkdir() if name.endswith("/") else path.touch()
 
 
-def test_results_that_the_last_run_has_not_left_are_refused(noted):
+NOTED = ["results/recordings.csv", "notes/metadata/a"]
+
+
+def test_results_that_the_last_run_has_not_left_are_refused():
+    make(*NOTED)
     # Results of a version without signs.
     run.refuse_unknown_results(RESULTS, NOTES)
     for copy in ("first", "second"):
@@ -220,9 +222,8 @@ def test_results_that_the_last_run_has_not_left_are_refused(noted):
 
 
 @pytest.mark.parametrize("written", [0, 1, 2])
-def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(
-    noted, monkeypatch, written
-):
+def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(monkeypatch, written):
+    make(*NOTED)
     run.sign_results(RESULTS, NOTES)
     write, outcomes = run.write_whole, iter([None] * written)
 
@@ -241,7 +242,7 @@ def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(
     [
         ([], False),
         (["results/logs/list.log"], False),
-        (["results/recordings.csv", "notes/metadata/a"], False),
+        (NOTED, False),
         (["results/recordings.csv", "notes/incomplete/a"], False),
         (["results/checks/3mm/r01.json"], True),
         # A run that has just begun.
@@ -250,27 +251,22 @@ def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(
     ],
 )
 def test_results_without_snakemakes_notes_on_them_are_refused(there, refused):
-    for path in map(Path, there):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch() if path.suffix or path.name == "a" else path.mkdir()
+    make(*there)
     told = pytest.raises(CapsuleError, match="remove results/ and run again")
     with told if refused else nullcontext():
         run.refuse_unknown_results(RESULTS, NOTES)
 
 
-@pytest.mark.parametrize(
-    ("error", "told"),
-    [
+def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own():
+    # Results that another user may not read.
+    denied = PermissionError(13, "Permission denied", "results")
+    for error, told in (
         (CapsuleError("say why"), "say why"),
-        # Results that another user may not read.
-        (PermissionError(13, "Permission denied", "results"), "error: results: Permission denied"),
-    ],
-)
-def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own(error, told):
-    with pytest.raises(KeyError) as caught, run.told_as(KeyError):
-        raise error
-    assert caught.value.args == (told,)
-    assert caught.value.__suppress_context__
+        (denied, "error: results: Permission denied"),
+    ):
+        with pytest.raises(KeyError) as caught, run.told_as(KeyError):
+            raise error
+        assert (caught.value.args, caught.value.__suppress_context__) == ((told,), True)
 
 
 def test_a_folder_with_braces_in_its_name_is_refused():
@@ -284,8 +280,7 @@ def test_a_folder_with_braces_in_its_name_is_refused():
     "name", [".", ".snakemake", ".snakemake/metadata", ".snakemake/iocache/latest.pkl"]
 )
 def test_what_cannot_be_written_is_named_with_the_way_out(tmp_path, monkeypatch, name):
-    path = tmp_path / name
-    path.mkdir(parents=True, exist_ok=True)
+    (path := tmp_path / name).mkdir(parents=True, exist_ok=True)
     run.refuse_folders(Path("/"), tmp_path)
     monkeypatch.setattr(os, "access", lambda each, mode: each != path or mode != os.W_OK)
     with pytest.raises(CapsuleError, match=f"^{path} cannot be written, .*capsule new NAME"):
