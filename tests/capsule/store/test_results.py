@@ -59,12 +59,6 @@ def make_results(folder, size, names=NAMES):
     return Results.of_table(folder, folder / "recordings.csv")
 
 
-@pytest.mark.parametrize(("alone", "ending"), [(True, "npy"), (False, "npz")])
-def test_a_batch_of_several_has_the_file_of_a_recording_under_its_own_name(alone, ending):
-    paths = [pattern(kind, alone=alone) for kind in (SIGNALS, FITS, FEATURES)]
-    assert paths == [f"signals/{{batch}}.{ending}", "fits/{batch}.json", "features/{batch}.npz"]
-
-
 # Batches of two were once not found, because sizes were tried.
 @pytest.mark.parametrize("size", [1, 2, 3, 100])
 def test_each_recording_is_read_as_it_was_written(tmp_path, size):
@@ -148,7 +142,9 @@ def test_files_of_a_recording_that_is_gone_or_of_another_size_are_left_over(tmp_
         *("plot_data/2mm/batch.json", "signals/3mm/r07.npy"),
     ]
     make_results(tmp_path, 10)
-    assert len(left()) == 4 * len(["0mm/batch", "3mm/batch"]) + 1
+    names = ["signals/{}.npz", "matrices/{}.npz", "fits/{}.json", "checks/{}.json"]
+    made = [name.format(batch) for name in names for batch in ("0mm/batch", "3mm/batch")]
+    assert left() == sorted([*made, "plot_data/2mm/batch.json"])
 
 
 def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
