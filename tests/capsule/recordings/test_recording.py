@@ -1,8 +1,9 @@
 import io
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -40,6 +41,8 @@ HARMLESS = {
     "byte order mark": b"\xef\xbb\xbf" + BARE,
     "CRLF": BARE.replace(b"\n", b"\r\n"),
     "CR": BARE.replace(b"\n", b"\r"),
+    "a line of signs": b"#" * 100 + b"\n" + BARE,
+    "a form feed": BARE.replace(b"\n0,", b"\n\x0c0,"),
     "odd line ends in a header": "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
     "no last line feed": BARE.rstrip(b"\n"),
     "spaces": BARE.replace(b",", b" , "),
@@ -107,18 +110,10 @@ def test_what_cannot_be_read_says_why(content, reason):
 
 
 def test_a_large_file_is_refused_without_reading_it_all():
-    class Endless(io.RawIOBase):
-        asked = 0
-
-        def read(self, size=-1):
-            assert size > 0, "asked for everything"
-            self.asked += size
-            return b"0" * size
-
-    endless = Endless()
+    endless = Mock(read=Mock(side_effect=lambda size: b"0" * size))
     with pytest.raises(RecordingError, match=r"larger than 0\.001 MB"):
         read_recording(endless, 4, max_bytes=1000)
-    assert endless.asked < 2000
+    endless.read.assert_called_once_with(1001)
 
 
 @given(
@@ -135,19 +130,6 @@ def test_what_is_written_is_read_again(values, header):
     np.testing.assert_array_equal(recording.values, values)
     np.testing.assert_array_equal(recording.time_s, written.time_s)
     assert recording.header == {"format_version": "1", **header}
-
-
-@given(st.binary(max_size=300))
-@example(BARE)
-@example(b"#" * 100 + b"\n" + BARE)
-@example(b"time_s,sensor_1,sensor_2\n\x0c0,1,2\n")
-def test_no_bytes_crash_the_reader(content):
-    try:
-        recording = read(content)
-    except RecordingError as error:
-        assert str(error)
-    else:
-        assert recording.values.shape == (2, recording.time_s.size)
 
 
 MADE = {"source": "x", "simulator_bench": "3", "simulator_seed": "1", "simulator_version": "2"}

@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+from unittest.mock import Mock, call
 
 import numpy as np
 import pytest
@@ -84,16 +85,13 @@ def test_each_recording_is_read_as_it_was_written(tmp_path, size):
 
 
 def test_what_a_file_holds_of_some_recordings_is_read_once(tmp_path):
-    results, read = Results(tmp_path, rows_of(NAMES)), []
-
-    def read_lengths(path):
-        read.append(path.relative_to(tmp_path).as_posix())
-        return {"0mm/r01": 1, "3mm/r01": 3, "3mm/r02": 5}
-
+    results = Results(tmp_path, rows_of(NAMES))
+    read = Mock(return_value={"0mm/r01": 1, "3mm/r01": 3, "3mm/r02": 5})
     # No recording is there that was rejected.
     wanted = ["3mm/r01", "0mm/r01", "3mm/r07"]
-    assert results.described(FEATURES, wanted, read_lengths) == {"3mm/r01": 3, "0mm/r01": 1}
-    assert read == ["features/3mm/batch.npz", "features/0mm/batch.npz"]
+    assert results.described(FEATURES, wanted, read) == {"3mm/r01": 3, "0mm/r01": 1}
+    names = ("features/3mm/batch.npz", "features/0mm/batch.npz")
+    assert read.call_args_list == [call(tmp_path / name) for name in names]
 
 
 # numpy reads a header as Python; this one has lost a bracket.
