@@ -3,6 +3,7 @@
 import errno
 import os
 import sys
+from unittest.mock import Mock
 
 import pytest
 
@@ -25,11 +26,8 @@ def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, mo
     monkeypatch.setattr(os, "dup2", lambda *_: None)
     monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
 
-    def main():
-        raise raised
-
     with pytest.raises(SystemExit) as stop:
-        jobs.run(main)
+        jobs.run(Mock(side_effect=raised))
     # Python prints the text of an exit as a line, and ends with status 1.
     code, printed = stop.value.code, capsys.readouterr().err
     told = (1, code) if isinstance(code, str) else (code, printed)
@@ -37,9 +35,7 @@ def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys, mo
 
 
 def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
-    def no_room(descriptor):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
+    no_room = Mock(side_effect=OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     monkeypatch.setattr(os, "fsync", no_room)
     target = tmp_path / "table.csv"
     with pytest.raises(SystemExit) as stop:

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -27,42 +28,31 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture
-def other_run(folder):
-    """Return another process that holds the lock of the folder."""
+def test_a_second_run_is_refused_with_the_name_of_the_first_until_that_is_killed():
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", HOLD], env=environment, **pipes) as process:
-        assert process.stdout.readline() == "held\n"
-        yield process
-        process.kill()
-
-
-def test_a_second_run_is_refused_with_the_name_of_the_first_until_that_is_killed(other_run):
-    told = (
-        rf"another run uses this folder \(process {other_run.pid} on .*; wait until it has ended$"
-    )
-    with pytest.raises(CapsuleError, match=told):
-        hold_run_lock()
-    # The name of the first is kept. A lock is of one folder, and ends with its file.
-    assert RUN_LOCK.read_text().startswith(f"process {other_run.pid} on ")
-    for _ in range(2):
-        hold_run_lock(Path("elsewhere/run.lock")).close()
-    other_run.kill()
-    other_run.wait()
+    with subprocess.Popen([sys.executable, "-c", HOLD], env=environment, **pipes) as other:
+        assert other.stdout.readline() == "held\n"
+        told = (
+            rf"another run uses this folder \(process {other.pid} on .*; wait until it has ended$"
+        )
+        with pytest.raises(CapsuleError, match=told):
+            hold_run_lock()
+        # The name of the first is kept. A lock is of one folder, and ends with its file.
+        assert RUN_LOCK.read_text().startswith(f"process {other.pid} on ")
+        for _ in range(2):
+            hold_run_lock(Path("elsewhere/run.lock")).close()
+        other.kill()
     with hold_run_lock():
         assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
 
 
 def test_without_locks_on_the_file_system_a_run_begins_with_a_warning(monkeypatch, capsys):
-    def no_locks(descriptor):
-        raise OSError(95, "Operation not supported")
-
+    no_locks = Mock(side_effect=OSError(95, "Operation not supported"))
     monkeypatch.setattr(jobs, "lock_file", no_locks)
     with hold_run_lock():
-        assert "this file system does not support locks (Operation not supported)" in (
-            capsys.readouterr().err
-        )
+        told = "this file system does not support locks (Operation not supported)"
+        assert told in capsys.readouterr().err
 
 
 def test_a_job_whose_run_was_replaced_writes_nothing(folder, monkeypatch):

@@ -1,6 +1,7 @@
 import errno
 import os
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -80,20 +81,16 @@ def test_the_archive_is_listed_and_links_that_lead_out_of_it_are_refused(tmp_pat
 
 
 def test_without_hard_links_a_full_disk_leaves_no_half_of_a_new_file(tmp_path, monkeypatch):
-    def failing(number):
-        def fail(*paths):
-            raise OSError(number, os.strerror(number))
-
-        return fail
-
-    monkeypatch.setattr(os, "link", failing(errno.EPERM))
+    monkeypatch.setattr(os, "link", Mock(side_effect=OSError(errno.EPERM, "no links here")))
     files.write_new(tmp_path / "r01.csv", b"whole")
     with pytest.raises(FileExistsError):
         files.write_new(tmp_path / "r01.csv", b"other")
     truly = Path.replace
 
     def replace(path, target):
-        return (failing(errno.ENOSPC) if target.suffix == ".csv" else truly)(path, target)
+        if target.suffix == ".csv":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return truly(path, target)
 
     monkeypatch.setattr(Path, "replace", replace)
     with pytest.raises(OSError, match="No space left"):
