@@ -5,7 +5,6 @@ import os
 import re
 import secrets
 import shutil
-import signal
 import socket
 import subprocess
 import time
@@ -30,7 +29,7 @@ WITHOUT_ACCOUNTING = [
 TABLES = ["results/templates.npz", "results/recordings.csv"]
 FITS = ["results/fits/1mm/r01.json", "results/fits/1mm/r02.json"]
 THROUGH_SLURM = ["--profile=profiles/slurm", *WITHOUT_ACCOUNTING]
-# A Slurm job for each recording, so that a test can stop one of two.
+# A Slurm job for each recording.
 ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 
 
@@ -95,9 +94,9 @@ class SingleNodeSlurm:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         return done.stdout if done.returncode == 0 else ""
 
-    def jobs(self, *options):
+    def jobs(self):
         """Return the numbers of the jobs that have not ended."""
-        return self.ask("squeue", "--noheader", "--format=%A", "--sort=i", *options).split()
+        return self.ask("squeue", "--noheader", "--format=%A", "--sort=i").split()
 
     def wait_for(self, condition, what):
         """Wait until a condition holds, and return it; the error shows the daemons' logs."""
@@ -113,17 +112,6 @@ class SingleNodeSlurm:
         """Cancel all jobs, and wait until they have ended."""
         self.ask("scancel", *self.jobs())
         self.wait_for(lambda: not self.jobs(), "the end of the jobs")
-
-    def processes(self, job):
-        """Return the processes of a job, once this node has begun to run it."""
-
-        def listed():
-            # A job that is said to run may have no process yet, which is an error for Slurm.
-            lines = self.ask("scontrol", "listpids", job).splitlines()[1:]
-            # Slurm lists a step that has no process yet as process -1, which for `kill` means all.
-            return [process for line in lines if (process := int(line.split()[0])) > 0]
-
-        return self.wait_for(listed, f"the processes of job {job}")
 
     def _start(self, program, *arguments):
         with (self.folder / f"{program}.out").open("ab") as output:
@@ -196,29 +184,24 @@ def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, finished):
     assert run.output.count("has been submitted with SLURM jobid") == 4 + 2
 
 
-def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
+def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_has(
     cluster, project, finished
 ):
     for name in FITS:
         (project.folder / name).unlink()
     node = f"NodeName={cluster.node}"
+    # Both jobs wait until the node takes jobs again.
     cluster.ask("scontrol", "update", node, "State=DRAIN", "Reason=test")
     with project.start(*ONE_BY_ONE, "--", *FITS) as killed:
-        cluster.wait_for(lambda: len(cluster.jobs("--states=PENDING")) == 2, "two jobs")
-        running, queued = cluster.jobs()
-        cluster.ask("scontrol", "hold", queued)
-        cluster.ask("scontrol", "update", node, "State=RESUME")
-        # It would end before the next run looks.
-        for process in cluster.processes(running):
-            os.kill(process, signal.SIGSTOP)
+        jobs = cluster.wait_for(lambda: (found := cluster.jobs())[1:] and found, "two jobs")
         killed.kill()
-    for _ in range(2):
-        refused = project.snakemake(*ONE_BY_ONE, "--", *FITS)
-        assert refused.status != 0
-        assert f"still use this folder ({running}, {queued})" in refused.output
+    refused = project.snakemake(*ONE_BY_ONE, "--", *FITS)
+    assert refused.status != 0
+    assert f"still use this folder ({', '.join(jobs)})" in refused.output
     remedy = re.search(r"scancel [\d ]*\d", refused.output)
     cluster.ask(*remedy[0].split())
     cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
+    cluster.ask("scontrol", "update", node, "State=RESUME")
     again = project.snakemake(*ONE_BY_ONE, "--", *FITS)
     assert again.status == 0, again.output
     for name in FITS:
