@@ -17,6 +17,7 @@ from capsule.errors import CapsuleError
 from support.project import ROOT
 
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
+GONE = object()
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
@@ -53,14 +54,14 @@ def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path, c
 
 
 def changed(path, value):
-    """Return the configuration with another value of a key; None takes the key away."""
+    """Return the configuration with another value of a key; GONE takes the key away."""
     config = copy.deepcopy(CONFIG)
     *sections, key = path.split(".")
     place = config
     for section in sections:
         place = place[section]
     place[key] = value
-    if value is None:
+    if value is GONE:
         del place[key]
     return config
 
@@ -155,6 +156,7 @@ def faulty_values(part, value):
     if kind == "array":
         yield from ([item] * len(value) for item in faulty_values(part["items"], value[0]))
         yield [*value, value[-1]]
+        yield from [[]] if "minItems" in part else []
     if kind == "integer":
         yield from (float(value), value + 0.5)
     if kind in ("integer", "number"):
@@ -170,19 +172,17 @@ def test_every_key_is_missed_misspelt_and_refused_with_the_right_name_and_what_i
     *sections, name = key.split(".")
     if "default" in part:
         # A configuration of an earlier version need not have it.
-        used = check_configuration(changed(key, None), SCHEMA, {"config/config.yaml": CONFIG})
+        used = check_configuration(changed(key, GONE), SCHEMA, {"config/config.yaml": CONFIG})
         assert used[sections[0]][name] == part["default"]
     else:
-        assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, None))
+        assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, GONE))
     told = message(changed(key + "s", 1))
     assert f"{key}s: there is no such key; did you mean {name}?" in told
-    config = changed(key, "placeholder")
-    place, value = config, CONFIG
-    for section in sections:
-        place, value = place[section], value[section]
-    example = part["minimum"] if value[name] == "auto" else value[name]
-    for wrong in faulty_values(part, example):
-        place[name] = wrong
+    value = CONFIG
+    for each in key.split("."):
+        value = value[each]
+    for wrong in faulty_values(part, part["minimum"] if value == "auto" else value):
+        config = changed(key, wrong)
         text = message(config, **{"mine.yaml": config})
         assert f"\n  mine.yaml: {key}: {repr(wrong)[:57]}" in text
         assert "is not allowed; must be " in text
@@ -190,9 +190,10 @@ def test_every_key_is_missed_misspelt_and_refused_with_the_right_name_and_what_i
 
 
 def test_the_values_that_a_later_configuration_changes_are_found():
-    first = {"a": 1, "list": [1, 2], "part": {"a": 1, "b": 2}, "same": {"a": 1}, "gone": {"a": 1}}
-    last = {"a": 1, "list": [2, 1], "part": {"a": 1, "b": 3}, "same": {"a": 1}, "gone": 1, "new": 0}
-    assert changed_values(first, last) == {"list": [2, 1], "part": {"b": 3}, "gone": 1, "new": 0}
+    first = {"list": [1, 2], "part": {"a": 1, "b": 2}, "same": {"a": 1}, "gone": {"a": 1}}
+    last = {"list": [2, 1], "part": {"a": 1, "b": 3}, "same": {"a": 1}, "gone": 1, "new": None}
+    differing = {"list": [2, 1], "part": {"b": 3}, "gone": 1, "new": None}
+    assert changed_values(first, last) == differing
 
 
 def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told():
@@ -206,14 +207,9 @@ def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told
     used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
     assert used == changed("evaluation.groups", ["session"])
     assert config == written
-    told = without_effect(config, SCHEMA)
-    assert [line.partition(" has no effect any more; remove it")[0] for line in told] == [
-        "detectors: template_threshold",
-        "taught.penalties",
-        "evaluation.groups: site",
-        "evaluation.bootstrap",
-        "evaluation.permutations",
-        "report.max_megabytes",
-    ]
+    gone = ["detectors: template_threshold", "taught.penalties", "evaluation.groups: site"]
+    gone += ["evaluation.bootstrap", "evaluation.permutations", "report.max_megabytes"]
+    told = [f"{each} has no effect any more; remove it" for each in gone]
+    assert without_effect(config, SCHEMA) == told
     for other in (CONFIG, CONFIG | {"evaluation": None}):
         assert without_effect(other, SCHEMA) == []

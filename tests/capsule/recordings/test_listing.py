@@ -169,11 +169,11 @@ def test_different_runs_are_no_copies():
     assert not any(nearly_equal(archive[names[0]], archive[name]) for name in names[1:])
 
 
-@pytest.mark.parametrize(("rows", "same"), [(200, True), (199, False)])
-def test_at_least_half_of_the_shorter_recording_must_overlap(rows, same):
-    run = generator(1, "overlap").normal(size=(2, 800 - rows))
-    # The last rows of the first are the first rows of the second; both have 400.
-    assert nearly_equal(run[:, :400], run[:, 400 - rows :]) == same
+def test_at_least_half_of_the_shorter_recording_must_overlap():
+    for rows, same in ((200, True), (199, False)):
+        run = generator(1, "overlap").normal(size=(2, 800 - rows))
+        # The last rows of the first are the first rows of the second; both have 400.
+        assert nearly_equal(run[:, :400], run[:, 400 - rows :]) == same
 
 
 def test_sections_without_a_change_have_no_correlation():

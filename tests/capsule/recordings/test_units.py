@@ -98,19 +98,13 @@ def test_a_unit_in_which_the_readings_cannot_be_is_refused(header, readings, rea
         on_full_scale(np.array([readings]), header, 1024, True)
 
 
-@pytest.mark.parametrize(
-    ("header", "readings", "unit"),
-    [
-        ({}, [1.0, 2.0], "counts"),
-        ({}, [0.5, 1.2], "V"),
-        ({"unit": "V"}, [0.5, 1.2], "V"),
-        # These are brought to the scale of the configured converter.
-        *((each, [0.5, 1.2], "counts") for each in ({"vref_v": "5"}, {"unit": "ohm"})),
-        ({"unit": "counts"}, [0.5, 1.2], "counts"),
-    ],
-)
-def test_readings_are_shown_in_the_unit_to_which_they_were_brought(header, readings, unit):
-    assert reading_unit(header, np.array([readings])) == unit
+def test_readings_are_shown_in_the_unit_to_which_they_were_brought():
+    volts = np.array([[0.5, 1.2]])
+    assert reading_unit({}, np.array([[1.0, 2.0]])) == "counts"
+    assert reading_unit({}, volts) == reading_unit({"unit": "V"}, volts) == "V"
+    # These are brought to the scale of the configured converter.
+    for header in ({"vref_v": "5"}, {"unit": "ohm"}, {"unit": "counts"}):
+        assert reading_unit(header, volts) == "counts"
 
 
 def test_a_share_counts_both_limits_and_the_larger_end_is_told():
