@@ -11,7 +11,6 @@ from capsule.recordings.names import (
     displayed,
     folder_size_mm,
     is_plain,
-    reason_of_copy,
     size_label,
     size_mm,
     sizes_of,
@@ -108,12 +107,6 @@ def test_every_name_is_processed_or_named_with_a_reason_in_a_line_of_its_own(one
     assert listed == [displayed(f"3mm/{one}.csv")]
     for recording in archive.recordings:
         assert re.fullmatch(r"[A-Za-z0-9_.+/-]+", recording)
-
-
-def test_a_copy_under_another_size_is_told_as_a_contradiction():
-    for name in ("3mm/b", "3.0mm/b", "unlabelled/b"):
-        assert reason_of_copy("3mm/a", name) == "the same content as 3mm/a"
-    assert reason_of_copy("3mm/a", "4mm/b").endswith("one of the two is mislabelled")
 
 
 @pytest.mark.parametrize(
