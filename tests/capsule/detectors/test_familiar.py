@@ -8,38 +8,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.detectors.base import TrainingArchive
 from capsule.detectors.calibrate import upper_quantile
-from capsule.detectors.familiar import (
-    LEAST_PLACES,
-    NO_WAVE,
-    FamiliarKind,
-    learn_familiar,
-)
+from capsule.detectors.familiar import LEAST_PLACES, NO_WAVE, FamiliarKind, learn_familiar
 from capsule.detectors.unlike import because, familiarity_line, unlike_because
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.seeding import generator
-from support.training import NO_TEMPLATES, recordings_of
 
-UNTOLD = float("nan")
 USUAL = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
 
 
 def traits_like(numbers, count, spread=1.0):
     """Return traits (n, 6) that scatter around the usual ones, by far more than what matters."""
-    factors = numbers.normal(0, spread, (count, 6)) * [0.1, 0.1, 1.0, 1.0, 0.0, 0.5]
+    factors = spread * numbers.normal(0, 1, (count, 6)) * [0.1, 0.1, 1.0, 1.0, 0.0, 0.5]
     traits = np.array(astuple(USUAL)) * np.exp(factors)
-    odds = np.log(0.95 / 0.05) + spread * numbers.normal(0, 2.0, count)
+    odds = np.log(0.95 / 0.05) + np.ravel(spread) * numbers.normal(0, 2.0, count)
     traits[:, 4] = 1 / (1 + np.exp(-odds))
     return traits
 
 
-def kind_of(count=120, places=None):
-    traits = KIND_TRAITS[:count]
-    return learn_familiar(traits, np.arange(count) if places is None else places)
-
-
 KIND_TRAITS = traits_like(generator(1, "kind"), 120)
+
+
+def kind_of(count=120, passes=1):
+    return learn_familiar(KIND_TRAITS[:count], np.arange(count) // passes)
 
 
 def scaled(row):
@@ -50,10 +41,13 @@ def scaled(row):
     return np.array([*times, np.log(unsteadiness + 0.002), logit, np.log(noise)])
 
 
+# What must differ in the logarithms, the shares of a period and the logit.
+LEAST = [0.03, 0.003, 0.4, 0.35, 1.0, 0.2]
+
+
 def usual(rows):
     """Return mean and spread of scaled traits."""
-    spread = np.maximum(rows.std(axis=0, ddof=1), [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
-    return rows.mean(axis=0), spread
+    return rows.mean(axis=0), np.maximum(rows.std(axis=0, ddof=1), LEAST)
 
 
 def deviation(own, others):
@@ -114,8 +108,7 @@ def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has
     same[:, 0] += np.linspace(0, 1e-6, 60)
     kind = learn_familiar(same, np.arange(60))
     assert kind.limit == 3.0
-    # What must differ in the logarithms, the shares of a period and the logit.
-    np.testing.assert_allclose(kind.spread, [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
+    np.testing.assert_allclose(kind.spread, LEAST)
     assert kind.judge(replace(USUAL, period_s=3.48)).familiar is True
     assert kind.judge(replace(USUAL, period_s=3.52)).familiar is False
 
@@ -129,9 +122,8 @@ def test_fewer_places_than_the_rate_needs_can_tell_nothing():
     assert because(few.cells) == "only 48 places teach what is familiar; 49 are needed"
     assert few.cells["familiar"] == ""
     # Passes over one place are one voice.
-    passes = kind_of(98, places=np.repeat(np.arange(49), 2))
-    assert passes.judge(far).familiar is False
-    assert kind_of(96, places=np.repeat(np.arange(48), 2)).judge(far).familiar is None
+    assert kind_of(98, passes=2).judge(far).familiar is False
+    assert kind_of(96, passes=2).judge(far).familiar is None
 
 
 @pytest.mark.parametrize(
@@ -150,28 +142,18 @@ def test_the_trait_that_deviates_most_comes_first_and_the_others_are_counted(cha
     assert (f"; {others} other trait" in unlike_because(answer.cells)) == (others > 0)
 
 
-def test_recordings_that_are_left_out_teach_nothing():
-    traits = {f"0mm/{number}": USUAL for number in range(60)}
-    taught = recordings_of(traits=traits)
-    archive = TrainingArchive(dict.fromkeys(traits, 0.0), taught, NO_TEMPLATES, {}, {})
-    assert FamiliarKind.taught(archive).places == 60
-    assert FamiliarKind.taught(archive, list(traits)[:5]).places == 55
-
-
-@pytest.mark.parametrize("sensors", [1, 4])
-def test_what_is_stored_judges_as_what_was_learned(sensors):
-    traits = traits_like(generator(1, "stored"), 60)
-    if sensors == 1:
-        traits[:, 1:3] = np.nan
-    kind = learn_familiar(traits, np.arange(60))
-    text = json.dumps(kind.stored(), allow_nan=False)
-    restored = FamiliarKind.restored(json.loads(text))
-    answers = set()
-    for row in traits_like(generator(1, "judged"), 40, spread=2.0):
-        # A single sensor, which has no steps, is judged by the other traits.
-        own = WaveTraits(*row) if sensors > 1 else WaveTraits(row[0], UNTOLD, UNTOLD, *row[3:])
-        assert restored.judge(own) == kind.judge(own)
-        answers.add(kind.judge(own).familiar)
-    assert answers == {True, False}
-    few = FamiliarKind.restored(json.loads(json.dumps(kind_of(3).stored())))
-    assert few.judge(USUAL).familiar is None
+# A single sensor, which has no steps, is judged by the other traits.
+@pytest.mark.parametrize("unknown", [[1, 2], []], ids=["one sensor", "four sensors"])
+def test_what_is_stored_judges_as_what_was_learned(unknown):
+    traits = traits_like(generator(1, "stored"), 100, np.repeat([[1.0], [2.0]], [60, 40], axis=0))
+    traits[:, unknown] = np.nan
+    kind, few = learn_familiar(traits[:60], np.arange(60)), kind_of(3)
+    restored, restored_few = (
+        FamiliarKind.restored(json.loads(json.dumps(each.stored(), allow_nan=False)))
+        for each in (kind, few)
+    )
+    asked = [WaveTraits(*row) for row in traits[60:]]
+    answers = kind.judge_all(asked)
+    assert restored.judge_all(asked) == answers
+    assert {each.familiar for each in answers} == {True, False}
+    assert restored_few.judge(USUAL).familiar is None

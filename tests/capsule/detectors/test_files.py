@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.described import (
-    read_best_places,
-    read_features,
-    read_scorer,
-    write_best_places,
-    write_features,
-)
+from capsule.detectors import described
 from capsule.detectors.files import read_template_set, read_templates
 from capsule.detectors.network import UNKNOWN_FEATURES, Features
 from capsule.detectors.search import UNKNOWN, Passage
@@ -39,18 +33,22 @@ PLACE = Passage(0.1 + 0.2, 1, 2, 3, 4.5, 128, 130, 0.1, 1 / 3, 0.1)
 TRAITS = WaveTraits(3.2, 0.25, 1 / 3, 0.01, 0.9, 0.1)
 
 
-def numbers_of(described):
-    return [vars(part) for part in (described if isinstance(described, tuple) else [described])]
+def numbers_of(made):
+    return [vars(part) for part in (made if isinstance(made, tuple) else [made])]
 
 
 @pytest.mark.parametrize(
     ("write", "read", "made"),
     [
-        (write_features, read_features, [features_of(1), features_of(np.nan)]),
-        (write_best_places, read_best_places, [(PLACE, TRAITS), (UNKNOWN, UNKNOWN_TRAITS)]),
+        (described.write_features, described.read_features, [features_of(1), features_of(np.nan)]),
+        (
+            described.write_best_places,
+            described.read_best_places,
+            [(PLACE, TRAITS), (UNKNOWN, UNKNOWN_TRAITS)],
+        ),
         # A batch without a usable recording has none.
-        (write_features, read_features, []),
-        (write_best_places, read_best_places, []),
+        (described.write_features, described.read_features, []),
+        (described.write_best_places, described.read_best_places, []),
     ],
 )
 def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, write, read, made):
@@ -62,7 +60,7 @@ def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, write,
 
 
 def test_the_weights_that_ship_make_a_scorer_of_as_many_numbers_as_are_stored_of_a_silent_one():
-    features = read_scorer(WEIGHTS).features(np.zeros((4, 5, 40)))
+    features = described.read_scorer(WEIGHTS).features(np.zeros((4, 5, 40)))
     assert np.isfinite(features.score)
     assert features.embedding.shape == UNKNOWN_FEATURES.embedding.shape
     assert features.gradient.shape == UNKNOWN_FEATURES.gradient.shape

@@ -184,9 +184,8 @@ def test_a_stretch_of_usual_beats_takes_the_place_of_each_and_loses_what_it_rais
     assert standardised(usual)[:, SERIES_ROWS:].all()
     assert not score_stretches(scorer, usual)[1].any()
 
-
-@pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
-def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
-    _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
-    assert loss.size == max(beats - STRETCH_WIDTH, 0) // STRETCH_STEP + 1
+    # Those of a short recording stay within it.
+    for beats in (1, 7, 8, 9, 10):
+        _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
+        assert loss.size == max(beats - STRETCH_WIDTH, 0) // STRETCH_STEP + 1
     assert np.arange(STRETCH_WIDTH).mean() == FIRST_STRETCH

@@ -12,19 +12,9 @@ from capsule.seeding import generator
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
-SEARCH = {
-    "level_weight": 0.0,
-    "depth_weight": 1.0,
-    "shape_weight": 0.0,
-    "least_spread": 0.2,
-    "limit": 4.0,
-    "pitch_mm": 6.0,
-    "lag_range": (80.0, 300.0),
-    "lags": 12,
-    "step_mm": 0.5,
-    "width_mm": 1.0,
-    "dwell": 12.0,
-}
+SEARCH = {"level_weight": 0.0, "depth_weight": 1.0, "shape_weight": 0.0, "least_spread": 0.2}
+SEARCH |= {"limit": 4.0, "pitch_mm": 6.0, "lag_range": (80.0, 300.0), "lags": 12}
+SEARCH |= {"step_mm": 0.5, "width_mm": 1.0, "dwell": 12.0}
 
 
 def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3)):
@@ -95,17 +85,13 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     passage, along, beyond_mm = search_beats(beats, search)
     tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
     assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
-    most = {place: -np.inf for _, place in sorted(tried, key=lambda each: each[1])}
-    for (_, place), found in tried.items():
-        most[place] = max(most[place], found[0])
-    np.testing.assert_allclose(along, list(most.values()), atol=2e-6)
+    places = sorted({place for _, place in tried})
+    most = [max(tried[each][0] for each in tried if each[1] == place) for place in places]
+    np.testing.assert_allclose(along, most, atol=2e-6)
     head_mm = search["pitch_mm"] / passage.lag_samples * centre - beats.irregular_mm[0]
     np.testing.assert_allclose(beyond_mm, head_mm + beats.irregular_mm - passage.location_mm)
-    (there,) = (
-        found
-        for candidate, found in tried.items()
-        if candidate == pytest.approx((passage.lag_samples, passage.location_mm), rel=1e-12)
-    )
+    best = passage.lag_samples, passage.location_mm
+    (there,) = (tried[each] for each in tried if each == pytest.approx(best, rel=1e-12))
     np.testing.assert_allclose(astuple(passage)[:4], there, rtol=1e-12, atol=1e-14)
     spreads = [np.mean(np.std(each, axis=1)) for each in channels]
     np.testing.assert_allclose(astuple(passage)[-3:], spreads)

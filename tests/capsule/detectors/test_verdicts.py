@@ -27,7 +27,5 @@ def test_a_verdict_is_one_of_five(score, threshold, probability, others, word):
     row = {"score": score, "threshold": threshold, "probability": probability}
     row |= {"familiar": "no" if others.get("unlike") else "yes"}
     assert row_verdict(row | {"no_verdict": others.get("reason", NAN)}) == word
-
-
-def test_a_place_that_was_passed_several_times_has_no_probability():
+    # A place that was passed several times has no probability.
     assert row_verdict({"score": 2.0, "threshold": 1.0}) == "nodule"
