@@ -13,15 +13,8 @@ from capsule.detectors.registry import DETECTORS, PAPER, detector_class, detecto
 from capsule.detectors.search import Passage
 from capsule.detectors.shipped import NearestTemplate
 from capsule.errors import CapsuleError
+from capsule.method import templates as method
 from capsule.method.particle import Particle, render
-from capsule.method.templates import (
-    build_templates,
-    by_size,
-    compare_templates,
-    first_peak_sample,
-    nearest_size,
-    template_distances,
-)
 from capsule.seeding import generator
 from support.training import TAUGHT, features_of
 
@@ -64,7 +57,9 @@ def archive_of(made, places):
     """Return an archive of recordings and their particles."""
     sizes_mm = {name: SIZES_MM[name] for name in made}
     particles = {name: each for name, (_, each) in made.items() if SIZES_MM[name]}
-    templates = build_templates(by_size(particles), sensors=3, first_peak=20, length=120)
+    templates = method.build_templates(
+        method.by_size(particles), sensors=3, first_peak=20, length=120
+    )
     recordings = {name: each for name, (each, _) in made.items()}
     return TrainingArchive(sizes_mm, recordings, templates, particles, SETTINGS, places=places)
 
@@ -194,21 +189,26 @@ def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive,
     fold = whole.without((SIZES_MM[name], archive.particles.get(name)) for name in left)
     model = NearestTemplate.taught(archive, left_out)
     for recording in archive.recordings.values():
-        verdict, expected = model.verdict(recording), template_distances(recording.matrix, fold)
+        verdict, expected = (
+            model.verdict(recording),
+            method.template_distances(recording.matrix, fold),
+        )
         np.testing.assert_array_equal(verdict.distances, expected)
-        np.testing.assert_equal(verdict.predicted_mm, nearest_size(expected, whole.sizes_mm))
-        _, gains, lags = compare_templates(recording.matrix, model.templates)
+        np.testing.assert_equal(verdict.predicted_mm, method.nearest_size(expected, whole.sizes_mm))
+        _, gains, lags = method.compare_templates(recording.matrix, model.templates)
         np.testing.assert_equal((verdict.score, verdict.threshold), (max(gains[1:]), 0.0))
         if verdict.predicted_mm > 0:
             found += 1
             best = int(np.argmax(gains[1:])) + 1
             assert verdict.estimate_mm == verdict.predicted_mm
-            assert verdict.location_samples == first_peak_sample(lags[best], 20, 120)
+            assert verdict.location_samples == method.first_peak_sample(lags[best], 20, 120)
     assert 0 < found < len(archive.sizes_mm)
 
 
 def test_without_a_template_of_a_nodule_there_is_no_margin(archive):
-    alone = replace(archive, templates=build_templates({}, sensors=3, first_peak=20, length=120))
+    alone = replace(
+        archive, templates=method.build_templates({}, sensors=3, first_peak=20, length=120)
+    )
     model = NearestTemplate.taught(replace(alone, sizes_mm={"0mm/r0": 0.0}))
     verdict = model.verdict(archive.recordings["0mm/r0"])
     assert np.isnan(verdict.score) and verdict.predicted_mm == 0

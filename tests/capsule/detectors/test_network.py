@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 from sklearn.metrics import roc_auc_score
 
-from capsule.detectors.network import (
-    FIRST_STRETCH,
-    FOLDED,
-    SERIES_ROWS,
-    STRETCH_STEP,
-    STRETCH_WIDTH,
-    Scorer,
-    score_stretches,
-    standardised,
-)
+from capsule.detectors import network
+from capsule.detectors.network import Scorer, standardised
 from capsule.detectors.search import series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
@@ -59,16 +51,19 @@ def test_the_gradient_is_that_of_the_score(weights, scorer, series):
 
 
 def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights, scorer):
-    numbers, unprojected = generator(1, "many"), Scorer(weights | {"projection": np.eye(FOLDED)})
+    numbers, unprojected = (
+        generator(1, "many"),
+        Scorer(weights | {"projection": np.eye(network.FOLDED)}),
+    )
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
     whole = np.array([scorer.forward(standardised(each))[2]() for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([unprojected.features(each).gradient for each in many])
     # The shipped projection was taught with these random numbers.
     sketch = generator(1, "scorer", "sketch")
-    bucket = sketch.integers(FOLDED, size=whole.shape[1])
+    bucket = sketch.integers(network.FOLDED, size=whole.shape[1])
     signed = sketch.choice([-1.0, 1.0], size=whole.shape[1]) * whole[0]
-    expected = np.bincount(bucket, signed, FOLDED)
+    expected = np.bincount(bucket, signed, network.FOLDED)
     np.testing.assert_allclose(folded[0], expected, rtol=1e-4, atol=1e-6)
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
@@ -100,7 +95,7 @@ def test_what_has_no_wave_or_other_sensors_has_no_score_and_no_stretches(scorer)
         made = series_of(wave_of(values, 10, SETTINGS))
         features = scorer.features(made)
         assert np.isnan(features.score) and np.isnan(features.gradient).all()
-        assert score_stretches(scorer, made) is None
+        assert network.score_stretches(scorer, made) is None
 
 
 def test_the_input_is_the_series_in_their_own_spreads_written_out(series):
@@ -171,21 +166,23 @@ def test_the_score_is_that_of_the_layers_written_out(weights, scorer, series):
 def test_a_stretch_of_usual_beats_takes_the_place_of_each_and_loses_what_it_raised(scorer):
     series = 0.1 * np.sin(np.arange(800.0)).reshape(4, 5, 40)
     series[:, 1, 20:24] = 3.0
-    whole, loss = score_stretches(scorer, series)
+    whole, loss = network.score_stretches(scorer, series)
     assert whole == scorer.features(series).score
     for number, lost in enumerate(loss):
         x = standardised(series)
-        x[:, :SERIES_ROWS, number * STRETCH_STEP :][:, :, :STRETCH_WIDTH] = 0.0
+        x[:, : network.SERIES_ROWS, number * network.STRETCH_STEP :][
+            :, :, : network.STRETCH_WIDTH
+        ] = 0.0
         assert lost == pytest.approx(whole - scorer.forward(x)[0])
-    assert loss[18 // STRETCH_STEP] > 0
+    assert loss[18 // network.STRETCH_STEP] > 0
     # Usual beats are zero in what is taken out, and nothing is lost by them.
     usual = np.zeros((4, 5, 40))
-    assert not standardised(usual)[:, :SERIES_ROWS].any()
-    assert standardised(usual)[:, SERIES_ROWS:].all()
-    assert not score_stretches(scorer, usual)[1].any()
+    assert not standardised(usual)[:, : network.SERIES_ROWS].any()
+    assert standardised(usual)[:, network.SERIES_ROWS :].all()
+    assert not network.score_stretches(scorer, usual)[1].any()
 
     # Those of a short recording stay within it.
     for beats in (1, 7, 8, 9, 10):
-        _, loss = score_stretches(scorer, np.ones((4, 5, beats)))
-        assert loss.size == max(beats - STRETCH_WIDTH, 0) // STRETCH_STEP + 1
-    assert np.arange(STRETCH_WIDTH).mean() == FIRST_STRETCH
+        _, loss = network.score_stretches(scorer, np.ones((4, 5, beats)))
+        assert loss.size == max(beats - network.STRETCH_WIDTH, 0) // network.STRETCH_STEP + 1
+    assert np.arange(network.STRETCH_WIDTH).mean() == network.FIRST_STRETCH

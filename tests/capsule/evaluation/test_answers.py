@@ -5,28 +5,14 @@ import math
 import pandas as pd
 import pytest
 
-from capsule.evaluation.answers import (
-    Estimate,
-    answers_of,
-    false_alarms,
-    learning_sentence,
-    needed_sentence,
-    predictive_values,
-    recordings_to_show,
-    set_specificity,
-    smallest_reliable_size,
-)
+from capsule.evaluation import answers as told
+from capsule.evaluation.answers import Estimate, answers_of, false_alarms, predictive_values
 from capsule.evaluation.archive_rates import Lead, Rates
 from capsule.evaluation.intervals import rate, recordings_needed
 from support.evaluated import RULES, UNKNOWN, evaluated, index_of
 
-SETTINGS = {
-    "fit": {"seed": 1},
-    "evaluation": RULES,
-    "report": {"reliable_rate": 0.85, "lead": "best"},
-}
-
-
+SETTINGS = {"fit": {"seed": 1}, "evaluation": RULES}
+SETTINGS |= {"report": {"reliable_rate": 0.85, "lead": "best"}}
 OF_RULE = ("template", "leave_one_out")
 
 
@@ -45,8 +31,8 @@ def verdicts(healthy, alarms, nodules, found):
 
 def test_predictive_values_are_those_of_a_thousand_places():
     # 100 of 1000 places hold a nodule: 80 are found; of the 900 others, 45 are called one.
-    told = predictive_values(0.8, 0.95, 0.1)
-    assert told == pytest.approx((80 / (80 + 45), 855 / (855 + 20)))
+    both = predictive_values(0.8, 0.95, 0.1)
+    assert both == pytest.approx((80 / (80 + 45), 855 / (855 + 20)))
     assert predictive_values(0.0, 1.0, 0.1) == (pytest.approx(UNKNOWN, nan_ok=True), 0.9)
 
 
@@ -79,17 +65,17 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
 def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():
     rates = rates_of(evaluated(verdicts(20, 3, 10, 8), detectors=("diagonal",)))
     answers = answers_of(rates, "diagonal", "leave_one_out")
-    told = set_specificity(rates, "leave_one_out")
-    assert (told.places, told.least_places, told.mean) == (20, 19, 0.95)
+    quiet = told.set_specificity(rates, "leave_one_out")
+    assert (quiet.places, quiet.least_places, quiet.mean) == (20, 19, 0.95)
     few = rates_of(evaluated(verdicts(4, 0, 3, 3), detectors=("diagonal",)))
-    few = set_specificity(few, "leave_one_out")
+    few = told.set_specificity(few, "leave_one_out")
     # Fewer healthy places set what their highest score has on average.
-    assert few.cannot() and not told.cannot() and few.mean == pytest.approx(4 / 5)
+    assert few.cannot() and not quiet.cannot() and few.mean == pytest.approx(4 / 5)
     ppv, npv = answers.meaning
     assert (ppv.value, npv.value) == pytest.approx(predictive_values(0.8, 0.95, 0.1))
     recall = answers.found[2.0]
     for end in ("low", "high"):
-        with_both = predictive_values(getattr(recall, end), getattr(told, end), 0.1)
+        with_both = predictive_values(getattr(recall, end), getattr(quiet, end), 0.1)
         assert (getattr(ppv, end), getattr(npv, end)) == pytest.approx(with_both)
 
 
@@ -110,8 +96,8 @@ def test_the_page_says_why_no_size_is_reliably_found(healthy, alarms, nodules, f
 
 def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_it():
     found = {size_mm: Estimate(1.0, 0.8, 1.0, 9, 9, 0.85) for size_mm in (2.0, 3.0)}
-    assert smallest_reliable_size(found, 0.85, 0.85) == 2.0
-    needed, z = recordings_to_show(0.85), 1.6448536269514722
+    assert told.smallest_reliable_size(found, 0.85, 0.85) == 2.0
+    needed, z = told.recordings_to_show(0.85), 1.6448536269514722
     assert needed / (needed + z**2) >= 0.85 > (needed - 1) / (needed - 1 + z**2)
 
 
@@ -142,16 +128,16 @@ def test_the_gain_since_half_of_the_recordings_gives_the_advice(gain, advice):
         for first, end in [*ranges, (2.0, 2.0), (5.0, 5.0)]
         for point in (half, last)
     ]
-    said = learning_sentence(pd.DataFrame(rows), "diagonal")
+    said = told.learning_sentence(pd.DataFrame(rows), "diagonal")
     shown = "specificity 60 % and 70 %, found at 1 mm 60 % and 70 %, found from 2 mm on 60 % and 70"
     assert said.endswith(f"{shown} %: {advice}.")
-    assert learning_sentence(pd.DataFrame(rows), "taught") == ""
+    assert told.learning_sentence(pd.DataFrame(rows), "taught") == ""
 
 
 # Kills: the recordings at hand added to those that are needed, and a size that needs none.
 def test_what_is_missing_for_a_narrow_interval_is_what_is_needed_without_what_is_there():
     rates = rates_of(evaluated(verdicts(400, 20, 10, 8)))
     more = recordings_needed(0.8, 0.1, 0.95) - 10
-    assert f"needs more recordings: {more} of 2 mm." in needed_sentence(rates, "template")
+    assert f"needs more recordings: {more} of 2 mm." in told.needed_sentence(rates, "template")
     rates = rates_of(evaluated(verdicts(400, 20, 400, 320)))
-    assert "or a narrower one" in needed_sentence(rates, "template")
+    assert "or a narrower one" in told.needed_sentence(rates, "template")

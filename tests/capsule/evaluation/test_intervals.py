@@ -15,24 +15,8 @@ from sklearn.metrics import roc_auc_score, roc_curve
 from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
-from capsule.evaluation.intervals import (
-    Units,
-    auc,
-    auc_interval,
-    effective_count,
-    gain_interval,
-    height_at,
-    lower_bound,
-    mean_interval,
-    median_interval,
-    new_specificity,
-    normal_quantile,
-    rate,
-    rate_of,
-    ratio_interval,
-    recordings_needed,
-    student_factor,
-)
+from capsule.evaluation import intervals
+from capsule.evaluation.intervals import Units, auc, effective_count, height_at, rate, rate_of
 from capsule.evaluation.measures import sign_test
 from capsule.seeding import generator
 
@@ -55,10 +39,6 @@ def both_alone(healthy, nodules):
     return alone(healthy), Units(np.ones(nodules), healthy + np.arange(nodules))
 
 
-def weights_of(*kinds):
-    return tuple(np.ones(each.size) for each in kinds)
-
-
 # Of single recordings, against the libraries.
 
 
@@ -71,28 +51,21 @@ def test_a_rate_has_wilsons_interval(counts, level):
     assert all(map(math.isnan, rate(0, 0, level)))
 
 
-@pytest.mark.parametrize("confidence", [0.8, 0.95])
-@pytest.mark.parametrize("values", [2, 3, 12])
-def test_a_mean_has_students_interval(values, confidence):
-    drawn = generator(1, "student", str(values)).normal(size=values)
-    expected = t.interval(confidence, values - 1, drawn.mean(), drawn.std(ddof=1) / values**0.5)
-    assert mean_interval(drawn, alone(values), confidence) == pytest.approx(
-        (drawn.mean(), *expected)
-    )
-    one, *ends = mean_interval(drawn[:1], alone(1), confidence)
-    assert one == drawn[0] and np.isnan(ends).all()
-    assert np.isnan(mean_interval(drawn[:0], alone(0), confidence)).all()
-
-
 @given(st.integers(1, 300), st.floats(0.5, 0.999))
-def test_the_medians_interval_leaves_out_the_binomials_tails(values, confidence):
-    every = np.arange(values, dtype=float)
-    median, low, high = median_interval(every, alone(values), confidence)
-    skipped = binom.ppf((1 - confidence) / 2, values, 0.5)
+def test_a_mean_has_students_interval_and_a_median_leaves_out_the_binomials_tails(values, level):
+    every, units = np.arange(values, dtype=float), alone(values)
+    median, *ends = intervals.median_interval(every, units, level)
+    skipped = binom.ppf((1 - level) / 2, values, 0.5)
     assert median == (values - 1) / 2
-    ends = (skipped - 1, values - skipped) if skipped else (np.nan,) * 2
-    np.testing.assert_equal((low, high), ends)
-    assert np.isnan(median_interval(every[:0], alone(0), confidence)).all()
+    np.testing.assert_equal(ends, (skipped - 1, values - skipped) if skipped else (np.nan,) * 2)
+    mean, *ends = intervals.mean_interval(every**2, units, level)
+    assert mean == pytest.approx((every**2).mean())
+    if values > 1:
+        expected = t.interval(level, values - 1, mean, (every**2).std(ddof=1) / values**0.5)
+        assert ends == pytest.approx(expected)
+    assert np.isnan(ends).all() == (values == 1)
+    for interval in (intervals.mean_interval, intervals.median_interval):
+        assert np.isnan(interval(every[:0], alone(0), level)).all()
 
 
 @pytest.mark.parametrize(
@@ -104,19 +77,19 @@ def test_the_medians_interval_leaves_out_the_binomials_tails(values, confidence)
 def test_the_interval_of_a_ratio_is_koopmans(counts):
     options = {"compare": "ratio", "method": "score", "alpha": 0.05, "correction": False}
     expected = confint_proportions_2indep(*counts, **options)
-    low, high = ratio_interval(*counts, 0.95)
+    low, high = intervals.ratio_interval(*counts, 0.95)
     assert (low, high) == pytest.approx(expected, rel=1e-6)
     assert (low == 0) == (counts[0] == 0)
     # Effective counts need not be whole numbers.
     hits, of, others, other_of = counts
-    turned = ratio_interval(hits / 3, of / 3, others / 3, other_of / 3, 0.95)
-    back = ratio_interval(others / 3, other_of / 3, hits / 3, of / 3, 0.95)
+    turned = intervals.ratio_interval(hits / 3, of / 3, others / 3, other_of / 3, 0.95)
+    back = intervals.ratio_interval(others / 3, other_of / 3, hits / 3, of / 3, 0.95)
     assert turned[0] <= low and turned[1] >= high
     assert turned[0] * back[1] == pytest.approx(1) or low == 0
     # It is unknown if both rates are 0, or a count is unknown.
     for unknown in ((0, of, 0, other_of), (hits, math.nan, 9, 20), (hits, of, 9, math.nan)):
-        assert all(map(math.isnan, ratio_interval(*unknown, 0.95)))
-    low, high = ratio_interval(20, 20, 20, 20, 0.95)
+        assert all(map(math.isnan, intervals.ratio_interval(*unknown, 0.95)))
+    low, high = intervals.ratio_interval(20, 20, 20, 20, 0.95)
     assert low < 1 < high == pytest.approx(1 / low)
 
 
@@ -126,7 +99,7 @@ def test_the_curve_its_area_and_the_sign_test(seed):
     nodule = numbers.random(60) < 0.6
     scores = np.round(numbers.normal(nodule * 1.5, 1.0), 1)
     kinds = scores[~nodule], scores[nodule]
-    weights = weights_of(*kinds)
+    weights = tuple(np.ones(each.size) for each in kinds)
     assert auc(*kinds, weights) == pytest.approx(roc_auc_score(nodule, scores))
     allowed = np.arange(kinds[0].size + 1) / kinds[0].size
     false_positive, true_positive, _ = roc_curve(nodule, scores, drop_intermediate=False)
@@ -151,14 +124,14 @@ def test_the_interval_of_an_area_is_newcombes_method_5(confidence, healthy, nodu
     numbers = generator(1, "ends", str(healthy))
     scores = numbers.normal(size=healthy), numbers.normal(shift, 1, nodules)
     units = both_alone(healthy, nodules)
-    area, low, high = auc_interval(*scores, units, confidence)
+    area, low, high = intervals.auc_interval(*scores, units, confidence)
     assert_newcombe(area, (low, high), healthy, nodules, confidence)
     assert low < area <= high
     assert (high == 1.0) == (area == 1.0)
-    mirrored = auc_interval(-scores[0], -scores[1], units, confidence)
+    mirrored = intervals.auc_interval(-scores[0], -scores[1], units, confidence)
     assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
     units = both_alone(0, nodules)
-    assert all(map(math.isnan, auc_interval(scores[0][:0], scores[1], units, confidence)))
+    assert all(map(math.isnan, intervals.auc_interval(scores[0][:0], scores[1], units, confidence)))
 
 
 def assert_newcombe(area, ends, m, n, confidence=0.95):
@@ -167,7 +140,7 @@ def assert_newcombe(area, ends, m, n, confidence=0.95):
     for end in ends:
         spread = 1 + more * (1 - end) / (2 - end) + more * end / (1 + end)
         variance = end * (1 - end) * spread / (m * n)
-        reach = normal_quantile(confidence) ** 2 * variance
+        reach = intervals.normal_quantile(confidence) ** 2 * variance
         assert (end - area) ** 2 == pytest.approx(reach, abs=1e-9)
 
 
@@ -179,28 +152,22 @@ def test_the_needed_recordings_are_the_fewest_whose_interval_is_narrow_enough(
     widths = ((n, np.ptp(rate(expected * n, n, level)[1:]) / 2) for n in count(1))
     least, exactly = next((n, width) for n, width in widths if width <= wanted)
     for width in (wanted, exactly):
-        assert recordings_needed(expected, width, level) == least
+        assert intervals.recordings_needed(expected, width, level) == least
 
 
 def test_what_a_new_place_may_expect_of_a_threshold_at_a_rank():
     # Of 20 healthy recordings the threshold is the highest score: Beta(20, 1).
-    low, high = new_specificity(20, 0.95)
+    low, high = intervals.new_specificity(20, 0.95)
     assert (low, high) == pytest.approx((0.05 ** (1 / 20), 0.95 ** (1 / 20)))
-    for healthy, rank in ((19, 19), (39, 38), (100, 96), (1, 1)):
+    for healthy, rank in ((39, 38), (100, 96), (1, 1)):
         expected = beta.ppf([0.05, 0.95], rank, healthy + 1 - rank)
-        assert new_specificity(healthy, 0.95) == pytest.approx(expected)
+        assert intervals.new_specificity(healthy, 0.95) == pytest.approx(expected)
     # No rank is below that of the lowest score.
-    assert new_specificity(9, 0.0) == pytest.approx(beta.ppf([0.05, 0.95], 1, 9))
-    assert all(map(math.isnan, new_specificity(0, 0.95)))
+    assert intervals.new_specificity(9, 0.0) == pytest.approx(beta.ppf([0.05, 0.95], 1, 9))
+    assert all(map(math.isnan, intervals.new_specificity(0, 0.95)))
 
 
 # Over clusters.
-
-
-def test_two_single_recordings_have_an_interval_and_two_clusters_of_several_have_none():
-    assert rate_of(np.ones(2), alone(2), 0.95) == rate(2, 2, 0.95)
-    value, *ends = rate_of(np.ones(4), places_of(2, 2), 0.95)
-    assert value == 1.0 and np.isnan([*ends, lower_bound(np.ones(4), places_of(2, 2))]).all()
 
 
 @pytest.mark.parametrize(
@@ -210,27 +177,33 @@ def test_the_effective_count_is_that_of_rao_and_scott_and_never_above_n(found):
     """Of five places of four passes, so many are found. Kills: no cap at n."""
     right = np.concatenate([np.arange(4) < hits for hits in found])
     p, sums = right.mean(), np.array(found) - 4 * right.mean()
-    alone, of_mean = p * (1 - p) / 20, 5 / 4 * np.sum(sums**2) / 20**2
+    single, of_mean = p * (1 - p) / 20, 5 / 4 * np.sum(sums**2) / 20**2
     # Of a rate of 0 or 1, the places count. Sums that scatter less than those of single recordings
     # make no recording worth more than one.
-    effective = 5 if alone == 0 else 20 / max(of_mean / alone, 1)
-    expected = effective * (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
-    assert student_factor(5, 0.95) == pytest.approx(expected / effective)
+    effective = 5 if single == 0 else 20 / max(of_mean / single, 1)
+    expected = effective * (intervals.normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
+    assert intervals.student_factor(5, 0.95) == pytest.approx(expected / effective)
     places = places_of(5, 4)
     assert effective_count(right, places, 0.95) == pytest.approx(expected)
     ends = rate(right.sum(), 20, 0.95, effective=expected)
     assert rate_of(right, places, 0.95) == pytest.approx(ends)
-    assert lower_bound(right, places) == rate_of(right, places, 0.9)[1]
+    assert intervals.lower_bound(right, places) == rate_of(right, places, 0.9)[1]
     # The same recordings as values of another variance.
     size = effective_count(right * 2.0, places, 0.95, variance=4 * p * (1 - p))
     assert size == pytest.approx(expected)
+    # Two single recordings have an interval, and two clusters of several have none.
+    assert rate_of(np.ones(2), alone(2), 0.95) == rate(2, 2, 0.95)
+    value, *ends = rate_of(np.ones(4), places_of(2, 2), 0.95)
+    assert (
+        value == 1.0 and np.isnan([*ends, intervals.lower_bound(np.ones(4), places_of(2, 2))]).all()
+    )
 
 
 def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     # Kills: either rank off by one.
     values = generator(3, "clustered").normal(size=40) + np.repeat(np.arange(10.0), 4)
     clusters = places_of(10, 4)
-    median, low, high = median_interval(values, clusters, 0.95)
+    median, low, high = intervals.median_interval(values, clusters, 0.95)
     effective = effective_count(values < median, clusters, 0.95)
     _, least, most = rate(20, 40, 0.95, effective=effective)
     ordered = sorted(values)
@@ -258,16 +231,18 @@ def test_a_gain_has_the_interval_of_bonett_and_price_of_as_many_as_recordings_ar
     widened, weights = [*gains, 1, -1], [*[size / gains.size] * gains.size, 1, 1]
     centre = np.average(widened, weights=weights)
     variance = np.average((np.array(widened) - centre) ** 2, weights=weights)
-    reach = normal_quantile(0.95) * math.sqrt(variance / (size + 2))
-    value, low, high = gain_interval(0 * gains, gains, units, 0.95)
+    reach = intervals.normal_quantile(0.95) * math.sqrt(variance / (size + 2))
+    value, low, high = intervals.gain_interval(0 * gains, gains, units, 0.95)
     assert value == pytest.approx(gains.mean())
     assert low == pytest.approx(max(min(centre - reach, value), -1))
     assert high == pytest.approx(min(max(centre + reach, value), 1))
     # A recording that was not judged both times has no gain.
     before, after = 0 * gains, gains.copy()
     before[0] = after[-1] = np.nan
-    assert gain_interval(before, after, units, 0.95)[0] == pytest.approx(gains[1:-1].mean())
-    assert np.isnan(gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
+    assert intervals.gain_interval(before, after, units, 0.95)[0] == pytest.approx(
+        gains[1:-1].mean()
+    )
+    assert np.isnan(intervals.gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
 
 
 def test_each_place_weighs_the_same_in_every_measure():
@@ -275,11 +250,13 @@ def test_each_place_weighs_the_same_in_every_measure():
     units, values = Units.of_places(np.array([0, 0, 0, 1, 2, 3])), np.array([5.0, 5, 5, 1, 2, 4])
     once, nodule, grid = values[2:], np.array([0.0, 3.0, 4.5, 6.0]), np.linspace(0, 1, 21)
     assert units.weights.tolist() == [1 / 3] * 3 + [1] * 3
-    assert mean_interval(values, units, 0.95)[0] == pytest.approx(once.mean())
-    assert median_interval(values, units, 0.95)[0] == np.median(once)
-    assert gain_interval(0 * values, values / 5, units, 0.95)[0] == pytest.approx(once.mean() / 5)
+    assert intervals.mean_interval(values, units, 0.95)[0] == pytest.approx(once.mean())
+    assert intervals.median_interval(values, units, 0.95)[0] == np.median(once)
+    assert intervals.gain_interval(0 * values, values / 5, units, 0.95)[0] == pytest.approx(
+        once.mean() / 5
+    )
     assert rate_of(values > 3, units, 0.95)[0] == pytest.approx(0.5)
-    weights, equal = (units.weights, np.ones(4)), weights_of(once, nodule)
+    weights, equal = (units.weights, np.ones(4)), (np.ones(4), np.ones(4))
     assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule, equal))
     assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once, equal))
     expected = height_at(once, nodule, grid, equal)
@@ -307,20 +284,22 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
         of_mean = math.sqrt(6 / 5) * (below[of_healthy == cluster] - below.mean()).sum() / 18
         of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - below.mean()).sum() / 10
         clustered += of_mean**2
-    factor = student_factor(5, 0.95) / max(clustered / alone, 1.0)
+    factor = intervals.student_factor(5, 0.95) / max(clustered / alone, 1.0)
     units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
-    area, *ends = auc_interval(healthy, nodule, units, 0.95)
+    area, *ends = intervals.auc_interval(healthy, nodule, units, 0.95)
     assert area == pytest.approx(below.mean())
     assert_newcombe(area, ends, 18 * factor, 10 * factor)
     # Weights count relative to each other.
     shared = [Units(each.weights / 3, each.clusters) for each in units]
-    assert auc_interval(healthy, nodule, shared, 0.95) == pytest.approx((area, *ends))
+    assert intervals.auc_interval(healthy, nodule, shared, 0.95) == pytest.approx((area, *ends))
     # An area of 1 rests on the numbers of clusters, and two clusters of a kind tell nothing.
-    area, *ends = auc_interval(healthy, nodule + 99, units, 0.95)
+    area, *ends = intervals.auc_interval(healthy, nodule + 99, units, 0.95)
     assert area == 1.0
-    assert_newcombe(1.0, ends, 6 * student_factor(5, 0.95), 5 * student_factor(5, 0.95))
+    assert_newcombe(
+        1.0, ends, 6 * intervals.student_factor(5, 0.95), 5 * intervals.student_factor(5, 0.95)
+    )
     few = Units(np.ones(18), of_healthy // 3)
-    assert np.isnan(auc_interval(healthy, nodule, (few, units[1]), 0.95)[1:]).all()
+    assert np.isnan(intervals.auc_interval(healthy, nodule, (few, units[1]), 0.95)[1:]).all()
 
 
 CLUSTERED = st.lists(
@@ -334,17 +313,17 @@ def test_every_interval_holds_its_value(values, others, clustered, level):
     units, both = (Units.of_places(each.astype(int)) for each in (clusters, more))
     if not clustered:
         units, both = both_alone(shares.size, scores.size)
-    area = auc_interval(shares, scores, (units, both), level)
+    area = intervals.auc_interval(shares, scores, (units, both), level)
     for value, low, high in (
         rate_of(shares, units, level),
-        gain_interval(0 * shares, shares, units, level),
-        gain_interval(shares, 0 * shares, units, level),
-        mean_interval(shares, units, level),
-        median_interval(shares, units, level),
+        intervals.gain_interval(0 * shares, shares, units, level),
+        intervals.gain_interval(shares, 0 * shares, units, level),
+        intervals.mean_interval(shares, units, level),
+        intervals.median_interval(shares, units, level),
         area,
     ):
         assert math.isnan(low) == math.isnan(high)
         assert math.isnan(low) or low <= value <= high
     assert clustered or 0 <= area[1] < area[2] <= 1
-    bound = lower_bound(shares, units)
+    bound = intervals.lower_bound(shares, units)
     assert math.isnan(bound) or 0 <= bound <= np.average(shares, weights=units.weights)

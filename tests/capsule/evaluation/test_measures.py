@@ -46,13 +46,14 @@ def sizing(judged, **rules):
     return {row["size_mm"]: row for row in rates.sizing(judged, RULES | rules)}
 
 
+def compared(both, *columns):
+    """Return columns of the comparison of two detectors, by measure and size."""
+    rows = measures.comparisons("leave_one_out", both, RULES)
+    return {(row["measure"], row["size_mm"]): tuple(row[each] for each in columns) for row in rows}
+
+
 def ends_of(row, name):
     return [row[f"{name}{end}"] for end in ("", "_low", "_high")]
-
-
-def rate_tables(pairs, sizes_mm, **rules):
-    made = measures.measure_tables(verdicts(pairs), sizes_mm, RULES | rules, names=RATES)
-    return {name: table.to_dict("records") for name, table in made.items()}
 
 
 # All tables.
@@ -116,31 +117,25 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
     assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
     # It is neither a positive nor a negative one: none of the given verdicts was wrong.
     assert (row["ppv"], row["npv"]) == (1.0, 1.0)
-    compared = {
-        (row["measure"], row["size_mm"]): (row["recordings"], row["difference"])
-        for row in measures.comparisons("leave_one_out", both, RULES)
-    }
-    assert (compared["detection", ANY], compared["detection", 0.0]) == ((3, 1 / 3), (2, 1 / 2))
+    made = compared(both, "recordings", "difference")
+    assert (made["detection", ANY], made["detection", 0.0]) == ((3, 1 / 3), (2, 1 / 2))
     sized = sizing(both["one"])[ANY]
     assert (sized["exact_rate"], sized["within_rate"]) == (2 / 3, 2 / 3)
     assert sized["mean_absolute_error_mm"] == pytest.approx(1 / 3)
     assert (sized["recordings"], sized["detected"]) == (3, 2)
-    made = rate_tables([(0, 0), (0, UNKNOWN), (0, 1), (1, 1), (1, UNKNOWN), (1, 0)], [0.0, 1.0])
-    for row in made["detection"]:
+    judged, rules = one(of([0, UNKNOWN, 1] * 2, [0] * 3 + [1] * 3)), RULES | {"sizes_mm": [0, 1]}
+    for row in rates.detection(judged, rules):
         assert (row["tp"], row["fp"], row["fn"]) == (1, 1, 2)
         assert (row["recall"], row["precision"]) == (1 / 3, 1 / 2)
-    counts = [(math.isnan(row["predicted_mm"]), row["count"]) for row in made["confusion"]]
-    assert counts == [(False, 1), (False, 1), (True, 1)] * 2
-    predicted, true = np.array([0.0, 1.0, UNKNOWN] * 2), np.repeat([0.0, 2.0], 3)
-    right = rates.is_right(predicted, true).tolist()
-    assert right == [True, False, False, False, True, False]
+    counts = [(row["predicted_mm"], row["count"]) for row in rates.confusion(judged, rules)]
+    np.testing.assert_equal(counts, [(0, 1), (1, 1), (UNKNOWN, 1)] * 2)
+    assert judged["right"].tolist() == [True, False, False, False, False, True]
 
 
 @pytest.mark.parametrize(
     ("scheme", "setups", "unit"),
     [
         ("held_out", "aabbcc", "setup"),
-        ("leave_one_setup_out", "aabbcc", "setup"),
         ("leave_one_session_out", "aabbcc", "setup"),
         ("leave_one_out", "aabbcc", "place"),
         ("resubstitution", "aabbcc", "place"),
@@ -302,19 +297,15 @@ def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_
     assert np.isnan(row["stated_low"]) and all("brier" not in each for each in bins)
 
 
-@pytest.mark.parametrize("bins", [1, 4, 5])
-def test_a_bin_holds_its_lower_edge_and_the_last_one_holds_certainty(bins):
-    edges = np.arange(bins + 1) / bins
-    _, *made = calibration(edges, edges > 0.4, prevalence=0.3, calibration_bins=bins)
+def test_a_bin_holds_its_lower_edge_and_a_few_nodules_in_it_do_not_prove_certainty():
+    edges = np.arange(6) / 5
+    _, *made = calibration(edges, edges > 0.4, prevalence=0.3, calibration_bins=5)
     assert [row["stated_low"] for row in made] == pytest.approx(edges[:-1])
     assert [row["stated_high"] for row in made] == pytest.approx(edges[1:])
     # One edge lies in each bin, and two in the last.
     for name in ("recordings", "clusters"):
-        assert [row[name] for row in made] == [1] * (bins - 1) + [2]
+        assert [row[name] for row in made] == [1] * 4 + [2]
     assert [row["stated"] for row in made[:-1]] == pytest.approx(edges[:-2])
-
-
-def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
     probability = np.array([0.1] * 20 + [0.9] * 5)
     of_bins = calibration(probability, probability > 0.5, prevalence=0.1, calibration_bins=3)
     _, low, empty, high = of_bins
@@ -330,10 +321,7 @@ def test_two_detectors_are_compared_on_the_same_recordings():
     # Of the nodules, the first finds three and the second two, of which one is new.
     sizes = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     both = of([0, 1, 1, 1, 1, 0, 0], sizes), of([1, 0, 1, 0, 0, 1, 0], sizes, detector="other")
-    made = {
-        (row["measure"], row["size_mm"]): (row["difference"], row["mcnemar_p"])
-        for row in measures.comparisons("leave_one_out", each_of(*both), RULES)
-    }
+    made = compared(each_of(*both), "difference", "mcnemar_p")
     assert made["detection", ANY] == made["size_within_tolerance", 1.0] == pytest.approx((-0.2, 1))
     assert made["detection", 0.0] == (0.0, 1.0)
     assert ("size_within_tolerance", 0.0) not in made
@@ -344,11 +332,10 @@ def test_passes_of_one_site_with_different_labels_are_not_merged():
     sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
     made = of(predicted, sizes, detector="diagonal")
     judged = one(made, site=["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2)
-    found = {
-        (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
-        for row in measures.retests("leave_one_out", {"diagonal": judged}, RULES)
-    }
+    names = ("passes", "size_mm", "sites", "detected")
+    rows = measures.retests("leave_one_out", {"diagonal": judged}, RULES)
     # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
-    of_site = {0.0: (4, 0.25), 2.0: (1, 1.0)}
-    assert found == {(n, size): each for n in (1, 2) for size, each in of_site.items()}
+    assert {tuple(row[each] for each in names) for row in rows} == {
+        each for n in (1, 2) for each in ((n, 0.0, 4, 0.25), (n, 2.0, 1, 1.0))
+    }
     assert not list(measures.retests("leave_one_out", each_of(made), RULES))

@@ -4,15 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from capsule.evaluation import paper
 from capsule.evaluation.columns import RATES
 from capsule.evaluation.intervals import rate
 from capsule.evaluation.measures import measure_tables
-from capsule.evaluation.paper import (
-    detection_points,
-    negative_points,
-    printed_tables,
-    sizing_points,
-)
 from support.evaluated import evaluated, read_paper
 from support.paper import LIKE_THE_PAPER
 from support.verdicts import verdicts
@@ -25,7 +20,7 @@ def tables():
     pairs = [pair for pair, runs in np.ndenumerate(LIKE_THE_PAPER) for _ in range(runs)]
     rules = {"tolerance_mm": 1.0, "confidence": 0.95}
     ours = measure_tables(verdicts(pairs, "paper", "paper"), np.arange(6.0), rules, names=RATES)
-    return printed_tables(printed, 0.95), ours, printed
+    return paper.printed_tables(printed, 0.95), ours, printed
 
 
 def test_the_printed_rates_are_those_of_verdicts_counted_by_our_definitions(tables):
@@ -74,15 +69,15 @@ def counts(points, size_mm):
 def test_a_point_holds_the_rate_and_the_counts_behind_it():
     # Of 2 mm, three of four are found, two of them of the right size; a healthy one is called.
     ours = judged([(0, 0), (0, 0), (0, 2), (2, 2), (2, 2), (2, 6), (2, 0)])
-    detected = detection_points(ours.tables["detection"])
+    detected = paper.detection_points(ours.tables["detection"])
     # Of no nodule and of any, other points tell.
     assert set(detected["size_mm"]) == {2.0, 6.0}
     assert counts(detected, 2.0) == {"precision": (3, 4), "recall": (3, 4)}
     assert counts(detected, 6.0) == {"precision": (0, 0), "recall": (0, 0)}
-    sized = sizing_points(ours.tables["sizing"])
+    sized = paper.sizing_points(ours.tables["sizing"])
     assert set(sized["size_mm"]) == {2.0, 6.0}
     assert counts(sized, 2.0) == {"exact_rate": (2, 4), "within_rate": (2, 4)}
-    none = negative_points(ours.tables["confusion"])
+    none = paper.negative_points(ours.tables["confusion"])
     assert counts(none, 0.0) == {"classified": (2, 3)}
     assert counts(none, 2.0) == {"classified": (1, 3)}
     for points in (detected, sized, none):
@@ -98,6 +93,6 @@ def test_a_point_holds_the_rate_and_the_counts_behind_it():
     # If nothing was judged, the paper's own detector stands for all.
     assert judged([]).detectors() == ["template"]
     # Without a healthy recording, no verdict on one is shown.
-    assert negative_points(judged([(2.0, 2.0)]).tables["confusion"]).empty
-    alone = negative_points(judged([(0.0, 0.0)]).tables["confusion"])
+    assert paper.negative_points(judged([(2.0, 2.0)]).tables["confusion"]).empty
+    alone = paper.negative_points(judged([(0.0, 0.0)]).tables["confusion"])
     assert counts(alone, 0.0) == {"classified": (1, 1)}
