@@ -11,16 +11,8 @@ from sklearn.linear_model import LogisticRegression, Ridge
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from capsule.arrays import plain
-from capsule.detectors.calibrate import (
-    Probability,
-    Regression,
-    SizeModel,
-    fit_probability,
-    fit_ridge,
-    fit_sizes,
-    rank_threshold,
-    upper_quantile,
-)
+from capsule.detectors import calibrate
+from capsule.detectors.calibrate import Regression, SizeModel, fit_probability, fit_ridge, fit_sizes
 from capsule.seeding import generator
 
 passes = st.lists(st.tuples(st.integers(0, 5), st.integers(-5, 5)), min_size=1, max_size=25)
@@ -41,10 +33,12 @@ def test_the_quantile_is_the_definition_written_out(drawn, share):
         return sum(np.mean(values[places == each] <= value) for each in every) / (len(every) + 1)
 
     expected = min((value for value in values if below(value) >= share - 1e-9), default=np.inf)
-    assert upper_quantile(values.astype(float), places, share) == expected
+    assert calibrate.upper_quantile(values.astype(float), places, share) == expected
     # A threshold is the highest score at most.
-    assert rank_threshold(values.astype(float), places, share) == min(expected, values.max())
-    assert np.isnan(rank_threshold(np.array([]), apart(0), share))
+    assert calibrate.rank_threshold(values.astype(float), places, share) == min(
+        expected, values.max()
+    )
+    assert np.isnan(calibrate.rank_threshold(np.array([]), apart(0), share))
 
 
 @pytest.mark.parametrize("prevalence", [0.1, 0.6])
@@ -95,7 +89,7 @@ def test_one_healthy_recording_at_the_place_of_two_nodules_makes_no_curve():
 
 
 def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
-    curve = Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
+    curve = calibrate.Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
     np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)
 
 
@@ -163,6 +157,6 @@ def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected(passes
     scaled, leave = features / features.std(axis=0), LeaveOneGroupOut()
     told = cross_val_predict(Ridge(alpha=0.5), scaled, sizes_mm, groups=places, cv=leave)
     errors = np.abs(told - sizes_mm)[detected]
-    expected = upper_quantile(errors, places[detected], 0.8)
+    expected = calibrate.upper_quantile(errors, places[detected], 0.8)
     assert model.half_width_mm == pytest.approx(expected)
     assert detected.sum() == 22 and model.known_mm == (1.0, 2.0, 3.0)

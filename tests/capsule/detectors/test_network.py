@@ -5,7 +5,7 @@ import pytest
 from sklearn.metrics import roc_auc_score
 
 from capsule.detectors import network
-from capsule.detectors.network import Scorer, standardised
+from capsule.detectors.network import FOLDED, SERIES_ROWS, STRETCH_WIDTH, Scorer, standardised
 from capsule.detectors.search import series_of
 from capsule.detectors.wave import wave_of
 from capsule.engine.configuration import read_config_file
@@ -53,7 +53,7 @@ def test_the_gradient_is_that_of_the_score(weights, scorer, series):
 def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights, scorer):
     numbers, unprojected = (
         generator(1, "many"),
-        Scorer(weights | {"projection": np.eye(network.FOLDED)}),
+        Scorer(weights | {"projection": np.eye(FOLDED)}),
     )
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
     whole = np.array([scorer.forward(standardised(each))[2]() for each in many])
@@ -61,9 +61,9 @@ def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights,
     folded = np.array([unprojected.features(each).gradient for each in many])
     # The shipped projection was taught with these random numbers.
     sketch = generator(1, "scorer", "sketch")
-    bucket = sketch.integers(network.FOLDED, size=whole.shape[1])
+    bucket = sketch.integers(FOLDED, size=whole.shape[1])
     signed = sketch.choice([-1.0, 1.0], size=whole.shape[1]) * whole[0]
-    expected = np.bincount(bucket, signed, network.FOLDED)
+    expected = np.bincount(bucket, signed, FOLDED)
     np.testing.assert_allclose(folded[0], expected, rtol=1e-4, atol=1e-6)
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
@@ -170,19 +170,17 @@ def test_a_stretch_of_usual_beats_takes_the_place_of_each_and_loses_what_it_rais
     assert whole == scorer.features(series).score
     for number, lost in enumerate(loss):
         x = standardised(series)
-        x[:, : network.SERIES_ROWS, number * network.STRETCH_STEP :][
-            :, :, : network.STRETCH_WIDTH
-        ] = 0.0
+        x[:, :SERIES_ROWS, number * network.STRETCH_STEP :][:, :, :STRETCH_WIDTH] = 0.0
         assert lost == pytest.approx(whole - scorer.forward(x)[0])
     assert loss[18 // network.STRETCH_STEP] > 0
     # Usual beats are zero in what is taken out, and nothing is lost by them.
     usual = np.zeros((4, 5, 40))
-    assert not standardised(usual)[:, : network.SERIES_ROWS].any()
-    assert standardised(usual)[:, network.SERIES_ROWS :].all()
+    assert not standardised(usual)[:, :SERIES_ROWS].any()
+    assert standardised(usual)[:, SERIES_ROWS:].all()
     assert not network.score_stretches(scorer, usual)[1].any()
 
     # Those of a short recording stay within it.
     for beats in (1, 7, 8, 9, 10):
         _, loss = network.score_stretches(scorer, np.ones((4, 5, beats)))
-        assert loss.size == max(beats - network.STRETCH_WIDTH, 0) // network.STRETCH_STEP + 1
-    assert np.arange(network.STRETCH_WIDTH).mean() == network.FIRST_STRETCH
+        assert loss.size == max(beats - STRETCH_WIDTH, 0) // network.STRETCH_STEP + 1
+    assert np.arange(STRETCH_WIDTH).mean() == network.FIRST_STRETCH

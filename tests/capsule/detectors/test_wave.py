@@ -5,17 +5,8 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from capsule.detectors.wave import (
-    fill_missing,
-    find_wave,
-    missing_wave,
-    phase_tests,
-    rayleigh,
-    thinned,
-    wave_of,
-    wave_period,
-    wave_phase,
-)
+from capsule.detectors import wave as waves
+from capsule.detectors.wave import find_wave, missing_wave, phase_tests, rayleigh, wave_of
 from capsule.seeding import generator
 
 BENCH = {"wave_speed_mm_s": 25, "wavelength_mm": 80, "pitch_mm": 6.3}
@@ -147,7 +138,7 @@ def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
     nan = np.nan
     values = np.array([[nan, nan, 2.0, nan, nan, 8.0, nan], [1.0, nan, 5.0, 7.0, 7.0, nan, 9.0]])
     expected = [[2.0, 2.0, 2.0, 4.0, 6.0, 8.0, 8.0], [1.0, 3.0, 5.0, 7.0, 7.0, 8.0, 9.0]]
-    np.testing.assert_allclose(fill_missing(values), expected)
+    np.testing.assert_allclose(waves.fill_missing(values), expected)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +146,7 @@ def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
 )
 def test_a_wave_keeps_sixteen_samples(period, stride):
     values = generator(1, "thinned").normal(size=(2, 101))
-    made, by = thinned(values, period)
+    made, by = waves.thinned(values, period)
     assert by == stride
     count = 101 // stride
     expected = [values[:, n * stride : (n + 1) * stride].mean(axis=1) for n in range(count)]
@@ -193,13 +184,13 @@ def test_the_period_equals_the_formula_written_out(samples, period):
     before, peak, after = (power[line] for line in (highest - 1, highest, highest + 1))
     off = 0.5 * (before - after) / (before - 2 * peak + after)
     assert abs(off) < 0.5
-    assert wave_period(values, expected) == pytest.approx(padded / (highest + off), rel=1e-9)
+    assert waves.wave_period(values, expected) == pytest.approx(padded / (highest + off), rel=1e-9)
 
 
 def test_where_the_power_grows_beyond_a_factor_of_two_the_period_is_that_end():
     # It is the last line, or half a line beyond.
     for period, end in ((14.0, 2048 / 128.5), (75.0, 64)):
-        assert wave_period(cosine(period, 512), 32.0) == pytest.approx(end)
+        assert waves.wave_period(cosine(period, 512), 32.0) == pytest.approx(end)
 
 
 @pytest.mark.parametrize("period", [20.0, 25.3])
@@ -207,7 +198,7 @@ def test_the_phase_equals_the_formula_written_out(period):
     numbers, wave, offsets = generator(1, "phase"), round(period), [0.0, -0.7, 2.0, -2.9]
     wander = 1.5 * np.sin(2 * np.pi * np.arange(400) / 300)
     values = 40 * cosine(period, 400, offsets, wander) + numbers.normal(7, 8, (4, 400))
-    irregular, offset = wave_phase(values, period)
+    irregular, offset = waves.wave_phase(values, period)
     np.testing.assert_allclose(offset, offsets, atol=0.1)
     # Around each sample lies a whole window of one wave, whose mean is taken off.
     steady = {}

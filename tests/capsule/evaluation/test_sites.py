@@ -37,11 +37,8 @@ def table_of(verdicts, sites, specificity):
     return site_table(verdicts.assign(scheme="leave_one_out"), [], index, rules)
 
 
-UNKNOWN_KIND = Familiarity(None).cells
-UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | UNKNOWN_KIND
+UNTOLD = dict.fromkeys(OF_A_PASS[1:], UNKNOWN) | Familiarity(None).cells
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
-
-
 TWO, THREE = passes(None, 1.0, 1.0), passes(None, 1.0, 1.0, 1.0)
 ONE_HIGH = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
 BOTH = {f"h{place}": passes(0.0, place, place) for place in range(3)}
@@ -62,12 +59,10 @@ NODULE = {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
         (ONE_HIGH | {"n": TWO}, "diagonal", 0.5, "n", 1.0, False),
         (ONE_HIGH | {"n": THREE}, "diagonal", 0.5, "n", 2 / 3, True),
         # The healthy passes over a site teach none of its passes.
-        (BOTH, "diagonal", 0.95, "h2", 1.0, True),
         (BOTH, "diagonal", 0.95, "h2#2", 1.0, True),
         (BOTH, "diagonal", 0.95, "h2#?", 1.0, True),
         (BOTH, "diagonal", 0.95, "h0", 2.0, False),
         # The paper's threshold stays 0.
-        (RULE, "template", 0.9, "a", 0.0, False),
         (RULE, "template", 0.9, "b", 0.0, True),
         # Without a healthy site, or without a score, nothing is said.
         ({"n": passes(3.0, 9.0, 8.0)}, "diagonal", 0.9, "n", UNKNOWN, None),
@@ -125,10 +120,9 @@ def test_the_first_passes_over_every_place_are_judged_together(sites, detector, 
     assert all(verdicts["size_mm"] == [sites[name]["size_mm"][0] for name in verdicts["site"]])
 
 
-@pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
-def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
+def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called():
     # The threshold of a site with two passes is the mean of the first two of the healthy site.
-    sites = dict.fromkeys(names, "p") | {"3mm/y": "q", "3mm/x": "q"}
+    sites = dict.fromkeys(["2mm/z", "2mm/b", "2mm/a"], "p") | {"3mm/y": "q", "3mm/x": "q"}
     verdicts = pd.DataFrame({"recording": list(sites), "size_mm": [0.0] * 3 + [3.0] * 2})
     verdicts = verdicts.assign(detector="diagonal", score=[0.0, 1.0, 5.0, 2.0, 2.0], **UNTOLD)
     table = table_of(verdicts.sort_values("recording"), sites, 0.5)
