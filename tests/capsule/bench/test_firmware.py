@@ -57,9 +57,9 @@ def test_the_end_stop_is_debounced_and_its_broken_wire_reads_as_pressed(logger):
         return [sample.at_end for sample in samples(logger.wait(seconds))]
 
     logger.say("start")
-    logger.board.set_end_stop(True)
+    logger.board.set_switch(emulated.END_STOP, True)
     assert told(0.2) == [False, True]
-    logger.board.set_end_stop(False)
+    logger.board.set_switch(emulated.END_STOP, False)
     assert not told(0.2)[-1]
     logger.board.break_wire(emulated.END_STOP)
     assert told(0.3)[-1]

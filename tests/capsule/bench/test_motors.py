@@ -255,6 +255,15 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     assert "start" not in drive.sent
 
 
+# Kills: an origami that unfolds for 12 s while the wave carries the capsule on.
+def test_the_wave_stops_before_the_origami_unfolds(line):
+    unfolded = Line(state="F,10,0,unfolded,unfolded")
+    bench, _ = bench_on(peristalsis=line, fold=unfolded)
+    line.sent = unfolded.sent
+    bench.leave()
+    assert [said for said in line.sent if said in ("stop", "unfold")] == ["stop", "unfold"]
+
+
 def fold_of(board):
     return FoldBoard(board, LOG)
 

@@ -5,23 +5,23 @@ import json
 import numpy as np
 import pytest
 
-from capsule.bench.bench_errors import AcquisitionError, SurveyFaultError
+from capsule.bench.clock import AWAKE
 from support.bench import emulated
-from support.bench.rig import Killed
+from support.bench.rig import Killed, Rig
 
 pytestmark = [pytest.mark.boards, emulated.needed]
-# The lease, and the ramp from 25 mm/s at 25 mm/s^2.
-LEASE_AND_RAMP_S = 5 + 1
 # The first target is reached as soon as the wave is felt; then it folds to go back.
 THERE_AND_BACK = ("--goto", 11, 3)
 
 
-def check_ended(bench):
-    """Check that the wave stands, the origami is unfolded, and the session is whole."""
-    assert bench.at_rest()
-    assert bench.events()[-1]["after"] == "ended"
-    assert len({len(row) for row in bench.stream()}) == 1
-    assert not list((bench.folder / "tuesday").glob("*.part"))
+@pytest.fixture
+def rig(tmp_path):
+    """Return a bench with the real firmware of the boards with motors."""
+    with pytest.MonkeyPatch.context() as replaced:
+        made = Rig(tmp_path, replaced)
+        yield made
+    AWAKE.__init__()
+    assert not made.cables.logger.boot_loader_stuck
 
 
 def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, capsys):
@@ -73,7 +73,10 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
 
     with pytest.raises(KeyboardInterrupt):
         rig.resume(then=[(is_found, look)])
-    check_ended(rig)
+    assert rig.at_rest()
+    assert rig.events()[-1]["after"] == "ended"
+    assert len({len(row) for row in rig.stream()}) == 1
+    assert not list((rig.folder / "tuesday").glob("*.part"))
     found = [event for event in rig.events() if "from the goal" in event["reason"]]
     assert found[-1]["position_mm"] == pytest.approx(found_mm[0], abs=4)
     # What was there stays; the time in which nobody looked is a jump, and no row.
@@ -82,49 +85,3 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
     assert np.count_nonzero(np.diff(times_s) > 0.15) == 1
     # Kills: events by the pilot's clock, which does not count that time.
     assert rig.events()[-1]["time_s"] == pytest.approx(times_s[-1], abs=1)
-
-
-def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig, capsys):
-    pressed_s, folded = [], []
-
-    def stall_and_press():
-        rig.origami.stalled = True
-        rig.press_ctrl_c()
-        pressed_s.append(rig.now_s)
-
-    def look():
-        pressed_s.append(rig.now_s)
-        folded.append(rig.folded)
-
-    stands = (lambda: rig.wave_board.coils == 0, look)
-    with pytest.raises(SurveyFaultError):
-        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.folded == 1.0, stall_and_press), stands])
-    assert "look before you pull the capsule out" in capsys.readouterr().err
-    assert pressed_s[1] - pressed_s[0] < 1.5
-    assert folded[0] > 0.5
-    assert rig.wave_board.coils == 0
-
-
-def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig, capsys):
-    rig.cables.logger.spoil = lambda frame: b"" if b"$D," in frame else frame
-    with pytest.raises(KeyboardInterrupt):
-        rig.survey(
-            *THERE_AND_BACK, then=[(lambda: rig.wave_board.half_steps > 500, rig.press_ctrl_c)]
-        )
-    assert "before the first sample" in capsys.readouterr().err
-    assert rig.at_rest()
-    assert not (rig.folder / "tuesday").exists()
-
-
-def test_a_survey_that_was_stopped_starts_nothing_itself(rig):
-    standing = []
-
-    def stop():
-        rig.pass_by(LEASE_AND_RAMP_S + 6)
-        assert rig.at_rest()
-        standing.append((rig.wave_board.half_steps, rig.fold_board.half_steps))
-
-    with pytest.raises(AcquisitionError, match=r"was stopped for .*capsule survey --resume"):
-        rig.survey(*THERE_AND_BACK, then=[(lambda: rig.folded == 1.0, stop)])
-    rig.pass_by(5)
-    assert standing == [(rig.wave_board.half_steps, rig.fold_board.half_steps)]

@@ -9,7 +9,6 @@ import contextlib
 import os
 import select
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from support.bench.emulated import EmulatedBoard
@@ -24,27 +23,19 @@ except ImportError:  # Windows has no pseudo-terminals
 BOOT_LOADER_US = 1_000_000
 # A byte that reaches a Mega's boot loader while it waits for an upload blocks the boot loader.
 STUCK_BOOT_LOADER_US = 7_000_000
-BAUD_TOLERANCE = 0.04
-_GET_BAUD, _COUNT_WAITING = 0x802C542A, 0x541B  # TCGETS2 and FIONREAD of Linux
+_COUNT_WAITING = 0x541B  # FIONREAD of Linux
 
 
 class TerminalCable:
     """A board on a cable, as the program at the other end sees it.
 
     `link` is the permanent name of its pseudo-terminal, like one in /dev/serial/by-id.
-    `spoil` returns the bytes that arrive of a frame. `sticks`: a byte that comes too early blocks
-    the boot loader, as on a Mega. `whole` holds the frames that reached the program undamaged.
+    `sticks`: a byte that comes too early blocks the boot loader, as on a Mega. `whole` holds the
+    frames that reached the program.
     """
 
-    def __init__(
-        self,
-        board: EmulatedBoard,
-        link: Path,
-        spoil: Callable[[bytes], bytes] | None = None,
-        sticks: bool = True,
-    ) -> None:
+    def __init__(self, board: EmulatedBoard, link: Path, sticks: bool = True) -> None:
         self.board, self.link = board, link
-        self.spoil = spoil
         self.sticks = sticks
         self.whole: list[bytes] = []
         self.plugged = False
@@ -91,7 +82,7 @@ class TerminalCable:
         elif self._boot_ends_us:
             self._wait_in_boot_loader(received, until_us)
         else:
-            self.board.deliver(self._as_heard(received))
+            self.board.deliver(received)
             self.board.advance(until_us)
         self._pass_on(self.board.take_sent())
 
@@ -104,19 +95,12 @@ class TerminalCable:
             self._boot_ends_us = 0
             self.board.reset()
 
-    def _as_heard(self, content: bytes) -> bytes:
-        """Return the bytes as received; scrambled if the baud rates of both sides differ."""
-        if content and abs(self._host_baud() / self.board.baud - 1) > BAUD_TOLERANCE:
-            return bytes((byte >> 1) ^ 0xA5 for byte in content)
-        return content
-
     def _pass_on(self, sent: bytes) -> None:
         if not self._opened:
             return  # the port is closed, so its chip discards the bytes
         *frames, self._unfinished = (self._unfinished + sent).split(b"\n")
         for frame in (content + b"\n" for content in frames):
-            heard = self._as_heard(self.spoil(frame) if self.spoil else frame)
-            if self._write(heard) and frame in heard:
+            if self._write(frame):
                 self.whole.append(frame)
 
     def _open_port(self) -> None:
@@ -152,9 +136,6 @@ class TerminalCable:
             except OSError:  # closed meanwhile
                 return False
         return True
-
-    def _host_baud(self) -> int:
-        return struct.unpack("4I20B2I", fcntl.ioctl(self._master, _GET_BAUD, bytes(44)))[-1]
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Wait until the program has read all bytes in the port."""

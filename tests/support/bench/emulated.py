@@ -167,12 +167,6 @@ class EmulatedBoard:
             self.write_eeprom(0, FIRST_RECORD)
 
     @property
-    def baud(self) -> int:
-        """The baud rate that the firmware has set, from its registers UBRR0 and UCSR0A."""
-        divisor = (self._memory[0xC4] | self._memory[0xC5] << 8) + 1
-        return MHZ * 1_000_000 // (divisor * (8 if self._memory[0xC0] & 2 else 16))
-
-    @property
     def half_steps(self) -> int:
         """The half-steps of the rotor; forward counts up."""
         return self.seen.half_steps
@@ -186,10 +180,6 @@ class EmulatedBoard:
         """Set the analogue inputs to change evenly over the next stretch of time."""
         for channel, (start, end) in enumerate(zip(from_mv, to_mv, strict=True)):
             self._library.board_set_voltage(self._board, channel, float(start), float(end))
-
-    def set_end_stop(self, closed: bool) -> None:
-        """Press or release the end stop."""
-        self.set_switch(END_STOP, closed)
 
     def set_switch(self, switch: int, closed: bool) -> None:
         """Press or release a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO.

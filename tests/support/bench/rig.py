@@ -25,8 +25,6 @@ from capsule.bench import (
     survey_run,
     wave,
 )
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.journey import Journey
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.emulated import HALF_STEPS_PER_MM
@@ -34,30 +32,13 @@ from support.bench.folding import FoldingOrigami
 from support.bench.workbench import Workbench
 from support.command import parsers
 
-WAVELENGTH_MM = 80.0
-GUT_MM = 80.0  # where the end stop is
-_AT_ONCE = 8
-
-
-class BentJourney(Journey):
-    """A journey whose origami follows a motor's thread."""
-
-    origami: FoldingOrigami
-
-    def _fold_on(self, samples: int) -> np.ndarray:
-        before, self._folded = self._folded, self.origami.folded
-        if self._folded > before:
-            self.fold()
-        elif self._folded < before:
-            self.unfold()
-        return np.linspace(before, self._folded, samples + 1)[1:]
+WAVELENGTH_MM, PITCH_MM = 80.0, 6.3
+# Way of the capsule for a mm of the wave, unfolded and folded.
+ONWARD, BACK = 0.02, -0.006
 
 
 class Gut:
-    """A world that couples three boards through a capsule in a gut.
-
-    The phantom is the simulator's journey, and the wave is its clock: it advances by a sample each
-    time the cams have carried the wave by the distance of a sample's time.
+    """A world by formula: the wave carries a capsule on, and back while the origami is folded.
 
     `head_mm` is the true place of the head.
     """
@@ -68,45 +49,22 @@ class Gut:
         origami: FoldingOrigami,
         logger: emulated.EmulatedBoard,
     ) -> None:
-        phantom = read_phantom(DEFAULT_TABLE, [])
-        electronics = phantom.electronics
-        self._journey = BentJourney(phantom, 7, "survey", [], 4, 12_000, GUT_MM)
-        self._journey.origami = origami
-        self._step_mm = phantom.wall.speed_mm_s / electronics.rate_hz
-        self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._motor, self._origami, self._logger = motor, origami, logger
         # The cam shaft on the peristalsis board's motor, whose index closes a switch.
         turn = WAVELENGTH_MM * HALF_STEPS_PER_MM
         motor.set_cam(turn, turn / 3, turn / 20)
-        # Samples that the wave has not reached yet.
-        self._ahead: deque[tuple[np.ndarray, float]] = deque()
-        self._before, self.head_mm = self._sample()
-        self._after, _ = self._sample()
-        self._before_mm = 0.0
+        self._wave_mm = self.head_mm = 0.0
 
     def __call__(self, start_s: float, end_s: float) -> None:
         """Move the capsule according to the motors in the last stretch of time."""
         del start_s, end_s
-        way_mm = self._motor.half_steps / HALF_STEPS_PER_MM
-        while way_mm > self._before_mm + self._step_mm:
-            self._before_mm += self._step_mm
-            self._before = self._after
-            self._after, self.head_mm = self._sample()
-        share = (way_mm - self._before_mm) / self._step_mm
-        counts = self._before + share * (self._after - self._before)
-        # Voltage in the middle of a step of the converter.
-        voltages_mv = (counts + 0.5) * self._mv
+        before_mm, self._wave_mm = self._wave_mm, self._motor.half_steps / HALF_STEPS_PER_MM
+        pace = np.interp(self._origami.folded, [0, 1], [ONWARD, BACK])
+        self.head_mm += pace * (self._wave_mm - before_mm)
+        behind_mm = self.head_mm - PITCH_MM * np.arange(4)
+        angle = 2 * np.pi * (behind_mm - self._wave_mm) / WAVELENGTH_MM
+        voltages_mv = 2500 - 300 * np.cos(angle)
         self._logger.set_voltages(voltages_mv, voltages_mv)
-        self._logger.set_end_stop(self.head_mm >= GUT_MM)
-
-    def _sample(self) -> tuple[np.ndarray, float]:
-        """Return the next counts, and the place of the head."""
-        if not self._ahead:
-            folded = self._origami.folded
-            # Several samples at once take less time, but not while the origami moves.
-            way, counts = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
-            self._ahead.extend(zip(counts.T.astype(float), way.head_mm, strict=True))
-        return self._ahead.popleft()
 
 
 class Killed(BaseException):
@@ -174,9 +132,6 @@ class MemoryCable(TerminalCable):
     def _write(self, content: bytes) -> bool:
         self.end.content += content
         return True
-
-    def _host_baud(self) -> int:
-        return self.board.baud
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Do nothing: unread bytes are lost."""
