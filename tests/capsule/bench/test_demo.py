@@ -1,6 +1,5 @@
 """capsule demo: a simulated run without a board, recorded by the recorder of capsule record."""
 
-import re
 import signal
 import sys
 from pathlib import Path
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 
 from capsule.bench import demo_command, recorder
-from capsule.commands.report import call_workflow
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
@@ -172,19 +170,3 @@ def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
         [],
     ]
     assert [each.at_end for some in told for each in some] == [False, False, True]
-
-
-@pytest.mark.boards
-def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path, monkeypatch, capfd):
-    folder = tmp_path / "demo"
-    demo_command.prepare(folder, PHANTOM, 4)
-    demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
-    shipped["evaluation"]["held_out"] = []
-    assert demo == shipped, "the demo has none of the shipped recordings"
-    monkeypatch.chdir(tmp_path)
-    assert call_workflow(folder, ["--cores=1", "results/report.html", "--dry-run"]) == 0
-    said = "".join(capfd.readouterr())
-    jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", said, re.MULTILINE))
-    assert int(jobs["preprocess"]) == sum(demo_command.LABELLED.values())
-    assert jobs["report"] == "1"
-    assert not (tmp_path / "results").exists()

@@ -315,9 +315,10 @@ def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(l
     fold_board.serve()
     fold_board.command("fold")
     assert fold_board.state == "unfolded"
+    rests = "E,fold,the motor has to rest for {} s"
     for frames, state in (
-        (["E,fold,the motor has to rest for 9 s", "F,15,0,unfolded,unfolded"], "resting"),
-        (["E,fold,the motor has to rest for 8 s"], "resting"),
+        ([rests.format(9), "F,15,0,unfolded,unfolded"], "resting"),
+        ([rests.format(8)], "resting"),
         (["A,fold", "F,25,0,unfolded,unfolded"], "unfolded"),
         (["F,35,0,unfolded,folding"], FOLDING),
     ):

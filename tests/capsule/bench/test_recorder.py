@@ -203,14 +203,6 @@ def test_a_board_without_samples_ends_a_recording_by_patience(
     assert bench.numbers() == [*range(30), *kept]
 
 
-# Kills: a sample in doubt that a survey, which goes on, never gets.
-def test_a_sample_in_doubt_is_kept_as_soon_as_its_board_is_lost(bench):
-    bench._script = iter([*samples(0, 30), *samples(33, 34), (3.4, LineLostError())])
-    for _ in range(32):
-        bench.logger.serve(0.05)
-    assert (bench.logger.state.samples, bench.logger.state.missing) == (34, 3)
-
-
 # Kills: a restart that is not seen since the new clock has passed the old one meanwhile.
 @pytest.mark.parametrize(
     "uptime_ms", [581_000 + 3000, 0, 2500, 5000], ids=["ahead", "new", "behind", "between"]

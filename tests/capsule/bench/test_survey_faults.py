@@ -10,7 +10,7 @@ from capsule.engine.project import CONFIG
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
-from capsule.phantom.simulated_bench import LEASE_S, bench_with
+from capsule.phantom.simulated_bench import bench_with
 from capsule.survey.cycle import FOLD, UNFOLD
 from capsule.survey.pilot import Pilot
 
@@ -101,7 +101,6 @@ def at(from_s, until_s=np.inf):
     ("when", "change", "status", "unknown", "happens"),
     [
         (since("returning"), dead_sensor, "undecided", [False, True, True], ""),
-        (for_4_s_of_a_pass, without("wave_mm"), "confirmed", [False, True, False], ""),
         (for_4_s_of_a_pass, without("values"), "confirmed", [False, True, False], ""),
         (since("finding"), without("wave_mm"), "undecided", [False], "lost"),
         (at(100, 115), without("values", fold="unknown"), "confirmed", [False, False], ""),
@@ -141,14 +140,6 @@ def test_an_origami_that_does_not_obey_costs_a_verdict(when, says, late, folds):
     assert bench.commands[-1] == UNFOLD
 
 
-def test_a_lease_that_nobody_renews_unfolds_the_origami():
-    bench = Bench().bench
-    bench.read(8)
-    bench.tell(FOLD)
-    said = [bench.read(1).fold for _ in range(int(12 * LEASE_S))]
-    assert "unfolding" in said[int(10 * LEASE_S) : int(10 * LEASE_S) + 3]
-
-
 def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
     bench = Bench(folding__speed_mm_s=0.2, nodules=(3.0, 0.0, 0.0, 3.0), length_mm=400.0)
     places = bench.lead().suspects.places
@@ -160,7 +151,6 @@ def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
 @pytest.mark.parametrize(
     ("changes", "targets_mm", "head_mm", "before"),
     [
-        ({"folding__speed_mm_s": -0.8}, [100.0, 60.0], 60.0, "approaching"),
         # The last one lies where the first was reached.
         ({"folding__speed_mm_s": -0.8}, [100.0, 60.0, 100.0], 100.0, "approaching"),
         # Reckoned from the start, where nothing is felt.
