@@ -31,7 +31,6 @@ from support.marks import needs_terminals
     [
         (serial.SerialException(errno.ENOENT, "could not open"), BoardNotFoundError, "no port"),
         (serial.SerialException(errno.EACCES, "could not open"), NoPermissionError, "dialout"),
-        (serial.SerialException(errno.EBUSY, "could not open"), PortBusyError, "in use"),
         (serial.SerialException(errno.EAGAIN, "not exclusively lock"), PortBusyError, "in use"),
         (serial.SerialException("FileNotFoundError(2, ...)"), BoardNotFoundError, "no port"),
         (serial.SerialException("something else"), AcquisitionError, "something else"),
@@ -55,8 +54,6 @@ def test_a_port_that_another_program_has_is_in_use():
         Line(name)
     os.close(ours)
     os.close(theirs)
-    with pytest.raises(BoardNotFoundError, match="there is no port /dev/nothing"):
-        Line("/dev/nothing")
 
 
 def usb_port(device, serial_number=None, location=None, ids=(0x2341, 0x42)):
@@ -202,7 +199,6 @@ def says(device, **changes):
         ("fold", says("fold", protocol="2"), WrongBoardError, "reports protocol=2; upload"),
         ("logger", says("logger", firmware=None), WrongBoardError, "no firmware"),
         ("logger", says("logger", adc_bits=None), WrongBoardError, "no adc_bits"),
-        ("logger", says("logger", adc_bits="9999"), WrongBoardError, "adc_bits=9999"),
         ("logger", says("logger", rate_hz="0"), WrongBoardError, "rate_hz=0"),
         ("logger", says("logger", channels="4.0"), WrongBoardError, "channels=4.0"),
         ("peristalsis", says("peristalsis", wavelength_mm=None), WrongBoardError, "no wavelength"),

@@ -162,12 +162,10 @@ def test_the_page_in_a_real_browser(page, state, tmp_path):
         assert browser.texts("#survey") == []
         state.faults, state.doing, state.length_mm = [], "is folded", 1000.0
         state.head_mm, state.places = 300.0, [(1, "confirmed", 200.0, "3.1 mm")]
-        state.following, state.threshold = "unfolds in 12 s", 0.15
         state.ended = "the survey is over"
         page.show(state)
         browser.wait_until("return !document.getElementById('survey').hidden")
         assert browser.texts("#banner") == ["ended: the survey is over"]
-        assert browser.texts("#following") == ["unfolds in 12 s"]
         assert browser.texts("#places tbody tr") == ["1200 mmconfirmed3.1 mm"]
         assert browser.messages() == [], "nothing that the policy refuses"
         assert browser.violations() == []

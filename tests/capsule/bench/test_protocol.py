@@ -194,15 +194,3 @@ def test_whole_frames_survive_noise_between_them_and_any_cutting(sent, lengths):
         stream = stream[length:]
     whole = [event for event in events if not isinstance(event, Damaged)]
     assert whole == [sample for _, sample in sent]
-
-
-@given(samples, st.data())
-def test_no_damage_of_up_to_sixteen_bits_in_a_row_passes(sample, data):
-    frame = frame_of(sample)
-    bits = int.from_bytes(frame, "big")
-    burst = data.draw(st.integers(1, 2**16 - 1))
-    shift = data.draw(st.integers(0, 8 * len(frame) - 16))
-    damaged = (bits ^ burst << shift).to_bytes(len(frame), "big")
-    events = FrameParser().feed(damaged + b"\n")
-    assert sample not in events or damaged.rstrip(b"\n") == frame.rstrip(b"\n")
-    assert not [event for event in events if isinstance(event, Sample) and event != sample]

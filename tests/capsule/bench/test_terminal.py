@@ -97,11 +97,10 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
         "place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
     ]
     places = [(number, "", 10.0 * number, "") for number in range(1, 9)]
-    later = {"head_mm": 199.9, "head_known": False, "doing": "is folded", "score": NAN}
-    terminal.show(replace(STATE, **later, places=places))
+    terminal.show(replace(STATE, head_known=False, score=NAN, places=places))
     last = screen.getvalue()[len(drawn) :]
     assert last.startswith("\x1b[5A\x1b[Jdemo")
-    assert "head last at 199.9 mm: is folded" in last and "no score, threshold" in last
+    assert "head last at 250.0 mm" in last and "no score, threshold" in last
     assert "place 2" not in last and "place 3 at 30 mm: suspected" in last
     # What follows does not wipe it away.
     terminal.leave()
@@ -111,7 +110,7 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
 
 
 def test_a_narrow_plain_terminal_gets_what_it_can_show_also_readings_in_volts(state):
-    start = replace(STATE, head_mm=NAN, threshold=NAN, places=[], following="", doing="waits")
+    start = replace(STATE, head_mm=NAN, threshold=NAN, places=[], following="")
     assert state_lines(start, 20) == ["demo, simulated  21 "]
     state.judgement.lines_so_far = lambda: [f"{MINUS}2.0 mm"]
     state.full_scale = 5.0

@@ -78,14 +78,3 @@ def test_a_dead_sensor_is_left_out_and_three_dead_ones_say_nothing():
     assert place_in_wave(pressed, wave_mm, 6.3, 80.0) == pytest.approx(whole, abs=0.05)
     pressed[3] = 0.0
     assert np.isnan(place_in_wave(pressed, wave_mm, 6.3, 80.0))
-
-
-def test_after_a_blind_stretch_it_goes_on_from_the_same_origin():
-    odometer = Odometer(SETTINGS, 10.0, 5.0)
-    wave_mm = 2.5 * np.arange(SPAN)
-    assert odometer.fix(63, felt(np.full(SPAN, 9.0), wave_mm), wave_mm, 0.0) == 5.0
-    odometer.forget()
-    assert np.isnan(odometer.position_mm)
-    later_mm = wave_mm + 12345.0
-    back = odometer.fix(900, felt(np.full(SPAN, -24.0), later_mm), later_mm, 5.0 - 30.0)
-    assert back == pytest.approx(5.0 - 33.0, abs=0.05)

@@ -13,17 +13,12 @@ from pathlib import Path
 
 from support.bench.emulated import EmulatedBoard
 
-try:
-    import fcntl
-    import struct
+with contextlib.suppress(ImportError):  # Windows has no pseudo-terminals
     import tty
-except ImportError:  # Windows has no pseudo-terminals
-    fcntl = None
 
 BOOT_LOADER_US = 1_000_000
 # A byte that reaches a Mega's boot loader while it waits for an upload blocks the boot loader.
 STUCK_BOOT_LOADER_US = 7_000_000
-_COUNT_WAITING = 0x541B  # FIONREAD of Linux
 
 
 class TerminalCable:
@@ -56,11 +51,8 @@ class TerminalCable:
         self.plugged = True
         self._boot_ends_us = -1
 
-    def unplug(self, after_bytes: bytes = b"") -> None:
-        """Unplug the cable after the program has read all bytes; a frame may be incomplete."""
-        if after_bytes:
-            self._write(after_bytes)
-        self.wait_until_read()
+    def unplug(self) -> None:
+        """Unplug the cable; bytes that the program has not read are lost."""
         self._close_port()
         self.plugged = self._opened = False
         self._unfinished = b""
@@ -106,10 +98,9 @@ class TerminalCable:
     def _open_port(self) -> None:
         self._master, slave = os.openpty()
         tty.setraw(slave)
-        self._name = os.ttyname(slave)
+        self.link.symlink_to(os.ttyname(slave))
         os.close(slave)
         os.set_blocking(self._master, False)
-        self.link.symlink_to(self._name)
 
     def _close_port(self) -> None:
         os.close(self._master)
@@ -136,17 +127,3 @@ class TerminalCable:
             except OSError:  # closed meanwhile
                 return False
         return True
-
-    def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read all bytes in the port."""
-        # Closing a pseudo-terminal discards unread bytes. The kernel passes bytes on with a delay,
-        # so the port counts as empty only after it has been empty for a while.
-        end = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
-        empty_since = started = time.monotonic()
-        while (now := time.monotonic()) - empty_since < 0.05:
-            if struct.unpack("i", fcntl.ioctl(end, _COUNT_WAITING, bytes(4)))[0]:
-                empty_since = now
-            if now - started > limit_s:
-                raise RuntimeError("the program does not read its port")
-            time.sleep(0.002)
-        os.close(end)

@@ -133,9 +133,6 @@ class MemoryCable(TerminalCable):
         self.end.content += content
         return True
 
-    def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Do nothing: unread bytes are lost."""
-
 
 # What a test does while a survey runs: as soon as the condition holds, the act, and then the next.
 Then = Iterable[tuple[Callable[[], bool], Callable[[], object]]]

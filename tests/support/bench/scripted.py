@@ -123,7 +123,7 @@ class ScriptedBench:
             monkeypatch.setattr(board, name, value)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
-        header = {"started": "2026-01-01T00:00:00Z"}
+        header = {"started": "2026-01-01T00:00:00Z", "wave_until_s": "end"}
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self.port, self.baud, "logger", self.told.append)
         self.logger = Logger(mine, self.log)
