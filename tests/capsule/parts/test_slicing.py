@@ -84,18 +84,3 @@ def test_a_wall_bar_is_one_line_as_wide_as_it_is_called(made, name):
         distance, width = crossing(lines, np.zeros(2), np.array([0.0, 1.0]))
         assert distance == pytest.approx([0.0], abs=0.02)
         assert width == pytest.approx([float(name[-4:])], abs=0.02)
-
-
-@pytest.mark.parametrize("name", ["substructure", "coupon-awn", "follower", "slide"])
-def test_the_slicer_would_put_support_nowhere(made, name):
-    gcode = sliced(made, name, "--support-material", "--support-material-threshold", 45)
-    assert ";TYPE:External perimeter" in gcode
-    assert ";TYPE:Support" not in gcode
-
-
-def test_the_slicer_finds_nothing_to_repair(made):
-    meshes = sorted(made.glob("*.stl"))
-    assert len(meshes) == 16
-    told = slicer("--info", *meshes, *sorted(made.glob("*.3mf")))
-    # Of an assembly each sensor is an object of its own in 3MF.
-    assert told.count("manifold = yes") == told.count("manifold =") == 2 * len(meshes) + 3

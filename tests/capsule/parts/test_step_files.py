@@ -22,7 +22,6 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
 from capsule.parts.all_parts import substructure
-from capsule.parts.design import volume as parts_volume
 from capsule.parts.files import read_design
 from capsule.parts.step_files import step_bytes
 from support.measured import make_into, read_stl
@@ -132,18 +131,6 @@ def test_the_cams_flank_is_the_spiral(shapes, side):
     )
     np.testing.assert_allclose(distance, CAM.radius_mm, atol=1e-6)
     assert (z.min(), z.max()) == pytest.approx((0.0, CAM.lead_mm), abs=1e-6)
-
-
-def test_a_variant_with_eyelets_is_one_valid_solid(tmp_path):
-    design = read_design(["choice.folding=eyelets", "origami.tip=curl", "origami.corners=outside"])
-    unit = substructure(design)
-    (tmp_path / "unit.step").write_bytes(step_bytes(unit.name, unit.solid))
-    shape = read_step(tmp_path / "unit.step")
-    assert len(pieces(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) == 1
-    assert BRepCheck_Analyzer(shape).IsValid()
-    assert volume(shape) == pytest.approx(parts_volume(unit), rel=1e-3)
-    # Three arcs of each curled end, and two bores through two flats.
-    assert [each.GetType() for each in surfaces(shape)].count(CYLINDER) == 2 * 3 + 2 * 2
 
 
 def test_a_file_holds_neither_a_time_nor_a_count_of_what_was_written_before(made, listed):
