@@ -11,7 +11,6 @@ from sklearn.utils.estimator_checks import check_estimator
 
 import capsule
 from capsule.detectors.familiar import LEAST_PLACES, TOO_FEW
-from capsule.detectors.unlike import unlike_because
 from capsule.seeding import generator
 
 NAMES = ["template", "diagonal", "taught"]
@@ -107,17 +106,10 @@ def test_what_is_no_row_of_readings_or_no_size_is_refused(archive):
         (lambda: made(settings={"fit": {}}).fit(X, y), "settings: "),
         (lambda: made().fit(one, np.full(len(one), 3.0)), whole),
         (lambda: made().fit(X, y).predict(one), whole),
-        (lambda: matrices().fit(one), whole),
         (lambda: matrices().fit(X).transform(one), whole),
     ):
         with pytest.raises(capsule.CapsuleError, match=told):
             refused()
-
-
-def test_matrices_are_those_of_the_archive(archive):
-    made = capsule.MatrixTransformer(archive.settings).fit_transform(archive.X)
-    for row, name in zip(made, archive.labelled, strict=True):
-        np.testing.assert_array_equal(row.reshape(4, 1000), archive.matrices[name])
 
 
 def test_it_tells_whether_a_recording_is_like_those_that_taught_it(archive, fitted):
@@ -125,14 +117,11 @@ def test_it_tells_whether_a_recording_is_like_those_that_taught_it(archive, fitt
     assert [each.familiar for each in few] == [None, None]
     assert (few[0].traits, few[0].least) == ((TOO_FEW,), LEAST_PLACES)
     rows = np.concatenate([archive.X] * 5)
-    numbers = generator(1, "familiar")
-    changed = (rows + numbers.normal(0, 0.3, rows.shape)).round(6)
+    changed = (rows + generator(1, "familiar").normal(0, 0.3, rows.shape)).round(6)
     many = clone(fitted).fit(changed, np.concatenate([archive.y] * 5))
     assert [each.familiar for each in many.familiar(archive.X[:3])] == [True] * 3
     # Half as fast, and the sensors in another order.
     values = archive.X[0].reshape(-1, 4)
     slow = np.full_like(values, np.nan)
     slow[:800] = np.repeat(values[:400, [2, 0, 3, 1]], 2, axis=0)
-    (strange,) = many.familiar(slow.reshape(1, -1))
-    assert strange.familiar is False
-    assert " in the recordings that teach" in unlike_because(strange.cells)
+    assert many.familiar(slow.reshape(1, -1))[0].familiar is False

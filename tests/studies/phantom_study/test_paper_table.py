@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from phantom_study.paper_table import (
-    PaperTable,
     cells,
     distance,
     mean_difference,
@@ -33,29 +32,6 @@ def test_the_papers_numbers_come_from_one_table_of_120_runs():
     assert list(rates)[18:] == ["specificity", *slices]
     # Rates of whole runs: 57.7 % is 15 of 26.
     assert rates["precision 1 mm"] == 100 * 15 / 26
-
-
-def test_another_print_gives_other_cells():
-    """The printed sizes, tolerance and range also determine the names."""
-    printed = {
-        "recordings_per_size": 10,
-        "detection": [{"size_mm": 2.5, "precision_percent": 90, "recall_percent": 90}],
-        "sizing_tolerance_mm": 0.5,
-        "sizing": [{"size_mm": 2.5, "exact_percent": 40, "within_percent": 60, "one_sided": True}],
-        "settings": {"fit.peak_spacing_range": {"value": [80, 120]}},
-    }
-    paper = PaperTable.from_printed(printed)
-    assert paper.cells == {
-        "precision 2.5 mm": 90,
-        "recall 2.5 mm": 90,
-        "exact 2.5 mm": 40,
-        "within 0.5 mm of 2.5 mm": 60,
-        "specificity": 90,
-        "no nodule as none": 90,
-        "no nodule as 2.5 mm": 10,
-    }
-    assert list(paper.motion) == ["reaches the far side", "Delta mu 80 to 120"]
-    assert paper.runs == 10
 
 
 def test_the_distance_counts_in_spreads_with_the_motion_as_cells():

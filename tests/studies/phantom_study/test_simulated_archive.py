@@ -131,21 +131,3 @@ def test_the_headline_has_the_specificity_the_recalls_and_the_means_over_the_pap
         "specificity": 40.0, "recall 1 mm": 75.0, "recall 2 mm": 90.0,
         "exact size": 50.0, "within 1 mm": 72.5,
     }  # fmt: skip
-
-
-def test_a_sweep_uses_the_calibrated_templates_at_every_level_and_fault(monkeypatch):
-    monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
-    rows = list(draw.sweep(PHANTOM, DETECTOR, PAPER, archives=1, runs=2))
-    levels = [(row.pop("variation"), row.pop("level")) for row in rows]
-    faults = [("one faulty sensor", fault) for fault in ("none", "dead", "saturated")]
-    assert levels == [("noise", 1), ("noise", 32), *faults]
-    # The calibrated bench without a fault is met twice.
-    assert rows[0] == rows[2]
-    taught, fresh = (
-        simulated_archive.archive_matrices(
-            simulated_archive.simulate_archive(PHANTOM, seed, 2), DETECTOR
-        )
-        for seed in (1, 1001)
-    )
-    confusion = simulated_archive.classify(fresh, simulated_archive.learn(taught, DETECTOR))
-    assert rows[0] == draw.headline(confusion, PAPER)

@@ -1,6 +1,5 @@
 """A seed determines the random benches, and runs differ only by the nodule."""
 
-import re
 from dataclasses import replace
 from functools import partial
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 from scorer_teaching import episodes
 from scorer_teaching.bench_family import WAVE_FORMS, Effect, draw_bench
-from scorer_teaching.bench_recordings import followed, jumps, simulate_bench, smooth_noise
+from scorer_teaching.bench_recordings import jumps, simulate_bench, smooth_noise
 from scorer_teaching.episodes import draw_phantom
 
 from capsule.detectors.search import SERIES, series_of
@@ -74,13 +73,6 @@ def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched_s
     assert low < ratio < high
 
 
-def test_the_time_left_follows_from_the_time_taken(capsys):
-    seconds = iter([0.0, 5.0, 60.0, 70.0, 90.0])
-    assert list(episodes.progress("abcd", "letter", lambda: next(seconds))) == [*"abcd"]
-    left = re.findall(r"(\d of 4), about ([\d.]+) min", capsys.readouterr().err)
-    assert left == [("2 of 4", "1.0"), ("4 of 4", "0.0")]
-
-
 def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
     for kind in range(3):
         course = smooth_noise(streams(0)("noise"), (4000,), 100, 20.0, kind)
@@ -88,11 +80,6 @@ def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
         assert course.var() == pytest.approx(1.0, rel=0.1)
     courses = jumps(streams(0)("jumps"), (2000,), 500, 2.0, 1.0)
     assert np.count_nonzero(np.diff(courses), axis=1).mean() == pytest.approx(2.0, rel=0.1)
-
-
-def test_a_sensor_follows_a_step_within_its_time():
-    step = np.repeat([0.0, 1.0], [1, 50])
-    assert followed(step, 10.0)[[0, 10, 50]] == pytest.approx([0, 1 - np.exp(-1), 1 - np.exp(-5)])
 
 
 def test_every_form_of_the_wave_is_drawn_and_a_random_phantom_differs_in_what_is_drawn_only():
