@@ -85,19 +85,6 @@ def test_each_size_is_described_and_the_documentation_shows_what_was(archive, ma
         assert "| " + " | ".join(kept.values()) + " |" in text
 
 
-def test_an_example_is_the_run_with_the_middling_matrix(archive, matrices):
-    (healthy, example) = draw.examples(archive, matrices, (0, 3), window=84)
-    assert healthy.title.startswith("0mm/")
-    assert healthy.title.endswith("(no nodule)")
-    sums = {name: matrices[name].sum() for name in matrices if name.startswith("3mm/")}
-    assert sorted(sums.values())[2] == sums[example.title]
-    assert example.run is archive[example.title]
-    assert example.matrix is matrices[example.title]
-    # The matrix is the envelope above the threshold, here of every tenth sample.
-    high = example.envelope[:, ::10] > 1.0
-    np.testing.assert_array_equal(example.matrix[:, : high.shape[1]] > 0, high)
-
-
 def test_a_level_multiplies_what_it_is_about():
     doubled = draw.varied(PHANTOM, ["sensor.noise"], 2.0)
     assert value_of(doubled, "sensor.noise") == 2 * value_of(PHANTOM, "sensor.noise")

@@ -53,13 +53,6 @@ def test_a_logged_trial_can_be_made_again(monkeypatch):
     assert {name: str(value) for name, value in again.items()} | {"stage": "generation 1"} == logged
 
 
-def test_a_trial_like_the_paper_is_no_way_off_and_a_worse_one_is():
-    assert calibrate.mean_distance([trial_of(LIKE_THE_PAPER)], PAPER) == pytest.approx(0)
-    blind = np.zeros((6, 6), dtype=int)
-    blind[:, 0] = 20
-    assert calibrate.mean_distance([trial_of(blind)], PAPER) > 1
-
-
 def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
     perfect = trial_of(20 * np.eye(6, dtype=int))
     paper = np.array(list(PAPER.cells.values()))
@@ -130,10 +123,3 @@ def test_trials_of_other_candidates_are_refused(tmp_path, candidates, seeds):
     with pytest.raises(CapsuleError, match=r"log\.csv: first has other candidates than this"):
         TrialLog(path, make).trials("first", candidates, seeds)
     assert path.read_bytes() == before
-
-
-def test_another_table_is_no_log(tmp_path):
-    path = tmp_path / "cells.csv"
-    path.write_text("cell,paper\nspecificity,30\n", encoding="utf-8")
-    with pytest.raises(CapsuleError, match=r"cells\.csv: this is not a log of trials"):
-        TrialLog(path, make)
