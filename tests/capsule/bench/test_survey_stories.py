@@ -35,7 +35,7 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
         return lambda: rig.events()[-1]["after"] == state
 
     acts = [
-        (lambda: rig.folded == 1.0, lambda: None),
+        (lambda: rig.origami.folded == 1.0, lambda: None),
         (is_in("returning"), unplug),
         (lambda: rig.now_s > pulled_s[0] + 6, rig.cables.fold.plug),
         (is_in("finding"), lambda: None),
@@ -57,7 +57,7 @@ def test_a_link_may_be_lost_and_a_computer_die_and_the_next_one_goes_on(rig, cap
     assert about["header"]["wave_speed_mm_s"] == "25"
     before = (rig.folder / "tuesday" / "stream.csv.part").read_bytes()
     rig.pass_by(4)
-    assert rig.folded == 1.0
+    assert rig.origami.folded == 1.0
     # The lease of 5 s and a move of 5 s.
     rig.pass_by(8)
     assert rig.at_rest()

@@ -1,4 +1,4 @@
-"""Run capsule record as a user does, and check its recordings."""
+"""Run capsule record as a user does."""
 
 import signal
 import subprocess
@@ -7,11 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-
 from capsule.recordings.recording import Recording, read_recording
-from support.bench.cable import TerminalCable
-from support.bench.workbench import taken_at_s
 from support.command import CAPSULE
 
 
@@ -96,27 +92,3 @@ def wait_until(happened: Callable[[], bool], limit_s: float = 30.0) -> None:
         if time.monotonic() > until_s:
             raise TimeoutError(f"the condition did not hold within {limit_s:g} s")
         time.sleep(0.02)
-
-
-def samples_in(frames: list[bytes]) -> list[tuple[int, ...]]:
-    """Return the counts in frames of samples, without the code under test."""
-    last = [frame[frame.rfind(b"$") :] for frame in frames]
-    return [
-        tuple(int(cell) for cell in frame.split(b"*")[0].split(b",")[3:7])
-        for frame in last
-        if frame.startswith(b"$D,")
-    ]
-
-
-def count_samples(frames: list[bytes]) -> int:
-    """Return the number of samples among frames; fast, since a bench calls it after each step."""
-    return sum(b"$D," in frame for frame in frames)
-
-
-def check_recording(recording: Recording, cable: TerminalCable) -> None:
-    """Check that it holds the first complete samples once each, at the times of their rows."""
-    np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
-    archived = [tuple(int(count) for count in sample) for sample in recording.values.T]
-    assert archived == samples_in(cable.whole)[: len(archived)]
-    taken_s = np.array([taken_at_s(sample) for sample in archived])
-    assert np.ptp(taken_s - recording.time_s) <= 0.012

@@ -129,9 +129,8 @@ class MemoryCable(TerminalCable):
         sent, self.sent = self.sent, b""
         return sent
 
-    def _write(self, content: bytes) -> bool:
+    def _write(self, content: bytes) -> None:
         self.end.content += content
-        return True
 
 
 # What a test does while a survey runs: as soon as the condition holds, the act, and then the next.
@@ -148,17 +147,15 @@ class Rig:
 
     def __init__(self, folder: Path, monkeypatch: object) -> None:
         self.folder, self.killed = folder, False
-        self.logger = emulated.EmulatedBoard(emulated.LOGGER)
-        self.wave_board = emulated.EmulatedBoard(emulated.PERISTALSIS)
-        self.fold_board = emulated.EmulatedBoard(emulated.FOLD)
-        self.origami = FoldingOrigami(self.fold_board)
-        boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
+        kinds = {"logger": emulated.LOGGER, "wave": emulated.PERISTALSIS, "fold": emulated.FOLD}
+        boards = {name: emulated.EmulatedBoard(kind) for name, kind in kinds.items()}
+        self.wave_board, self.origami = boards["wave"], FoldingOrigami(boards["fold"])
         cables = {
             name: MemoryCable(board, Path(name), sticks=name == "logger")
             for name, board in boards.items()
         }
         self.cables = SimpleNamespace(**cables)
-        self.gut = Gut(self.wave_board, self.origami, self.logger)
+        self.gut = Gut(self.wave_board, self.origami, boards["logger"])
         self.bench = Workbench(*cables.values(), world=self._go_on)
         self._then: deque = deque()
         self._stop = SimpleNamespace(reason="")
@@ -201,11 +198,6 @@ class Rig:
         """The bench's time in seconds."""
         return self.bench.now_s
 
-    @property
-    def folded(self) -> float:
-        """The folded share of the origami, 0..1."""
-        return self.origami.folded
-
     def survey(self, *options: object, then: Then = ()) -> None:
         """Run capsule survey on these boards to its end."""
         ports = ("--drive", "wave", "--fold", "fold", "--port", "logger", "--out", "tuesday")
@@ -247,7 +239,7 @@ class Rig:
     def at_rest(self) -> bool:
         """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
         self.pass_by(2.0)
-        return self.folded == 0.0 and self.wave_board.coils == 0
+        return self.origami.folded == 0.0 and self.wave_board.coils == 0
 
     # Readers of the session's files.
 
