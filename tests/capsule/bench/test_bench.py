@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from support.bench import emulated
-from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder
-from support.bench.workbench import Clock, Workbench, taken_at_s
+from support.bench.workbench import Clock, TerminalCable, Workbench, taken_at_s
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
 

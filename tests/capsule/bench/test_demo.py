@@ -21,6 +21,7 @@ from support.learned import taught_by, write_learned, write_templates
 ENDING = [sys.executable, "-c", "raise SystemExit({})"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 A_RUN = simulate_run(PHANTOM, 3.0, 3, "a run").counts
+NOISE = np.random.default_rng(1).integers(300, 700, (4, 700))
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
 
@@ -94,11 +95,7 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     [
         (A_RUN, "--detect", "\ntaught "),
         (A_RUN, "", "530 samples | no gap"),
-        (
-            np.random.default_rng(1).integers(300, 700, (4, 700)),
-            "--detect",
-            "no detector will judge",
-        ),
+        (NOISE, "--detect", "no detector will judge"),
     ],
     ids=["judged", "not judged", "noise"],
 )

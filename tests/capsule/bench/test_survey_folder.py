@@ -57,7 +57,6 @@ def test_the_places_are_written_as_they_are_read(tmp_path):
     ("files", "said"),
     [
         ({}, "holds no session"),
-        ({"session.json": b""}, "cannot be resumed; its samples stay"),
         ({"session.json": b'{"boards": '}, "cannot be resumed; its samples stay"),
         ({"session.json": b"\xff"}, "cannot be resumed; its samples stay"),
         ({"session.json": b'{"seed": 1}'}, "simulated, and only a session on boards can be"),

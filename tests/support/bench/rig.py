@@ -26,10 +26,9 @@ from capsule.bench import (
     wave,
 )
 from support.bench import emulated
-from support.bench.cable import TerminalCable
 from support.bench.emulated import HALF_STEPS_PER_MM
 from support.bench.folding import FoldingOrigami
-from support.bench.workbench import Workbench
+from support.bench.workbench import TerminalCable, Workbench
 from support.command import parsers
 
 WAVELENGTH_MM, PITCH_MM = 80.0, 6.3
@@ -119,8 +118,10 @@ class MemoryCable(TerminalCable):
     def _open_port(self) -> None:
         pass
 
-    def _close_port(self) -> None:
+    def unplug(self) -> None:
+        """Unplug the cable; bytes that the program has not read are lost."""
         self.end = None
+        self.plugged = self._opened = False
 
     def _is_opened(self) -> bool:
         return self.end is not None
