@@ -88,13 +88,11 @@ def fit_probability(
     fewer than two healthy recordings or no nodule, or if the healthy scores do not vary.
     """
     healthy = ~nodule
-    if np.count_nonzero(healthy) < 2 or not nodule.any():
+    if np.count_nonzero(healthy) < 2 or not nodule.any() or np.ptp(scores[healthy]) == 0:
         return None
     weight = place_weights(places)
     centre = float(np.average(scores[healthy], weights=weight[healthy]))
     scale = float(np.sqrt(np.average((scores[healthy] - centre) ** 2, weights=weight[healthy])))
-    if scale == 0:
-        return None
     scaled = (scores - centre) / scale
     share = weight[nodule].sum() / weight.sum()
     weight = weight * np.where(nodule, prevalence / share, (1 - prevalence) / (1 - share))

@@ -245,7 +245,8 @@ def median_interval(values: FloatArray, units: Units, confidence: float) -> Inte
     """
     if values.size == 0:
         return UNKNOWN
-    order, count = np.argsort(values, kind="stable"), values.size
+    # By their weight among equal values, so that the order of the recordings does not matter.
+    order, count = np.lexsort((units.weights, values)), values.size
     ordered = values[order]
     # The rank of each value, counted from 1; 1 / m of a rank for each of m passes over a place.
     ranks = np.cumsum(units.weights[order])
@@ -352,19 +353,19 @@ def auc(healthy: FloatArray, nodule: FloatArray, weights: tuple[FloatArray, Floa
     if healthy.size == 0 or nodule.size == 0:
         return math.nan
     quiet, found = weights
-    twice = _twice_below(healthy, quiet, nodule)
-    return float((found * twice).sum() / found.sum() / (2 * quiet.sum()))
+    return float((found * _share_below(healthy, quiet, nodule)).sum() / found.sum())
 
 
-def _twice_below(scores: FloatArray, weights: FloatArray, others: FloatArray) -> FloatArray:
-    """Return for each of the others twice the weight of the scores below it; equal ones half."""
+def _share_below(scores: FloatArray, weights: FloatArray, others: FloatArray) -> FloatArray:
+    """Return for each of the others the share of the scores below it; equal ones count half.
+
+    The share of none is exactly 0, and that of all exactly 1.
+    """
     order = np.argsort(scores, kind="stable")
-    below = np.append(0.0, np.cumsum(weights[order]))
-    ordered = scores[order]
-    twice: FloatArray = (
-        below[ordered.searchsorted(others, "left")] + below[ordered.searchsorted(others, "right")]
-    )
-    return twice
+    below, ordered = np.append(0.0, np.cumsum(weights[order])), scores[order]
+    twice = below[ordered.searchsorted(others, "left")]
+    twice += below[ordered.searchsorted(others, "right")]
+    return twice / (2 * below[-1])
 
 
 def height_at(
@@ -445,8 +446,8 @@ def _effect_on_area(healthy: FloatArray, nodule: FloatArray, units: tuple[Units,
     """Return the design effect of an area, at least 1; 0 if its components do not differ."""
     quiet, found = units[0].weights, units[1].weights
     components = (
-        1 - _twice_below(nodule, found, healthy) / (2 * found.sum()),
-        _twice_below(healthy, quiet, nodule) / (2 * quiet.sum()),
+        1 - _share_below(nodule, found, healthy),
+        _share_below(healthy, quiet, nodule),
     )
     labels = np.unique(np.concatenate([each.clusters for each in units]))
     independent, sums = 0.0, np.zeros(labels.size)
