@@ -202,15 +202,17 @@ def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
         Readings; NaN where a sample is missing. Order of the sensors, unit and start may differ.
     """
     first, second = _standardized(one), _standardized(other)
-    shift = _shift(first, second)
-    first, second = first[:, max(shift, 0) :], second[:, max(-shift, 0) :]
-    overlap = min(first.shape[1], second.shape[1])
-    if overlap < _LEAST_OVERLAP * min(one.shape[1], other.shape[1]):
-        return False
+    return any(_equal_at(shift, first, second) for shift in _shifts(first, second))
+
+
+def _equal_at(shift: int, one: FloatArray, other: FloatArray) -> bool:
+    least = _LEAST_OVERLAP * min(one.shape[1], other.shape[1])
+    one, other = one[:, max(shift, 0) :], other[:, max(-shift, 0) :]
+    overlap = min(one.shape[1], other.shape[1])
     # Two different runs already differ at the first sensor, so this rarely compares the others.
-    return all(
-        max(_usual_correlation(row[:overlap], each[:overlap]) for each in second) >= _SAME
-        for row in first
+    return overlap >= least and all(
+        max(_usual_correlation(row[:overlap], each[:overlap]) for each in other) >= _SAME
+        for row in one
     )
 
 
@@ -224,14 +226,21 @@ def _standardized(values: FloatArray) -> FloatArray:
     return np.where(np.isnan(values), np.nan, clipped)
 
 
-def _shift(one: FloatArray, other: FloatArray) -> int:
-    """Return by how many samples the same readings come later in the first than in the second."""
+def _shifts(one: FloatArray, other: FloatArray) -> set[int]:
+    """Return by how many samples readings may come later in the first than in the second.
+
+    Each sensor of the second, whose order may differ, gives the lag that fits the first sensor
+    best. The spectra of the changes are whitened (phase correlation; Knapp and Carter 1976):
+    without it, the waves of a stronger sensor or another period fit better than the same noise.
+    """
     length = one.shape[1] + other.shape[1]
-    spectra = np.fft.rfft(np.nan_to_num(one[0]), length)
-    others = np.fft.rfft(np.nan_to_num(other), length, axis=1)
-    products = np.abs(np.fft.irfft(spectra * np.conj(others), length, axis=1)).max(axis=0)
-    best = int(np.argmax(products))
-    return best if best < one.shape[1] else best - length
+    spectra, others = (
+        np.fft.rfft(np.nan_to_num(np.diff(values)), length) for values in (one[:1], other)
+    )
+    products = spectra * np.conj(others)
+    products /= np.maximum(np.abs(products), np.finfo(float).tiny)
+    best = np.abs(np.fft.irfft(products, length)).argmax(axis=1)
+    return set(np.where(best < one.shape[1], best, best - length).tolist())
 
 
 def _usual_correlation(one: FloatArray, other: FloatArray) -> float:
