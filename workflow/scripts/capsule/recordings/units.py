@@ -44,7 +44,7 @@ def on_full_scale(
     RecordingError
         The header names an unknown unit, or one in which the readings cannot be.
     """
-    unit = header.get("unit", "").lower()
+    unit = _stated_unit(header)
     if unit in _OHMS:
         ohms = values * _OHMS[unit]
         if np.nanmin(ohms) <= 0:
@@ -56,16 +56,21 @@ def on_full_scale(
         series = header_number(header, "series_ohm") or float(np.nanmedian(ohms))
         across = ohms if pressing_lowers else series
         return full_scale * across / (ohms + series)
-    if unit not in ("", "counts", "v"):
-        raise RecordingError(
-            f"the header says unit: {unit[:60]!r}; allowed are counts, V, ohm and kohm"
-        )
     bits, vref_v = header_number(header, "adc_bits"), header_number(header, "vref_v")
     if unit == "v":
         _check_volts(values, vref_v)
-    counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
-    top = vref_v if not counts else 2.0**bits if bits else None
+    top = vref_v if not adc_ends(header, values)[0] else 2.0**bits if bits else None
     return values * (full_scale / top) if top and top != full_scale else values
+
+
+def _stated_unit(header: Mapping[str, str]) -> str:
+    """Return the unit that the header names, in small letters; empty if it names none."""
+    unit = header.get("unit", "").lower()
+    if unit not in ("", "counts", "v", *_OHMS):
+        raise RecordingError(
+            f"the header says unit: {unit[:60]!r}; allowed are counts, V, ohm and kohm"
+        )
+    return unit
 
 
 def _check_volts(values: FloatArray, vref_v: float | None) -> None:
@@ -86,8 +91,7 @@ def _are_whole(values: NumberArray) -> bool:
 
 def reading_unit(header: Mapping[str, str], values: FloatArray) -> str:
     """Return the unit of readings (S, K) from `on_full_scale`: ``counts`` or ``V``."""
-    unit = header.get("unit", "").lower()
-    brought = header.get("vref_v") or unit in ("counts", *_OHMS)
+    brought = header.get("vref_v") or _stated_unit(header) in _OHMS
     return "counts" if brought or adc_ends(header, values)[0] else "V"
 
 
@@ -96,17 +100,19 @@ def adc_ends(
 ) -> tuple[bool, list[tuple[float, float]]]:
     """Return whether readings are counts, and the bands of values at the ends of the ADC's range.
 
-    The last band is the highest.
+    The last band is the highest; resistances have none. A unit that the header names decides.
     """
+    unit = _stated_unit(header)
     bits, vref_v = header_number(header, "adc_bits"), header_number(header, "vref_v")
     if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
         raise RecordingError(
             f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
         )
-    whole = _are_whole(values)
+    if unit in _OHMS:
+        return False, []
     # Averaged counts need not be whole numbers. Volts never exceed the reference.
-    counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
-    if counts:
+    above = bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None
+    if unit == "counts" or (not unit and (_are_whole(values) or above)):
         # If most readings are 2^n - 1, that is the end of the range, even if no header states n.
         tops = [float(2 ** int(n) - 1) for n in ([bits] if bits else _USUAL_BITS)]
         return True, [(0.0, 0.0), *((top, top) for top in tops)]
@@ -129,7 +135,7 @@ def shares_at_ends(values: NumberArray, header: Mapping[str, str]) -> list[float
     """
     _, ends = adc_ends(header, values)
     known = [readings[~np.isnan(readings)] for readings in values]
-    return [max(share_between(each, *band) for band in ends) for each in known]
+    return [max((share_between(each, *band) for band in ends), default=0.0) for each in known]
 
 
 def share_between(known: NumberArray, below: float, above: float) -> float:
