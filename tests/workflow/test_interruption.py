@@ -1,9 +1,10 @@
-"""After a kill, the same command continues the run; tests/capsule/engine has the full disk."""
+"""After a kill or with a full disk, the same command continues the run."""
 
 import contextlib
 import os
 import re
 import signal
+import subprocess
 import sys
 import time
 
@@ -11,7 +12,7 @@ import psutil
 import pytest
 
 from capsule.store.files import UNFINISHED
-from support.project import JOB
+from support.project import JOB, Project
 
 pytestmark = [
     pytest.mark.workflow,
@@ -104,3 +105,37 @@ def test_ctrl_c_ends_a_run_without_a_traceback_of_any_job(new):
     told = [path.read_text(encoding="utf-8") for path in logs.rglob("*.log")]
     assert told
     assert "Traceback" not in "".join(told)
+
+
+@pytest.fixture
+def on_small_disk(tmp_path):
+    """Return a project whose results lie on a disk of 1.7 MB, which only root may mount."""
+    recordings = ["0mm/r01", "3mm/r01", "3mm/r02"]
+    project = Project.create(tmp_path / "project", recordings, particles=9, iterations=9)
+    # Wide matrices: with the usual ones, the logs would fill so small a disk first.
+    project.configure(preprocessing={"length": 20_000})
+    project.results.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1700k", "tmpfs", project.results]
+    done = subprocess.run(mount, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
+    yield project
+    subprocess.run(["umount", "--lazy", project.results], check=True)
+
+
+def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(on_small_disk):
+    project = on_small_disk
+    run = project.snakemake("results/templates.npz")
+    assert run.status != 0
+    told = r"error: results/[\w/.-]+: No space left on device; free some space and run again"
+    assert re.search(told, run.output)
+    assert "run the same command again: finished results are kept" in run.output
+    before, done = project.result_bytes(), finished_jobs(project)
+    assert done
+    subprocess.run(["mount", "-o", "remount,size=50m", project.results], check=True)
+    rest = project.snakemake("results/templates.npz")
+    assert rest.status == 0, rest.output
+    assert not set(done) & set(JOB.findall(rest.output)), "a finished job was done again"
+    after = project.result_bytes()
+    whole = [name for name in before if not name.endswith(UNFINISHED)]
+    assert [name for name in whole if after[name] != before[name]] == []

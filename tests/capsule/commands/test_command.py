@@ -1,5 +1,6 @@
 """The command capsule starts the right subcommand, in the folder that it is called in."""
 
+import base64
 import os
 import re
 import shutil
@@ -128,8 +129,8 @@ def test_each_command_checks_the_configuration_of_the_folder(bench, words):
 @pytest.mark.slow
 @pytest.mark.workflow
 @pytest.mark.takes(12)
-def test_a_bench_goes_on_after_a_move_and_runs_no_file_of_its_folder(tmp_path):
-    bench = tmp_path / "pig-7"
+def test_a_bench_goes_on_after_a_kill_and_a_move_and_runs_no_file_of_its_folder(tmp_path):
+    bench, check = tmp_path / "pig-7", "results/checks/0mm/r01.json"
     run_command("new", bench)
     write_archive(bench / "raw", ["0mm/r01", "3mm/r07"], samples=525)
     # `python -m` would import it before the library of this name.
@@ -137,9 +138,17 @@ def test_a_bench_goes_on_after_a_move_and_runs_no_file_of_its_folder(tmp_path):
     words = ["report", "--cores", "1", "--", "--until", "preprocess"]
     done = call(*words, cwd=bench)
     assert done.returncode == 0, done.stderr
+    # What `kill -9` leaves: Snakemake's lock, and its note on a result that was under way.
     (bench / "yaml.py").unlink()
+    noted = base64.b64encode(check.encode()).decode()
+    for left in ("locks/0.output.lock", f"incomplete/{noted}"):
+        (bench / ".snakemake" / left).parent.mkdir(exist_ok=True)
+        (bench / ".snakemake" / left).write_text(f"{check}\n")
+    plain = [sys.executable, "-m", "snakemake", "--cores=1", check]
+    done = subprocess.run(plain, cwd=bench, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "preprocess 0mm/r01" in done.stderr
     (tmp_path / "deep/er").mkdir(parents=True)
     moved = bench.rename(tmp_path / "deep/er/pig-8")
-    plain = [sys.executable, "-m", "snakemake", "--cores=1", "results/checks/0mm/r01.json"]
-    done = call("--dry-run", program=plain, cwd=moved)
+    done = subprocess.run([*plain, "--dry-run"], cwd=moved, capture_output=True, text=True)
     assert "Nothing to be done" in done.stdout + done.stderr

@@ -71,9 +71,11 @@ def test_the_probability_is_the_logistic_regression_of_scikit_learn(prevalence, 
         ([0.0, 1.0, 3.0], [0, 0, 1], True),
         ([1.0, 3.0], [0, 1], False),
         ([1.0, 1.0, 2.0], [0, 0, 1], False),
+        # The mean of three times 0.1 is another number.
+        ([0.1, 0.1, 0.1, 2.0], [0, 0, 0, 1], False),
         ([0.0, 0.1, 5.0, 6.0], [0, 0, 0, 0], False),
     ],
-    ids=["parted", "just enough", "one healthy", "healthy ones alike", "no nodule"],
+    ids=["parted", "just enough", "one healthy", "healthy ones alike", "by rounding", "no nodule"],
 )
 def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule(scores, nodule, is_one):
     fitted = fit_probability(np.array(scores), np.array(nodule) > 0, apart(len(scores)), 0.5)

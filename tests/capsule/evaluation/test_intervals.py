@@ -268,6 +268,18 @@ def test_each_place_weighs_the_same_in_every_measure():
     assert sign_test(first > 0, second > 0, Units.of_places(1 - first)) == 1.0
 
 
+# Kills: ends that follow from the order of equal values, whose weights differ.
+def test_the_median_does_not_depend_on_the_order_of_the_recordings():
+    values, places = np.ones(8), np.array([0, 1, 2, 2, 2, 2, 3, 4])
+    values[4] = 0.0
+    order = np.array([3, 5, 6, 0, 1, 4, 7, 2])
+    there, again = (
+        intervals.median_interval(values[some], Units.of_places(places[some]), 0.95)
+        for some in (np.arange(8), order)
+    )
+    assert there == again
+
+
 @pytest.mark.parametrize("first", [6, 3, 0], ids=["apart", "some of both kinds", "most"])
 def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_effect(first):
     numbers = generator(1, "effect")
@@ -298,6 +310,15 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     assert_newcombe(
         1.0, ends, 6 * intervals.student_factor(5, 0.95), 5 * intervals.student_factor(5, 0.95)
     )
+    # Kills: sums of weights whose rounding makes an area of 1 differ from 1, or its parts from each
+    # other.
+    passes = [
+        np.repeat(np.arange(6), [3, 7, 1, 6, 5, 3]),
+        np.repeat(np.arange(7, 12), [7, 3, 6, 7, 1]),
+    ]
+    uneven = Units.of_places(passes[0]), Units.of_places(passes[1])
+    drawn = numbers.normal(size=25), 99 + numbers.normal(size=24)
+    assert intervals.auc_interval(*drawn, uneven, 0.95) == (1.0, *ends)
     few = Units(np.ones(18), of_healthy // 3)
     assert np.isnan(intervals.auc_interval(healthy, nodule, (few, units[1]), 0.95)[1:]).all()
 

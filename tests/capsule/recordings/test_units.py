@@ -74,6 +74,11 @@ def test_the_bands_at_the_ends_follow_from_bits_and_reference():
     _, bands = adc_ends({"vref_v": "5"}, counts / 204.6)
     assert bands[0] == (0.0, 5 / 2**11)
     assert adc_ends({}, counts / 204.6) == (False, [(0.0, 0.0)])
+    # A unit that the header names decides: resistances have no ends, and bits make no counts.
+    assert adc_ends({"unit": "ohm", "adc_bits": "10"}, counts * 100) == (False, [])
+    assert shares_at_ends(counts, {"unit": "kohm"}) == [0.0]
+    for unit, is_counts in (("V", False), ("counts", True)):
+        assert adc_ends({"unit": unit, "adc_bits": "10"}, counts / 204.6)[0] == is_counts
     # Readings above twice the reference are averaged counts.
     for highest, counted in ((10.0, False), (10.1, True)):
         assert adc_ends({"vref_v": "5"}, np.array([[0.25, 3.0, highest]]))[0] == counted
@@ -96,6 +101,11 @@ def test_the_bands_at_the_ends_follow_from_bits_and_reference():
 def test_a_unit_in_which_the_readings_cannot_be_is_refused(header, readings, reason):
     with pytest.raises(RecordingError, match=reason):
         on_full_scale(np.array([readings]), header, 1024, True)
+
+
+def test_a_unit_is_refused_before_its_readings_are_compared_with_the_converter():
+    with pytest.raises(RecordingError, match="unit: 'mv'; allowed"):
+        adc_ends({"unit": "mV", "adc_bits": "10"}, np.array([[2392.5, 2600.0]]))
 
 
 def test_readings_are_shown_in_the_unit_to_which_they_were_brought():
