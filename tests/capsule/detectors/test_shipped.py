@@ -15,17 +15,13 @@ from capsule.seeding import generator
 from support.training import TAUGHT, features_of
 
 
-def seen_by(detector, passage, features):
-    return detector.seen(StoredRecording(None, passage, features=features))
-
-
 def test_diagonal_sees_the_evidence_the_channels_the_time_and_logarithms():
     known = Passage(0.5, 0.1, 0.2, 0.01, 12.0, 200.0, 130.0, 0.3, 0.4, 0.5)
     # A channel below 0.03 counts as 0.03, so that it has a logarithm.
     logarithms = np.log([0.2, 0.03, 0.3, 0.4, 0.5])
-    seen = seen_by(Diagonal, known, None)
+    seen, silent = (Diagonal.seen(StoredRecording(None, each)) for each in (known, UNKNOWN))
     np.testing.assert_allclose(seen, [0.5, 0.1, 0.2, 0.01, 130.0, *logarithms])
-    assert np.isnan(seen_by(Diagonal, UNKNOWN, None)[0])
+    assert np.isnan(silent[0])
     assert Diagonal.sized_by == slice(1, None)
     # The evidence is the score, which nothing teaches.
     learned, scores = Diagonal.learn(np.tile(seen, (2, 1)), np.zeros(2), np.arange(2), {})
@@ -37,7 +33,8 @@ def test_diagonal_sees_the_evidence_the_channels_the_time_and_logarithms():
 )
 def test_taught_sees_score_evidence_from_minus_1_to_4_gradient_and_embedding(evidence, seen):
     features = features_of(1.5, [2.0], [3.0])
-    row = seen_by(Taught, replace(UNKNOWN, evidence=evidence), features)
+    passage = replace(UNKNOWN, evidence=evidence)
+    row = Taught.seen(StoredRecording(None, passage, features=features))
     np.testing.assert_allclose(row, [1.5, seen, *features.gradient, *features.embedding])
     assert Taught.sized_by == slice(-EMBEDDED, None)
 

@@ -26,28 +26,18 @@ def answers_of(teach, judged):
 
 
 @pytest.fixture(scope="module")
-def archive():
-    return capsule.load(ROOT / "raw")
-
-
-def traits_of(values, settings):
-    """Return the traits of a recording that the detectors would judge, else None."""
-    recording = DescribedRecording(values, settings)
-    return None if recording.no_verdict else recording.traits
-
-
-@pytest.fixture(scope="module")
-def shipped(archive):
-    """Return the traits of the recordings that teach, and of those that are held out."""
-    index = archive.index(archive.labelled)
-    teach = teaching(index, archive.settings["evaluation"]["held_out"])
-    traits = {name: traits_of(archive.readings[name], archive.settings) for name in index}
+def shipped():
+    """Return traits of the recordings that teach, and of those that are held out, and settings."""
+    archive = capsule.load(ROOT / "raw")
+    index, settings = archive.index(archive.labelled), archive.settings
+    teach = teaching(index, settings["evaluation"]["held_out"])
+    traits = {name: DescribedRecording(archive.readings[name], settings).traits for name in index}
     apart = {name: each for name, each in traits.items() if name not in teach}
-    return {name: traits[name] for name in teach}, apart
+    return {name: traits[name] for name in teach}, apart, settings
 
 
 def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(shipped):
-    teach, held_out = shipped
+    teach, held_out, _ = shipped
     small = [each for name, each in teach.items() if size_mm(name) < 4]
     largest = [each for name, each in (teach | held_out).items() if size_mm(name) == 5]
     for answers, count in (
@@ -84,9 +74,10 @@ def ridges(numbers):
 @pytest.mark.parametrize(
     ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
 )
-def test_foreign_readings_that_would_get_a_verdict_are_unlike(archive, shipped, foreign, runs):
+def test_foreign_readings_that_would_get_a_verdict_are_unlike(shipped, foreign, runs):
     made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
-    judged = [each for each in (traits_of(v, archive.settings) for v in made) if each]
+    recordings = [DescribedRecording(values, shipped[2]) for values in made]
+    judged = [each.traits for each in recordings if not each.no_verdict]
     answers = answers_of(shipped[0].values(), judged)
     assert len(answers) >= 5
     assert len(answers) - answers.count(False) <= 0.05 * len(answers)

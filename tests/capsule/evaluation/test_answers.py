@@ -1,7 +1,5 @@
 """What the report answers first, worked out by counting."""
 
-import math
-
 import pandas as pd
 import pytest
 
@@ -49,12 +47,14 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     assert alarms.low < alarms.value < alarms.high
     assert answers.found[2.0].value == pytest.approx(0.8)
     assert answers.set_specificity is None
-    ppv, npv = (each.value for each in answers.meaning)
-    assert (ppv, npv) == pytest.approx(predictive_values(0.8, 17 / 20, 0.1))
+    expected = predictive_values(0.8, 17 / 20, 0.1)
+    assert [each.value for each in answers.meaning] == pytest.approx(expected)
     assert [(each.hits, each.of) for each in answers.meaning] == [(0, 0)] * 2
-    # One that detects nothing still says how often that is right.
-    ppv, npv = answers_of(rates_of(evaluated(verdicts(20, 0, 10, 0))), *OF_RULE).meaning
-    assert math.isnan(ppv.value) and npv.value == pytest.approx(0.9)
+    # One that detects nothing, or everything, still says how often that is right.
+    for called, expected in ((0, (UNKNOWN, 0.9)), (1, (0.1, UNKNOWN))):
+        same = evaluated(verdicts(20, 20 * called, 10, 10 * called))
+        ppv, npv = answers_of(rates_of(same), *OF_RULE).meaning
+        assert (ppv.value, npv.value) == pytest.approx(expected, nan_ok=True)
     # Chosen as the best of two, its intervals are those of 97.5 %.
     chosen = answers_of(rates, *OF_RULE, Lead("template", False, 0.8, 2))
     _, low, high = rate(3, 20, 0.975)

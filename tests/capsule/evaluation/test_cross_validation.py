@@ -231,9 +231,8 @@ def test_each_fold_is_judged_once_by_the_others_and_listed_by_detector_scheme_an
         for name in names:
             yield from ({"detector": each, "recording": name, "fold": len(judged)} for each in "ba")
 
-    folds = cross_validation.folds_of(
-        {name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES
-    )
+    archive = {name: row("x" if "b" in name else "") for name in SIZES_MM}
+    folds = cross_validation.folds_of(archive, RULES)
     again = [replace(fold, scheme="again") for fold in folds if fold.scheme == LEAVE_ONE_OUT]
     asked = SimpleNamespace(names=["b", "a"], rows=rows)
     made = cross_validation.cross_validate(asked, [*folds, *again])

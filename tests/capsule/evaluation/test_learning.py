@@ -1,7 +1,7 @@
 """Learning curves of a simple detector, whose rates can be counted by hand."""
 
 from collections import Counter
-from itertools import chain, combinations
+from itertools import chain, combinations, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -106,9 +106,8 @@ def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_s
 def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
     rows = rows_of(SIZES_MM)
     assert all(row.keys() == set(learning.COLUMNS) for row in rows)
-    assert [(row["share"], row["size_from_mm"]) for row in rows] == [
-        (share, size) for share in (*SHARES, 1.0) for size in (0.0, 1.0, 2.0)
-    ]
+    points = [(row["share"], row["size_from_mm"]) for row in rows]
+    assert points == list(product((*SHARES, 1.0), (0.0, 1.0, 2.0)))
     assert [row["taught"] for row in rows if row["size_from_mm"] == 0] == [2.0, 4.0, 6.0, 7.0]
     # Only 0mm/d is louder than the other healthy ones; only 2mm/a is louder than 0mm/d.
     last = last_of(rows)
@@ -116,8 +115,7 @@ def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
     assert [row["taught_healthy"] for row in last] == [3.5] * 3
     assert [row["taught_of_size"] for row in last] == [3.5, 1.75, 1.75]
     assert all(np.isnan(row["gain"]) for row in last)
-    for row in rows[:-3]:
-        whole = next(each for each in last if each["size_from_mm"] == row["size_from_mm"])
+    for row, whole in zip(rows[:-3], last * 3, strict=True):
         assert row["rate"] + row["gain"] == pytest.approx(whole["rate"])
         assert row["gain_low"] < row["gain"] < row["gain_high"]
     without = rows_of(SIZES_MM, scheme="resubstitution")
@@ -154,7 +152,7 @@ def test_of_any_number_of_recordings_the_rates_are_those_of_what_is_judged(sizes
     assert judged[0.75] < judged[1.0] or len(sizes) < 1200
 
 
-@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 2000])
+@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 400, 2000])
 def test_every_share_has_as_many_splits_and_large_archives_are_split_less_often(recordings):
     sizes_mm = {f"{place % 3}mm/{place}": float(place % 3) for place in range(recordings)}
     by_share = draw_splits(sizes_mm, 1, dict(zip(sizes_mm, sizes_mm, strict=True)))
@@ -194,7 +192,6 @@ def test_splits_follow_from_order_and_seed_part_no_place_and_deal_every_size_eve
 
 def test_the_counts_that_teach_are_weighted_means():
     sizes_mm = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "1mm/a": 1.0}
-    together = ("0mm/a", "0mm/b", "1mm/a")
     # What is held out does not count, though every fold leaves it out.
-    folds = [({*each, "0mm/apart"}, len(each)) for each in (together, ("0mm/c",))]
+    folds = [({"0mm/a", "0mm/b", "1mm/a", "0mm/apart"}, 3), ({"0mm/c", "0mm/apart"}, 1)]
     assert mean_taught(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}
