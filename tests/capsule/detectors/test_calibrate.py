@@ -83,9 +83,7 @@ def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule(scores, n
     if fitted:
         assert fitted.of(scores[0]) < 0.3 < 0.6 < fitted.of(scores[-1]) < 1
 
-
-# Kills: a spread that is rounding alone, since a third of this score and back is another number.
-def test_one_healthy_recording_at_the_place_of_two_nodules_makes_no_curve():
+    # Kills: a spread that is rounding alone. A third of this score and back is another number.
     scores, nodule = np.array([0.8216181435011584, 2.0, 3.0]), np.array([False, True, True])
     assert fit_probability(scores, nodule, np.zeros(3, dtype=int), 0.5) is None
 

@@ -39,8 +39,7 @@ def test_each_part_is_what_the_detectors_functions_give(run):
 
 
 def test_it_says_why_there_is_no_verdict(run):
-    constant, missing = run.copy(), run.copy()
-    constant[1], missing[1] = 7.0, np.nan
+    constant, missing = (run * [[1], [scale], [1], [1]] for scale in (0, np.nan))
     noise = np.random.default_rng(1).normal(500, 5, run.shape)
     for values, reason in (
         (run[:, : WINDOW - 1], f"{WINDOW - 1} samples are fewer than the window of {WINDOW}"),

@@ -5,10 +5,9 @@ import pytest
 
 from capsule.detectors import described
 from capsule.detectors.files import read_template_set, read_templates
-from capsule.detectors.network import UNKNOWN_FEATURES, Features
+from capsule.detectors.network import Features
 from capsule.detectors.search import UNKNOWN, Passage
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
-from capsule.engine.project import WEIGHTS
 
 SHAPES = {"0mm": np.zeros((4, 9)), "2.5mm": np.ones((4, 9)), "10mm": np.eye(4, 9)}
 
@@ -57,10 +56,3 @@ def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, write,
     found = read(tmp_path / "batch")
     assert list(found) == list(written)
     np.testing.assert_equal([*map(numbers_of, found.values())], [*map(numbers_of, made)])
-
-
-def test_the_weights_that_ship_make_a_scorer_of_as_many_numbers_as_are_stored_of_a_silent_one():
-    features = described.read_scorer(WEIGHTS).features(np.zeros((4, 5, 40)))
-    assert np.isfinite(features.score)
-    assert features.embedding.shape == UNKNOWN_FEATURES.embedding.shape
-    assert features.gradient.shape == UNKNOWN_FEATURES.gradient.shape

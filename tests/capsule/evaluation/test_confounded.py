@@ -91,8 +91,7 @@ def test_recordings_of_one_place_count_once():
 
 def rows_of(pairs):
     usual = {"status": "accepted", "no_verdict": "", "near_copies": ""}
-    rows = enumerate(pairs)
-    return {f"{size:g}mm/{number}": usual | {"source": value} for number, (value, size) in rows}
+    return {f"{size:g}mm/{n}": usual | {"source": value} for n, (value, size) in enumerate(pairs)}
 
 
 def test_recordings_that_do_not_teach_do_not_count():
