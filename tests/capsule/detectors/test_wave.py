@@ -84,8 +84,7 @@ def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(n
 
 def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_test():
     for count in (4, 9, 30):
-        turns = np.exp(2j * np.pi * np.arange(count) / count)
-        assert rayleigh(turns) == pytest.approx(1.0)
+        assert rayleigh(np.exp(2j * np.pi * np.arange(count) / count)) == pytest.approx(1.0)
         agreed = np.exp(np.sqrt(1 + 4 * count) - (1 + 2 * count))
         assert rayleigh(np.full(count, 1j)) == pytest.approx(agreed)
     # Zar (2010), example 27.1: eight angles with r = 0.82522, and 0.001 < P < 0.002.

@@ -170,13 +170,11 @@ def test_every_share_has_as_many_splits_and_large_archives_are_split_less_often(
 @pytest.mark.parametrize("seed", range(5))
 def test_splits_follow_from_order_and_seed_part_no_place_and_deal_every_size_evenly(seed):
     # The names are in reverse order; the recordings keep their order.
-    called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
-    renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
-    splits = draw_splits(SIZES_MM, seed, ALONE)
-    assert draw_splits(renamed, seed, dict(zip(renamed, renamed, strict=True))) == {
-        share: [[called[name] for name in judged] for judged in of_share]
-        for share, of_share in splits.items()
-    }
+    called = {f"{99 - place}": name for place, name in enumerate(SIZES_MM)}
+    splits, sizes_mm = draw_splits(SIZES_MM, seed, ALONE), SIZES_MM.values()
+    renamed = draw_splits(dict(zip(called, sizes_mm, strict=True)), seed, {n: n for n in called})
+    for share, of_share in renamed.items():
+        assert [[called[name] for name in judged] for judged in of_share] == splits[share]
     assert splits != draw_splits(SIZES_MM, seed + 1, ALONE)
     sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
     places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}

@@ -102,11 +102,10 @@ def test_tables_keep_the_order_of_detectors_schemes_and_names(turn):
     keys = [tuple(key.values()) for key, _ in rates.of_each(made, 1.0)]
     assert keys == [(name, scheme) for name in "ba" for scheme in order]
     # Verdicts stand by detector, then by name, then as they were made.
-    names, columns = ["0mm/b", "2mm/r9", "2mm/r10"], ["detector", "recording", "scheme"]
-    expected = [*product("ba", names, ["resubstitution", "leave_one_out"])]
-    given_order = [*product("ba", names[::turn], ["resubstitution", "leave_one_out"])]
-    made = measures.by_name(pd.DataFrame(given_order, columns=columns))
-    assert [tuple(row) for row in made.values] == expected
+    names, schemes = ["0mm/b", "2mm/r9", "2mm/r10"], ["resubstitution", "leave_one_out"]
+    made = pd.DataFrame(product("ba", names[::turn], schemes))
+    made = measures.by_name(made.set_axis(["detector", "recording", "scheme"], axis=1))
+    assert [tuple(row) for row in made.values] == [*product("ba", names, schemes)]
 
 
 def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
@@ -173,12 +172,11 @@ def test_the_summary_compares_balanced_accuracies_by_zou_and_donner_with_always_
     both = of([0] * 7 + [1] * 11 + [0] * 4, [0.0] * 10 + [1.0] * 12), of([0, 2], [0.0, 2.0])
     judged = each_of(both[0], both[1].assign(detector="other"))
     one, _, other, _, always = measures.summary("leave_one_out", judged, RULES)
-    value, low, high = ends_of(one, "balanced_accuracy")
-    shares = (7 / 10, rate(7, 10, 0.95)), (8 / 12, rate(8, 12, 0.95))
-    assert value == pytest.approx((7 / 10 + 8 / 12) / 2)
-    for end, (found, sign) in enumerate(((low, -1), (high, 1)), start=1):
-        reach = math.hypot(*(share - each[end] for share, each in shares)) / 2
-        assert found == pytest.approx(value + sign * reach)
+    value, *ends = ends_of(one, "balanced_accuracy")
+    shares = np.array([rate(7, 10, 0.95), rate(8, 12, 0.95)])
+    assert value == pytest.approx(shares[:, 0].mean())
+    reach = np.hypot(*(shares[:, :1] - shares[:, 1:])) / 2
+    assert ends == pytest.approx(value + reach * [-1, 1])
     assert other["balanced_accuracy"] == other["balanced_accuracy_high"] == 1.0
     assert always["detector"] == "always_nodule"
     assert (always["sensitivity"], always["balanced_accuracy"]) == (1.0, 0.5)
@@ -207,10 +205,8 @@ def test_predictive_values_follow_bayes_with_the_interval_of_a_ratio(hits, quiet
         right = counts[0] * odds
         assert value == pytest.approx(right / (right + counts[2]))
         assert low <= value <= high
-        expected = [
-            1.0 if ratio == math.inf else ratio * odds / (1 + ratio * odds)
-            for ratio in ratio_interval(*worth_of(counts, passes), 0.95)
-        ]
+        least, most = ratio_interval(*worth_of(counts, passes), 0.95)
+        expected = least * odds / (1 + least * odds), 1 / (1 + 1 / (most * odds))
         assert (low, high) == pytest.approx(expected)
 
 
