@@ -86,6 +86,7 @@ def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period
 def test_beats_do_not_depend_on_how_quickly_they_were_sampled():
     values = readings(samples=400, period=16.0, deeper=0.5)
     slow = find_beats(values, period=16.0)
+    assert find_beats(values[:, :60], period=16.0) is None
     # The last three samples are too few to make another one.
     quick_values = np.concatenate([np.repeat(values, 10, axis=1), values[:, :3]], axis=1)
     quick = find_beats(quick_values, period=160.0)

@@ -8,11 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.detectors.base import TrainingArchive
 from capsule.detectors.calibrate import upper_quantile
 from capsule.detectors.familiar import LEAST_PLACES, NO_WAVE, FamiliarKind, learn_familiar
 from capsule.detectors.unlike import because, familiarity_line, unlike_because
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.seeding import generator
+from support.training import NO_TEMPLATES, recordings_of
 
 USUAL = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
 
@@ -133,6 +135,13 @@ def test_the_trait_that_deviates_most_comes_first_and_the_others_are_counted():
     # The time from sensor to sensor counts in periods, so it stays usual.
     alone = kind_of().judge(replace(USUAL, step_s=2.5, period_s=32.0))
     assert alone.traits == ("period_s",) and "other trait" not in unlike_because(alone.cells)
+
+
+def test_recordings_that_are_left_out_teach_nothing():
+    taught = recordings_of(traits={f"0mm/{number}": USUAL for number in range(60)})
+    archive = TrainingArchive(dict.fromkeys(taught, 0.0), taught, NO_TEMPLATES, {}, {})
+    assert FamiliarKind.taught(archive).places == 60
+    assert FamiliarKind.taught(archive, list(taught)[:5]).places == 55
 
 
 # A single sensor, which has no steps, is judged by the other traits.
