@@ -47,9 +47,6 @@ def test_a_size_names_its_folder(text, folder):
 def test_what_is_no_size_is_refused(text):
     with pytest.raises(ArgumentTypeError, match="is not a size in mm from 0 to below 100"):
         size_folder(text)
-
-
-def test_a_size_whose_folder_the_workflow_would_ignore_is_refused():
     with pytest.raises(ArgumentTypeError, match=r"ignore the folder 1\.2345mm/"):
         size_folder("1.2345")
 

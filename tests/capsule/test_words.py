@@ -115,18 +115,6 @@ def test_no_interval_is_shown_that_leaves_out_its_rate(ends):
     assert float(shown_low) <= shown <= float(shown_high)
 
 
-@given(st.floats(-1, 1))
-def test_a_difference_has_a_sign_but_for_none(difference):
-    text = words.points(difference)
-    assert (text == "0") == (words.number(100 * abs(difference), 1) == "0.0")
-    assert text == "0" or text[0] == ("+" if difference > 0 else "\u2212")
-
-
-@given(st.floats(0, 1))
-def test_no_probability_is_certain(probability):
-    assert words.probability(probability) not in ("0 %", "100 %", "\u22120 %")
-
-
 @pytest.mark.parametrize(
     ("low", "high", "largest", "expected"),
     [

@@ -129,6 +129,13 @@ def test_every_error_that_names_an_extra_names_one_that_there_is(monkeypatch, tm
     assert how_to_install("learn") == 'pip install "scikit-learn>=1.6"'
 
 
+# As where somebody has copied the folder of the library alone.
+def test_without_its_project_the_library_says_what_to_do(monkeypatch, tmp_path):
+    monkeypatch.setattr(project, "CONFIG", tmp_path / "config")
+    with pytest.raises(capsule.CapsuleError, match=r"is missing beside .*; install the p"):
+        capsule.load(ROOT / "raw")
+
+
 @pytest.mark.packages
 @pytest.mark.takes
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The package works for a user of the library, from a wheel without this folder."""
 
-import shutil
 import sys
 import zipfile
 from pathlib import Path
@@ -14,10 +13,6 @@ from support.project import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes]
 
-WITHOUT_INDEX = ["--no-deps", "--no-index"]
-# Not this folder's code, and no Snakemake, even where it is installed.
-ALONE = "import sys; sys.modules['snakemake'] = None\n"
-
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
@@ -25,19 +20,6 @@ def wheel(tmp_path_factory):
     output_of(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder, ROOT)
     (path,) = folder.glob("*.whl")
     return path
-
-
-@pytest.fixture(scope="module")
-def environment(wheel, tmp_path_factory):
-    """Install the wheel."""
-    folder = tmp_path_factory.mktemp("environment")
-    return environment_with(folder, *WITHOUT_INDEX, wheel).parents[1]
-
-
-def run(environment, program, folder):
-    """Run a program in the environment, and return its output."""
-    call = [environment / "bin" / "python", "-W", "error", "-c", ALONE + program]
-    return output_of(*call, cwd=folder, env=WITHOUT_PATH)
 
 
 def tracked(*folders):
@@ -63,12 +45,16 @@ def test_the_wheel_holds_the_project_the_library_once_and_asks_for_no_snakemake(
     assert all("extra == " in line for line in needed if "snakemake" in line)
 
 
-def test_the_installed_command_makes_what_the_installed_library_judges(environment, tmp_path):
+def test_the_installed_command_makes_what_the_installed_library_judges(wheel, tmp_path):
     """With the README's Python, the weights and the workflow that the wheel brings."""
-    called = [environment / "bin" / "capsule", "simulate", "--sizes", "0", "3", "--runs", "7"]
-    output_of(*called, cwd=tmp_path, env=WITHOUT_PATH)
+    # Not this folder's code, and no Snakemake, even where it is installed.
+    python = environment_with(tmp_path / "environment", "--no-deps", "--no-index", wheel)
+    there = {"cwd": tmp_path, "env": WITHOUT_PATH}
+    called = [python.with_name("capsule"), "simulate", "--sizes", "0", "3", "--runs", "7"]
+    output_of(*called, **there)
     (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
-    program = f"""{block.text}
+    program = f"""import sys; sys.modules['snakemake'] = None
+{block.text}
 from capsule.engine import keys
 from capsule.engine.project import PROJECT
 from capsule.page import files
@@ -79,21 +65,10 @@ print(PROJECT)
 print(*keys.imported_files(PROJECT / 'workflow' / 'scripts' / 'fit.py'))
 print(*files.code_checksums())
 """
-    *_, judged, project, imported, named = run(environment, program, tmp_path).splitlines()
-    (packages,) = (environment / "lib").glob("python*/site-packages")
+    printed = output_of(python, "-W", "error", "-c", program, **there).splitlines()
+    *_, judged, project, imported, named = printed
+    (packages,) = (python.parents[1] / "lib").glob("python*/site-packages")
     assert (judged, Path(project)) == ("14", packages / "capsule_project")
     assert str(packages / "capsule" / "method" / "particle.py") in imported.split()
     assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
     assert {"workflow/scripts/fit.py", "capsule/method/particle.py"} <= set(named.split())
-
-
-def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
-    # The library alone, as where somebody has copied its folder.
-    (packages,) = (environment / "lib").glob("python*/site-packages")
-    shutil.copytree(packages / "capsule", tmp_path / "alone" / "capsule")
-    program = "import sys; sys.path.insert(0, 'alone'); import capsule\n"
-    program += "try:\n    capsule.load('raw')\nexcept capsule.CapsuleError as error:\n"
-    program += "    print(error)"
-    told = run(environment, program, tmp_path)
-    assert told.startswith(f"the folder {tmp_path / 'alone/capsule_project'} is missing beside ")
-    assert told.endswith("install the project again, in its folder: pip install -e .\n")
