@@ -4,7 +4,6 @@ The kinds are those of public reports of faults of other programs. They are made
 of the shipped archive, with a function a kind; those in tests/data/odd hold a run of eight samples.
 """
 
-import json
 import re
 from datetime import datetime, timedelta
 from itertools import pairwise
@@ -30,7 +29,9 @@ SENSORS = ["S1", "S2", "S3", "S4"]
 NOON = datetime(2024, 5, 6, 12)
 
 
-COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
+COUNTED, BY_RATE, RATED = "--unit counts", "--time none --rate 10", "--rate 10"
+POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit counts"
+V, GAP, RISING = "--unit V", "--run-gap-s 5", "--sensors 1 2 3 4 --rate 10 --unit counts"
 PLAIN = lines(TIME_S, *COUNTS)
 NO_TIME, NO_NAMES = lines(*COUNTS, head=""), lines(TIME_S, *COUNTS, head="")
 BARE = lines(*COUNTS, head="S1,S2,S3,S4")
@@ -174,6 +175,9 @@ EIGHT = np.array(
 )
 
 
+EIGHT_VOLTS = np.round(EIGHT * 5 / 1024, 4)
+
+
 def without(*samples):
     """Return the eight samples with missing samples."""
     values = EIGHT.copy()
@@ -181,7 +185,7 @@ def without(*samples):
     return values
 
 
-# Files of tests/data/odd that are read without an option, and others with their options.
+FOUR = EIGHT * 4
 PLAIN_FILES = """
     comma semicolon semicolon_points tab spaces bars units_row quoted_decimal_commas
     byte_order_mark utf16 utf16_unmarked latin1 percent_comments savetxt no_names crlf old_mac
@@ -189,52 +193,43 @@ PLAIN_FILES = """
     midnight serial_monitor serial_monitor_own_clock plotter plotter_stamped serial_noise
     three_decimals date_and_clock pandas_index counter_and_clock lab_comments
 """
-ODD_READ = dict.fromkeys(PLAIN_FILES.split(), ("", EIGHT)) | {
-    "quoted": ("--time 1", EIGHT),
-    "slash_dates": ("--date-order day_first", EIGHT),
-    "sample_numbers": ("--rate 10", EIGHT),
-    "steps_of_one": ("--time-unit sample --rate 10", EIGHT),
-    "no_time": ("--rate 10", EIGHT),
-    "missing": ("--missing -999", without(3)),
-    "missing_sensor": ("", without(5)),
-    "missing_at_both_ends": ("", without(0, 7)),
-    "volts": ("", np.round(EIGHT * 5 / 1024, 6)),
-    "millivolts": ("", EIGHT * 5 / 1000),
-    "kilo_ohms": ("", np.round(12 * EIGHT / (1024 - EIGHT), 4)),
-    "ohms_unnamed": ("", np.round(12_000 * EIGHT / (1024 - EIGHT), 1)),
-    "volts_unnamed": ("--unit V", np.round(EIGHT * 5 / 1024, 4)),
-    "many_counts": ("--unit counts --adc-bits 12", EIGHT * 4),
-    "pressure": ("--unit counts", EIGHT),
-    "thousands": ("--thousands comma --unit counts", EIGHT * 4),
-    "thousands_and_points": ("--unit counts", EIGHT * 4),
-    "points_and_commas": ("--unit counts", EIGHT * 4),
-    "five_channels": ("--sensors left right up down", EIGHT),
-    "sixteen_channels": ("--sensors ch5 ch6 ch7 ch8", EIGHT),
-    "two_clocks": ("--time time", EIGHT),
-    "wrong_unit": ("--time-unit ms", EIGHT),
-    "word_in_a_cell": ("--missing overload", without(2)),
+# Files of tests/data/odd: the options that read them, what is read, and the refusal without them.
+ODD_READ = dict.fromkeys(PLAIN_FILES.split(), ("", EIGHT, "")) | {
+    "missing_sensor": ("", without(5), ""),
+    "missing_at_both_ends": ("", without(0, 7), ""),
+    "volts": ("", np.round(EIGHT * 5 / 1024, 6), ""),
+    "millivolts": ("", EIGHT * 5 / 1000, ""),
+    "kilo_ohms": ("", np.round(12 * EIGHT / (1024 - EIGHT), 4), ""),
+    "ohms_unnamed": ("", np.round(12_000 * EIGHT / (1024 - EIGHT), 1), ""),
+    "quoted": ("--time 1", EIGHT, ""),
+    "thousands_and_points": ("--unit counts", FOUR, ""),
+    "points_and_commas": ("--unit counts", FOUR, ""),
+    "slash_dates": ("--date-order day_first", EIGHT, "12:00:00.0' can name the day first (--date"),
+    "sample_numbers": (
+        "--rate 10",
+        EIGHT,
+        "column 'sample' counts samples; give the sampling rate",
+    ),
+    "steps_of_one": ("--rate 10 --time-unit sample", EIGHT, "ms) or numbers of samples (--time"),
+    "no_time": ("--rate 10", EIGHT, "no column gives the time; name one with --time, or give the"),
+    "missing": ("--missing -999", without(3), "column 'S1': readings from -999 to 612 fit no unit"),
+    "volts_unnamed": ("--unit V", EIGHT_VOLTS, "can be V (--unit V) or kohm (--unit kohm)"),
+    "many_counts": ("--adc-bits 12 --unit counts", FOUR, "can be counts (--unit counts) or mV ("),
+    "pressure": ("--unit counts", EIGHT, "the file names kPa of "),
+    "thousands": (COMMAS, FOUR, "2.004 (--decimal comma) or 2004 (--thousands comma)"),
+    "five_channels": ("--sensors left right up down", EIGHT, "5 columns can be sensors, 'left', "),
+    "sixteen_channels": ("--sensors ch5 ch6 ch7 ch8", EIGHT, "16 columns can be sensors, 'ch1'"),
+    "two_clocks": ("--time time", EIGHT, "the columns 'time', 'timestamp' can all be the time"),
+    "wrong_unit": ("--time-unit ms", EIGHT, "with the unit s (named in the file), its usual step"),
+    "word_in_a_cell": ("--missing overload", without(2), "line 4, column 'S2': 'overload' is not"),
 }
+# Files with options that do not read them, and words of the refusal.
 ODD_REFUSED = {
-    # file, with options: words of the refusal
-    "slash_dates": "'03/04/2026 12:00:00.0' can name the day first (--date-order day_first) or the",
-    "sample_numbers": "column 'sample' counts samples; give the sampling rate in Hz with --rate",
-    "steps_of_one": "can be ms, 1000 Hz (--time-unit ms) or numbers of samples (--time-unit sample",
     "steps_of_0.4": "can be s, 2.5 Hz (--time-unit s) or ms, 2500 Hz (--time-unit ms)",
-    "no_time": "no column gives the time; name one with --time, or give the sampling rate",
-    "missing": "column 'S1': readings from -999 to 612 fit no unit; if one of them marks a",
-    "volts_unnamed": "can be V (--unit V) or kohm (--unit kohm); choose one",
-    "many_counts": "can be counts (--unit counts) or mV (--unit mV) or ohm (--unit ohm)",
-    "pressure": "the file names kPa of ",
-    "thousands": "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma)",
     "commas_for_all": "line 2 has 10 cells, but line 1 names 5 columns: a comma seems to be",
-    "five_channels": "5 columns can be sensors, 'left', 'right', 'up', 'down', 'middle', and there",
-    "sixteen_channels": "16 columns can be sensors, 'ch1', 'ch2', 'ch3', 'ch4', 'ch5', 'ch6'",
-    "two_clocks": "the columns 'time', 'timestamp' can all be the time; name one with --time",
-    "wrong_unit": "with the unit s (named in the file), its usual step of 100 is a sampling rate",
     "cut_off": "line 9, the last one, has 4 cells, but there are 5 columns; complete the",
     "short_first_line": "line 2 has 3 cells, but there are 5 columns; complete the line, copy",
     "short_line": "line 6 has 4 cells, but there are 5 columns; complete the line, copy",
-    "word_in_a_cell": "line 4, column 'S2': 'overload' is not a number; if it marks a",
     "end_line": "line 10, column 'time': 'end' is not a number; if it marks a missing",
     "backwards": "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins",
     "coarse_clock": "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse",
@@ -315,110 +310,74 @@ EMPTY_QUOTES = lines(TIME_S, *COUNTS, head="t a b c d", sign=" ").replace("\n4 "
 EMPTY_QUOTES = EMPTY_QUOTES.replace(f"{COUNTS[3, 40]:g}\n4.1 ", "\n4.1 ")
 HELD_FIRST = np.where((COUNTS[0, 0] == COUNTS).any(axis=0), np.nan, COUNTS)
 HOUR = "jumps by an hour, as with summer time"
-RISING = "--sensors 1 2 3 4 --rate 10 --unit counts"
-V, RATED = "--unit V", "--rate 10"
+MICROS = timed("t (s)", wrapped(32, 1e6, scale=1e6))
+PART = timed("time_s", [f"{second + 18.3:.3f}" for second in TIME_S])
+BY_PANDAS, FIVE = pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(), "--time 1 --sensors 2 3 4 5"
+START = ["start", *[""] * 524]
+BY_24, MARKS = grouped(24, "{:,.0f}".format), " \u00a0\u2009'"
+FIRST_OVER = "line 1, '469,497,532,540', is passed over"
+CUT_TIME = lines(TIME_S + 20, *COUNTS, head="")[1:]
+FAR_FIRST = "20.1 s lie between the first two samples; if the first line lacks digits"
+FILL, SCALED = f"# fill value: {COUNTS[0, 0]:g}", "# scale factor: 0.1"
+LOST = np.where(TIME_S == 4, np.nan, COUNTS)
+BACKWARDS = ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
+CUT_LOG = f"ready\n{LABELLED}S1:5\n"
+PASSED_OVER = {"import_passed_over": "2 lines without a whole sample"}
+TWICE = "# session: monday\n# session: monday"
+CUT_BOTH, CUT_NOTE = lines(*VOLTS, head="")[1:-3], "note: line 1, with 0.29004, "
+FAR_NUMBER = f"{NO_TIME[2]}, 497, 532, 540, is passed over: {NO_TIME[2]} is far from"
 READ = {
     **rows(READ_ABOVE, lambda line, _: good(above(line))),
     **rows(READ_NAMED, lambda names, _: good(named(names))),
     **rows(READ_RATES, lambda line, _: good(above(line, BARE))),
     **{kind: good(text, COUNTS / 1000) for kind, text in MILLIVOLTS.items()},
     **rows(COUNTERS, lambda each, _: good(counter(*each.split()), words="the clock jumps by ")),
-    "micros() in seconds": good(
-        timed("t (s)", wrapped(32, 1e6, scale=1e6)), words="the clock jumps by 4294.967296"
-    ),
+    "micros() in seconds": good(MICROS, words="the clock jumps by 4294.967296"),
     "autumn": good(autumn(), words=HOUR),
     "spring": good(autumn(-3600), words=HOUR),
     "no hours": good(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
     "past 24 h": good(timed("t", elapsed())),
     "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
     # Kills: decimals of a time as thousands.
-    "a part of a longer run": good(
-        above("# unit: counts", timed("time_s", [f"{second + 18.3:.3f}" for second in TIME_S]))
-    ),
+    "a part of a longer run": good(above("# unit: counts", PART)),
     **{f"stamps, {kind}": good(stamped(*how)) for kind, how in STAMPS.items()},
     "numbers name columns": good(timed("Time", TIME_S).replace("S", "")),
     "remark on the first sample": good(TABBED.replace("\n0.1\t", "\tswallow 1\n0.1\t")),
-    "numbers of pandas": good(
-        pandas.DataFrame(COUNTS.T, index=TIME_S).to_csv(),
-        options="--time 1 --sensors 2 3 4 5",
-        words="line 1, with 0, 1, 2, 3, is passed over",
-    ),
-    **{
-        f"a remark behind the first samples, {head!r}": good(
-            lines(TIME_S, *COUNTS, ["start", *[""] * 524], head=head)
-        )
-        for head in ("", "time_s,S1,S2,S3,S4,note")
-    },
-    **{
-        f"thousands behind {mark!r}": good(
-            grouped(24, "{:,.0f}".format).replace(",", mark), 24 * COUNTS, COUNTED
-        )
-        for mark in (" ", "\u00a0", "\u2009", "'")
-    },
-    "first line without its time": good(
-        NO_NAMES[2:], COUNTS[:, 1:], words="line 1, '469,497,532,540', is passed over"
-    ),
-    "first time that lacks digits": good(
-        lines(TIME_S + 20, *COUNTS, head="")[1:],
-        words="20.1 s lie between the first two samples; if the first line lacks digits",
-        time_s=TRUNCATED,
-    ),
-    "a long gap": good(
-        timed("t", PAUSED), words="a gap of 5 min follows sample 201", time_s=PAUSED
-    ),
+    "numbers of pandas": good(BY_PANDAS, COUNTS, FIVE, "line 1, with 0, 1, 2, 3, is passed over"),
+    "a remark behind the first sample": good(lines(TIME_S, *COUNTS, START, head="")),
+    "a named remark": good(lines(TIME_S, *COUNTS, START, head="time_s,S1,S2,S3,S4,note")),
+    **{f"{m!r} in thousands": good(BY_24.replace(",", m), 24 * COUNTS, COUNTED) for m in MARKS},
+    "first line without its time": good(NO_NAMES[2:], COUNTS[:, 1:], "", FIRST_OVER),
+    "first time that lacks digits": good(CUT_TIME, words=FAR_FIRST, time_s=TRUNCATED),
+    "a long gap": good(timed("t", PAUSED), words="5 min follows sample 201", time_s=PAUSED),
     "a stuck sensor": good(
-        timed("t", TIME_S, STUCK), STUCK, words="the report will reject it: sensor_3 reads 7 in"
+        timed("t", TIME_S, STUCK), STUCK, words="reject it: sensor_3 reads 7 in"
     ),
-    "a mark of missing samples in a comment": good(
-        above(f"# fill value: {COUNTS[0, 0]:g}"), HELD_FIRST, words="lack a sensor"
-    ),
-    "a scaling in a comment": good(
-        above("# scale factor: 0.1"), COUNTS, COUNTED, "scale factor: 0.1; that is not applied"
-    ),
+    "a mark of missing samples in a comment": good(above(FILL), HELD_FIRST, "", "lack a sensor"),
+    "a scaling in a comment": good(above(SCALED), COUNTS, COUNTED, "0.1; that is not applied"),
     "all in quotes": good(lines(*QUOTES, head='"t","a","b","c","d"')),
-    "an empty cell in quotes": good(
-        EMPTY_QUOTES,
-        np.where(TIME_S == 4, np.nan, COUNTS),
-        words="1 samples lack a sensor and count as missing",
-    ),
+    "an empty cell in quotes": good(EMPTY_QUOTES, LOST, "", "1 samples lack a sensor and count"),
     "a rising sensor": good(NO_NAMES, np.vstack([TIME_S, COUNTS[:3]]), RISING, "sensor_1 rises"),
-    **{
-        f"sensors {given}": good(PLAIN, COUNTS[::-1], f"--sensors {given}")
-        for given in ("S4,S3,S2,S1", "S4, S3, S2, S1", "5,4,3,2")
-    },
-    "a broken line at the end of a log": good(
-        f"ready\n{LABELLED}S1:5\n",
-        options=RATED,
-        header={"import_passed_over": "2 lines without a whole sample"},
-    ),
-    "a line of the header that stands twice": good(
-        above("# session: monday\n# session: monday"), header={"session": "monday"}
-    ),
+    **{f"sensors {each}": good(PLAIN, COUNTS[::-1], f"--sensors {each}") for each in BACKWARDS},
+    "a broken line at the end of a log": good(CUT_LOG, options=RATED, header=PASSED_OVER),
+    "a line of the header that stands twice": good(above(TWICE), header={"session": "monday"}),
     "LabVIEW": good(lvm(), VOLTS, V),
     "LabVIEW, no times": good(lvm("No"), VOLTS, V),
     "LabVIEW, a time for each": good(lvm("Multi", unit=True), VOLTS),
     "LabVIEW, the second channel later": good(lvm("Multi", unit=True, later_s=2.0), LATER),
     "LabVIEW, no times, later": good(lvm("No", unit=True, later_s=2.0), LATER),
     **rows(EACH_NAMES, lambda names, _: good(lines(*EACH_TIMED, head=names), LATER, V)),
-    "LabChart, comment": good(
-        labchart(slice(None)).replace("\n20\t", "\t#* wave 2 starts\n20\t"), VOLTS
-    ),
+    "LabChart": good(labchart(slice(None)).replace("\n20\t", "\t#* wave 2\n20\t"), VOLTS),
     "whole last number without a line end": good(PLAIN.rstrip("\n")),
     "decimals without a last line end": good(lines(TIME_S, *VOLTS).rstrip("\n"), VOLTS, V),
     "first and last line that lack digits": good(
-        lines(*VOLTS, head="")[1:-3], SHORTER[:, 1:], f"{RATED} {V}", "note: line 1, with 0.29004, "
+        CUT_BOTH, SHORTER[:, 1:], f"{RATED} {V}", CUT_NOTE
     ),
-    "last number that may lack digits": good(
-        lines(TIME_S, *VOLTS)[:-3], SHORTER, V, "'2.421' may lack digits"
-    ),
-    "first line that lacks digits": good(
-        NO_TIME[2:],
-        COUNTS[:, 1:],
-        RATED,
-        f"{NO_TIME[2]}, 497, 532, 540, is passed over: {NO_TIME[2]} is far from",
-    ),
+    "last number that may lack digits": good(lines(TIME_S, *VOLTS)[:-3], SHORTER, V, "'2.421' may"),
+    "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, FAR_NUMBER),
     **{
-        name: good(ODD / f"{name}.txt", values, given) for name, (given, values) in ODD_READ.items()
+        name: good(ODD / f"{name}.txt", values, said)
+        for name, (said, values, _) in ODD_READ.items()
     },
 }
 
@@ -503,8 +462,13 @@ BARE_TIMES = {"0.01": 1e2, "0.0001": 1e4, "1e-05": 1e5, "1e-07": 1e7}
 BARE_TIMES |= {"0.0009766": 1024, "3.052e-05": 32_768, "0.02": 50}
 SINCE_1601 = [f"{133 * 10**15 + round(second * 1e7)}" for second in TIME_S]
 JUMPED = TIME_S + 200_000 * (TIME_S == 30)
-POINTS, COMMAS = "--unit counts --thousands point", "--thousands comma --unit counts"
-GAP = "--run-gap-s 5"
+SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
+MICRO_MILLI = above("# time unit: ms", ticks("time_us", 1e5))
+TICKS_1601 = timed("timestamp", SINCE_1601)
+ALL_POINTS = grouped(4, german, times=german)
+BY_20, BY_4 = grouped(20, german), grouped(4, "{:,.0f}".format)
+RAW = above("# unit: kPa", named("S{}_raw"))
+NAMED_AGAIN = repeated(*COUNTS, head="S1,S2,S3,S4")
 OVER_ALL = timed("time,Pressure (kPa),,,\ns", TIME_S)
 DATED = above("# rate: 20 Hz", timed("t", clocks(NOON)))
 GAINS = lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain")
@@ -549,137 +513,96 @@ def other_rate(line, rates):
     return Case(above(line), f"10 Hz, but the file states {rates}; give", "--time-unit s")
 
 
+def stepped(step, per_second):
+    return Case(ticks("time", per_second), f"or steps of {step} s, 10 Hz ({BY_RATE})", BY_RATE)
+
+
+def solid(form):
+    """Return the case of a clock without colons."""
+    moments = [NOON + timedelta(seconds=second - 20) for second in TIME_S]
+    times = [f"{moment:{form}}"[:-5] for moment in moments]
+    return Case(timed("time", times), "clock without colons", BY_RATE)
+
+
+def twice(key):
+    text = above(f"# {key}: 1\n# bench: 2\n# bench: 3\n# {key}: 4")
+    return Case(text, f"lines 1 and 4 name two values of {key}, '1' and '4'; delete")
+
+
+def jumping(options):
+    return Case(grouped(2, german), THOUSANDFOLD[options], POINTS, options, 2 * COUNTS)
+
+
+def quoted_name(names, _):
+    return Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED)
+
+
+GERMAN_NAMED = grouped(4, german, COUNTED_NAMES)
+RESET = repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4")
+RECORDED = above("# format_version: 1\n# S1: mV")
+SOME = named("S1 (V),S2,S3 (V),S4")
 ASKED = {
     **rows(UNITS_ABOVE, lambda line, unit: Case(above(line), f"names {unit} of ", COUNTED)),
     **rows(QUOTED, quoted),
-    "unit of a sensor in a recording": quoted("# format_version: 1\n# S1: mV", "")._replace(
-        words="says 'S1: mV', and not"
-    ),
+    "unit of a sensor in a recording": Case(RECORDED, "says 'S1: mV', and not", COUNTED),
     "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
     **rows(UNITS_IN_NAMES, unit_in_names),
-    **rows(
-        QUOTED_NAMES,
-        lambda names, _: Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED),
-    ),
+    **rows(QUOTED_NAMES, quoted_name),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
-    "unit of some": Case(
-        named("S1 (V),S2,S3 (V),S4"), "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED
-    ),
+    "unit of some": Case(SOME, "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED),
     **rows(TIME_UNITS, unnamed_unit),
     **rows(TIME_UNITS_ABOVE, unit_above),
-    "times shorter than a sample": Case(
-        above("# time in ms", timed("time", TIME_S)),
-        "1e+04 Hz, too much for 0.0524 s",
-        "--time-unit s",
-    ),
+    "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
     "another unit of time in words": Case(
-        above("x: ms", timed("time", TIME_S)), "says 'ms', and then its", "--time-unit s"
+        above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"
     ),
-    **{
-        f"times without a unit, steps of {step}": Case(
-            ticks("time", per_second), f"or steps of {step} s, 10 Hz ({BY_RATE}); choose", BY_RATE
-        )
-        for step, per_second in BARE_TIMES.items()
-    },
+    **{f"steps of {step}": stepped(step, per_second) for step, per_second in BARE_TIMES.items()},
     "times without a unit, min": Case(
-        timed("time", TIME_S / 60), "or min, 10 Hz (--time-unit min); choose one", "--time-unit min"
+        MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"
     ),
-    "two units of time": Case(
-        above("# time unit: ms", ticks("time_us", 1e5)), "the file names us and ms; give", BY_RATE
-    ),
+    "two units of time": Case(MICRO_MILLI, "the file names us and ms; give", BY_RATE),
     **rows(OTHER_RATES, other_rate),
-    "rate beside dates": Case(
-        DATED, "states rate = 20; give --time-unit clock", "--time-unit clock"
-    ),
-    "scale in a log with labels": Case(
-        above("gain: 10", LABELLED), "says 'gain: 10', and not", f"{RATED} {COUNTED}"
+    "rate beside dates": Case(DATED, "rate = 20; give --time-unit clock", "--time-unit clock"),
+    "scale in a log": Case(
+        above("gain: 10", LABELLED), "says 'gain: 10', and", f"{RATED} {COUNTED}"
     ),
     "scale in a column": Case(GAINS, "says 'gain: 10', and not", COUNTED),
     "unit over several columns": Case(OVER_ALL, "says 'Pressure (kPa)'", COUNTED),
-    "a description in words beside a unit": Case(
-        CONVERTED, "names counts and says 'converted to kPa'", COUNTED
-    ),
-    "two units": Case(
-        above("# unit: kPa", named("S{}_raw")), "names raw and says 'unit: kPa'", COUNTED
-    ),
+    "words beside a unit": Case(CONVERTED, "names counts and says 'converted to kPa'", COUNTED),
+    "two units": Case(RAW, "names raw and says 'unit: kPa'", COUNTED),
     "unit in a column": Case(UNITS, "names kPa of 'S1'", COUNTED),
     "unit in a row": Case(lines(TIME_S, *COUNTS, head=MM_HG), "names mmHg of 'P1'", COUNTED),
-    **{
-        f"a clock without colons, {form}": Case(
-            timed("time", [f"{NOON + timedelta(seconds=s - 20):{form}}"[:-5] for s in TIME_S]),
-            "clock without colons",
-            BY_RATE,
-        )
-        for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")
-    },
-    "ticks of 100 ns since 1601": Case(
-        timed("timestamp", SINCE_1601), "1e+06 is a rate between", "--rate 10 --time none"
-    ),
-    "all counts with points": Case(
-        grouped(4, german, times=german),
-        "1.876 (--decimal point) or 1876",
-        POINTS,
-        COUNTED,
-        4 * COUNTS,
-    ),
-    "named counts with points": Case(
-        grouped(4, german, COUNTED_NAMES),
-        "from 1.692 to 2.164 are none; give --thousands point",
-        POINTS,
-        values=4 * COUNTS,
-    ),
-    "all numbers with points": Case(
-        grouped(20, german), "9.38 (--decimal point) or 9380 (--thousands", POINTS, "", 20 * COUNTS
-    ),
-    **{
-        f"decimals that jump a thousandfold, {options}": Case(
-            grouped(2, german), words, POINTS, options, 2 * COUNTS
-        )
-        for options, words in THOUSANDFOLD.items()
-    },
-    "commas and the unit at once": Case(
-        grouped(4, "{:,.0f}".format), "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS
-    ),
+    **{f"a clock without colons, {form}": solid(form) for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")},
+    "ticks since 1601": Case(TICKS_1601, "1e+06 is a rate between", "--rate 10 --time none"),
+    "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
+    "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
+    "numbers with points": Case(BY_20, "9.38 (--decimal point) or 9380", POINTS, "", 20 * COUNTS),
+    **{f"decimals that jump, {options}": jumping(options) for options in THOUSANDFOLD},
+    "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
-    "names repeated by a reset": Case(
-        repeated(RESTARTED, *COUNTS, head="time_s,S1,S2,S3,S4"),
-        f"0 s follows 29.9 s; if another run begins there, give {GAP}",
-        GAP,
-        values=None,
-    ),
+    "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
     "names repeated, no time": Case(
-        repeated(*COUNTS, head="S1,S2,S3,S4"),
-        "above line 303 the names",
-        f"{RATED} {GAP}",
-        RATED,
-        None,
+        NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None
     ),
     "blocks of LabChart": Case(labchart(FIRST, REST), f"give {GAP}", GAP, values=None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
     **{
+        name: Case(ODD / f"{name}.txt", words, remedy, values=values)
+        for name, (remedy, values, words) in ODD_READ.items()
+        if words
+    },
+    **{
         call: Case(ODD / f"{call.split()[0]}.txt", words, options=call.partition(" ")[2])
         for call, words in ODD_REFUSED.items()
     },
     # Whatever the reader of recordings takes one value of, the import does.
-    **{
-        f"two values of {key}": Case(
-            above(f"# {key}: 1\n# bench: 2\n# bench: 3\n# {key}: 4"),
-            f"lines 1 and 4 name two values of {key}, '1' and '4'; delete",
-        )
-        for key in (*DECISIVE, "session")
-    },
+    **{f"two values of {key}": twice(key) for key in (*DECISIVE, "session")},
     "a log of stamps alone": Case(STAMPS_ALONE, "line 1: there is no table"),
-    "a broken line without a time": Case(
-        BROKEN, "line 528 does not hold a whole sample", options=RATED
-    ),
-    "all that is missing at once": Case(
-        TWO_CLOCKS,
-        "with --time; and column 'a': readings from 2.065",
-        "--time time --unit V",
-        "",
-        VOLTS,
+    "a broken line": Case(BROKEN, "line 528 does not hold a whole sample", options=RATED),
+    "all at once": Case(
+        TWO_CLOCKS, "with --time; and column 'a'", "--time time --unit V", "", VOLTS
     ),
 }
 
@@ -721,19 +644,6 @@ def test_nothing_is_named_in_the_recordings_of_the_archive():
         with path.open("rb") as stream:
             values = read_recording(stream, 4).values
         assert not lone_runs(values) and not is_far(values).all(), path
-
-
-def test_json_is_named_and_the_remedy_works(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    rows = [dict(zip("tabcd", row, strict=True)) for row in np.vstack([TIME_S, COUNTS]).T.tolist()]
-    (tmp_path / "a.json").write_text(json.dumps(rows))
-    (tmp_path / "b.json").write_text("\n".join(map(json.dumps, rows)))
-    for name, options in (("a", {}), ("b", {"lines": True})):
-        refused = import_files(tmp_path, tmp_path / f"{name}.json").refused
-        command = f"pandas.read_json('{name}.json').to_csv('{name}.csv')"
-        assert f"it is JSON; save it as text: {command}, with lines=True if each" in refused
-        pandas.read_json(f"{name}.json", **options).to_csv(f"{name}.csv")
-        Case("").check(import_files(tmp_path / name, tmp_path / f"{name}.csv"))
 
 
 def sensors_apart(folder, line, ending="csv"):
