@@ -569,11 +569,16 @@ def test_what_is_no_table_is_named_with_a_remedy_that_works(tmp_path, monkeypatc
     frame = pandas.DataFrame({"time": TIME_S, **SENSORS})
     frame.to_pickle("run.pkl")
     frame.to_parquet("run2.parquet")
-    for name in ("run.pkl", "run2.parquet"):
+    frame.to_json("run3.json", orient="records")
+    frame.to_json("run4.json", orient="records", lines=True)
+    for name in ("run.pkl", "run2.parquet", "run3.json", "run4.json"):
         refused = import_files(tmp_path / name, Path(name)).refused
         (remedy,) = re.findall(r"text: pandas\.(.*)", refused)
+        remedy, _, each_line = remedy.partition(", with lines=True if each")
+        assert bool(each_line) == name.endswith("json")
+        remedy = remedy.replace("')", "', lines=True)", 1) if name == "run4.json" else remedy
         eval(f"pandas.{remedy}")
-        imported = import_files(tmp_path / remedy[:9], Path(name).with_suffix(".csv"))
+        imported = import_files(tmp_path / f"{name} read", Path(name).with_suffix(".csv"))
         assert_readings(imported.the_recording(), TIME_S, COUNTS)
     with zipfile.ZipFile("run.zip", "w") as archive:
         archive.write("run.csv")
