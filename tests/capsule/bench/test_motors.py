@@ -229,8 +229,9 @@ def test_a_sample_that_is_late_stays_missing(line, monkeypatch):
     np.testing.assert_equal(heard[1].wave_mm, [*(7 * [np.nan]), 12.5])
 
 
-# Kills: an end that does not wait until the origami is unfolded; a wave that is started before.
-def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatch):
+# Kills: an end that does not wait until the origami is unfolded, for 12 s, or lets the wave carry
+# the capsule on meanwhile; a wave that is started before, or after Ctrl-C.
+def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatch, capsys):
     monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count(0, 0.1).__next__)
     unfolded = Line(state="F,10,0,unfolded,unfolded")  # as it says when it is asked
     assert FoldBoard(board_on(unfolded), LOG).leave_unfolded() == ""
@@ -238,16 +239,15 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     assert said in FoldBoard(board_on(line), LOG).leave_unfolded()
     with pytest.raises(SurveyFaultError, match=said):
         bench_on(fold=line, peristalsis=drive)[0].start()
+    bench, stop = bench_on(fold=unfolded, peristalsis=drive)
+    stop.reason = "Ctrl-C"
+    with pytest.raises(KeyboardInterrupt):
+        bench.start()
     assert "start" not in drive.sent
-
-
-# Kills: an origami that unfolds for 12 s while the wave carries the capsule on.
-def test_the_wave_stops_before_the_origami_unfolds(line):
-    unfolded = Line(state="F,10,0,unfolded,unfolded")
-    bench, _ = bench_on(peristalsis=line, fold=unfolded)
-    line.sent = unfolded.sent
-    bench.leave()
-    assert [said for said in line.sent if said in ("stop", "unfold")] == ["stop", "unfold"]
+    line.sent = drive.sent = []
+    bench_on(fold=line, peristalsis=drive)[0].leave()
+    assert [told for told in line.sent if told in ("stop", "unfold")] == ["stop", "unfold"]
+    assert said in capsys.readouterr().err
 
 
 def resumed_drive_of(board, log):

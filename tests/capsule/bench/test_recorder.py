@@ -42,6 +42,7 @@ def read_together(first, last):
     return b"".join(map(sample_frame, range(first, last)))
 
 
+FALSE_FRAME = sample_frame(999, 20_000, 200)
 # As far as anybody can tell, it may follow number 29.
 PLAUSIBLE_FRAME = sample_frame(999, 6000, 55)
 JUMPED = [(n / 10, sample_frame(n, 100 * n + 10**9)) for n in range(30, 80)]
@@ -57,6 +58,8 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
         # Nothing lay there: the board was lost meanwhile, and may still come back.
         ([*samples(0, 30), (11.0, b""), (11.1, b""), *samples(112, 120)],
          [*range(30), *range(112, 120)], 120),
+        ([*samples(0, 30), *samples(33, 34), (3.35, FALSE_FRAME), *samples(34, 60)],
+         [*range(30), *range(33, 60)], 60),
         ([*samples(0, 30), *samples(33, 34), (3.35, PLAUSIBLE_FRAME), *samples(34, 60)],
          [*range(30), *range(33, 60)], 60),
         # What comes again is continued by the sample after a gap.
@@ -76,7 +79,7 @@ PRESSED = encode("D,30,3000,30,2,3,4,1")
         # The end stop, with the sample that it came with.
         ([*samples(0, 30), (3.0, PRESSED), *samples(31, 40)], range(31), 31),
     ],
-    ids=["stopped", "lost while stopped", "plausible frame after a gap", "again before a gap",
+    ids=["stopped", "lost while stopped", "false frame", "plausible frame", "again before a gap",
          "clock jumps", "clock ends", "doubt", "soon", "beyond 10 bits", "end stop"],
 )  # fmt: skip
 def test_every_sample_is_kept_at_its_time(bench, script, numbers, rows):

@@ -11,7 +11,12 @@ import numpy as np
 import pytest
 
 from capsule.bench import survey_command
-from capsule.bench.bench_errors import AcquisitionError, BoardLostError, CannotArriveError
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardLostError,
+    CannotArriveError,
+    SurveyFaultError,
+)
 from capsule.bench.protocol import Identity
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG
@@ -170,6 +175,10 @@ def test_a_board_that_drives_other_waves_is_refused():
         survey_command._known_with(boards, settings, None, "tuesday")
 
 
+def press(*_):
+    raise KeyboardInterrupt
+
+
 # Kills: a fault that is told at each look, or forgotten at the end.
 def test_a_fault_of_the_bench_ends_a_survey_in_order(tmp_path, monkeypatch):
     monkeypatch.setattr(SimulatedBench, "trouble", BoardLostError("the fold board is silent"))
@@ -178,6 +187,26 @@ def test_a_fault_of_the_bench_ends_a_survey_in_order(tmp_path, monkeypatch):
     events = events_of(tmp_path / "lost")
     assert [event["event"] for event in events].count("fault") == 1
     assert events[-1]["after"] == "ended"
+
+
+def test_an_origami_that_does_not_obey_has_its_own_status(tmp_path, monkeypatch):
+    read = SimulatedBench.read
+
+    def folded(bench, samples):
+        return replace(read(bench, samples), fold="folded")
+
+    monkeypatch.setattr(SimulatedBench, "read", folded)
+    monkeypatch.setattr(SimulatedBench, "at_end", True)
+    with pytest.raises(SurveyFaultError, match="did not obey"):
+        survey(*GUT, "--out", tmp_path / "folded")
+
+
+def test_ctrl_c_before_the_first_sample_leaves_no_session(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(SimulatedBench, "read", press)
+    with pytest.raises(KeyboardInterrupt):
+        survey(*GUT, "--out", tmp_path / "none")
+    assert "before the first sample" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
 
 
 def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):

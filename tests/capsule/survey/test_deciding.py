@@ -87,6 +87,9 @@ def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
     back = WayBack(80.0, 3.2).learned(-12.0, 51.2)
     seconds = back.leg_s(200.0)
     assert abs(-0.56 * seconds - back.expected_mm(seconds)) < 40
+    # So short a leg says nothing of the speed: it may be the fastest one.
+    brief = WayBack(80.0, 3.2).learned(-1.0, 6.4)
+    assert abs(-1.1 * brief.longest_s() - brief.expected_mm(brief.longest_s())) < 40
     # The last leg counts most.
     assert back.learned(-48.0, 51.2).speed_mm_s < -30.0 / 51.2
     # The better the speed is known, the longer a leg may be: until chance alone, some waves that do
