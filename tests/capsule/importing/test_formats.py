@@ -453,10 +453,7 @@ SCALES = {
     "beside the arrays": (timed(scale_factor=0.01), "'scale_factor: 0.01'"),
     "of each sensor": (timed(scale=np.array([0.01, 0.01, 0.01, 0.02])), "'scale: 0.01, 0.02'"),
     "of a data set": (attributed("V", "scale", 0.01), "'scale: 0.01'"),
-    "of a compound": (
-        hdf({"run": FIELDS}, {("run", "scale_factor"): 0.01}),
-        "'scale_factor: 0.01'",
-    ),
+    "of a compound": (hdf({"run": FIELDS}, {("run", "scale"): 0.01}), "'scale: 0.01'"),
     "of TDMS": (tdms(SENSORS, wf_increment=0.1, scale=0.01), "'scale: 0.01'"),
     "of a structure beside": (timed(info={"scale_factor": 0.01}), "'scale_factor: 0.01'"),
     "of a root": (attributed("/", "slope", 0.5), "'slope: 0.5'"),
@@ -488,6 +485,10 @@ RATES = {
     ),
 }
 DELAYS = {(name, "delay"): 2.0 * at for at, name in enumerate(SENSORS)}
+DELAYED = hdf(SENSORS, RATES_OF_ALL | DELAYS)
+CS = TIME_S * 100
+IN_CS = BOTH | {"t": CS}
+CLOCKED = attributed("t", "clock", "250 kHz", t=TIME_S * 250_000)
 STARTS_MS = {(name, "start_ms"): 1000 * at for at, name in enumerate(LATER)}
 CHUNKS = 5 + np.floor(TIME_S / 0.3 + 1e-6) * 0.3 + np.arange(525) % 3 * 1e-4
 OVERLOAD = [*TIME_S[:8].tolist(), "overload", *TIME_S[9:].tolist()]
@@ -503,24 +504,11 @@ ASKED = {
         f"rate, {k}": Case(w, f"states {told}; give the sampling rate in Hz with", "--rate 10")
         for k, (w, told) in RATES.items()
     },
-    "a unit of time": Case(
-        attributed("t", "units", "cs", t=TIME_S * 100), "the unit 'cs'", BY_RATE
-    ),
-    "a clock of another rate": Case(
-        attributed("t", "clock", "250 kHz", t=TIME_S * 250_000),
-        "the unit 'clock: 250 kHz'",
-        BY_RATE,
-    ),
-    "a time without a unit": Case(
-        matlab(t=TIME_S * 100, V=COUNTS.T), f"or steps of 0.01 s, 10 Hz ({BY_RATE})", BY_RATE
-    ),
-    "a unit of time beside the arrays": Case(
-        matlab(t=TIME_S * 100, V=COUNTS.T, time_unit="cs"), "the unit 'cs'", BY_RATE
-    ),
-    "a start of each data set under another name": Case(
-        hdf(SENSORS, RATES_OF_ALL | DELAYS),
-        "sensor 1 names its start, 'delay: 0.0', which is no date",
-    ),
+    "a unit of time": Case(attributed("t", "units", "cs", t=CS), "the unit 'cs'", BY_RATE),
+    "a clock of another rate": Case(CLOCKED, "the unit 'clock: 250 kHz'", BY_RATE),
+    "a time without a unit": Case(matlab(**IN_CS), f"of 0.01 s, 10 Hz ({BY_RATE})", BY_RATE),
+    "a time's unit beside": Case(matlab(**IN_CS, time_unit="cs"), "the unit 'cs'", BY_RATE),
+    "another name of a start": Case(DELAYED, "sensor 1 names its start, 'delay: 0.0', which is no"),
     "a start by its date that is not that by its clock": Case(
         hdf(LATER, RATES_OF_ALL | STARTS | STARTS_MS),
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
