@@ -365,7 +365,8 @@ def _share_below(scores: FloatArray, weights: FloatArray, others: FloatArray) ->
     below, ordered = np.append(0.0, np.cumsum(weights[order])), scores[order]
     twice = below[ordered.searchsorted(others, "left")]
     twice += below[ordered.searchsorted(others, "right")]
-    return twice / (2 * below[-1])
+    shares: FloatArray = twice / (2 * below[-1])
+    return shares
 
 
 def height_at(
