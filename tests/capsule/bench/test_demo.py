@@ -1,5 +1,6 @@
 """capsule demo: a simulated run without a board, recorded by the recorder of capsule record."""
 
+import re
 import signal
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from capsule.bench import demo_command, recorder
+from capsule.commands.report import call_workflow
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import PROJECT
 from capsule.errors import CapsuleError
@@ -153,3 +155,33 @@ def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
         play(tmp_path / "demo")
+
+
+def test_a_played_run_ends_with_its_last_sample_at_the_end_stop(monkeypatch):
+    counts, now_s = np.arange(12).reshape(4, 3) + 100, [50.0]
+    monkeypatch.setattr(demo_command, "elapsed_s", lambda: now_s[0])
+    monkeypatch.setattr(demo_command.time, "sleep", lambda seconds: now_s.append(now_s.pop() + 1))
+    run = demo_command.PlayedRun(counts, PHANTOM, 2, 0.1)
+    # One sample a second at a tenth of the speed.
+    told = [[arrival.event for arrival in run.read(1.0)] for _ in range(4)]
+    assert [[each.counts for each in some] for some in told] == [
+        *([tuple(column)] for column in counts.T.tolist()),
+        [],
+    ]
+    assert [each.at_end for some in told for each in some] == [False, False, True]
+
+
+@pytest.mark.boards
+def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path, monkeypatch, capfd):
+    folder = tmp_path / "demo"
+    demo_command.prepare(folder, PHANTOM, 4)
+    demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
+    shipped["evaluation"]["held_out"] = []
+    assert demo == shipped, "the demo has none of the shipped recordings"
+    monkeypatch.chdir(tmp_path)
+    assert call_workflow(folder, ["--cores=1", "results/report.html", "--dry-run"]) == 0
+    said = "".join(capfd.readouterr())
+    jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", said, re.MULTILINE))
+    assert int(jobs["preprocess"]) == sum(demo_command.LABELLED.values())
+    assert jobs["report"] == "1"
+    assert not (tmp_path / "results").exists()

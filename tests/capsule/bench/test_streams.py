@@ -2,6 +2,7 @@
 
 import math
 import os
+import subprocess
 import sys
 import uuid
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from capsule.bench.protocol import Damaged
 from capsule.bench.state import State
 from capsule.errors import CapsuleError
 from support.bench.recorder import Recorder, wait_until
+from support.project import ROOT
 
 needs_streams = pytest.mark.boards
 
@@ -190,6 +192,7 @@ def test_channels_are_chosen_by_label_or_number(wanted, channels):
         ({"rate_hz": 250.0}, None, r"rate of 250 Hz, .*configured for 10 Hz.*LabRecorder"),
         ({"rate_hz": 0.0}, None, "has no nominal rate.*LabRecorder"),
         ({"kind": pylsl.cf_string}, None, "sends text, not numbers"),
+        ({"units": ["microvolts"] * 4}, None, "in microvolts; all channels .*counts, V"),
         ({"units": ["V", "V", "counts", "V"]}, None, "in V, counts; all channels .*the same unit"),
         ({"channels": 5, "gains": "11115"}, "1,2,3,5", "says 'gain: 5', and not .*capsule import"),
     ],
@@ -246,3 +249,14 @@ def test_without_pylsl_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with pytest.raises(CapsuleError, match=r'--stream-in needs pylsl.*install -e "\.\[lsl\]"'):
         lsl.import_pylsl("--stream-in")
+
+
+def test_nothing_of_streams_is_imported_for_those_who_ask_for_none():
+    code = f"""if True:
+        import sys
+        sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
+        import capsule.bench.recorder
+        print("pylsl" in sys.modules)
+    """
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

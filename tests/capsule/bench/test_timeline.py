@@ -69,6 +69,18 @@ def test_a_board_whose_clock_is_slow_is_followed():
     assert moments_s[-1] == pytest.approx(0.1005 * 9_999)
 
 
+def test_a_board_that_kept_running_is_told_from_one_that_restarted():
+    timeline = Kept()
+    timeline.take(sample(0, 50_100), 90.0)
+    for fresh in (True, False):
+        assert timeline.continues(uptime_ms=54_321, running=True, moment_s=94.3, fresh=fresh)
+    # Up for longer than the run: what has stopped by itself has restarted.
+    assert not timeline.continues(uptime_ms=59_000, running=False, moment_s=98.9, fresh=False)
+    # The board's own clock counts, however late the sample arrives.
+    timeline.take(sample(50, 55_100), 199.0)
+    assert (timeline.missing, timeline.gaps_by_computer_clock) == ([0, 49], [])
+
+
 @given(st.lists(st.tuples(st.integers(1, 40), st.integers(1, 40)), min_size=1, max_size=60))
 def test_places_follow_the_boards_clock(steps):
     """Check that a sample's place follows from its time: the board counts no samples in a pause."""
