@@ -33,7 +33,7 @@ OUTCOMES = ("imported", "refused")
 FAULTS = ("traceback", "too large", "too slow", "crash")
 
 
-def import_apart(file: Path) -> tuple[str, float, int]:
+def import_apart(importer: Importer) -> tuple[str, float, int]:
     """Import a file in a process of its own.
 
     Returns one of `OUTCOMES` or `FAULTS`, seconds of a processor, and the largest memory in bytes.
@@ -44,7 +44,7 @@ def import_apart(file: Path) -> tuple[str, float, int]:
         # A process that exceeds the limits by far is ended.
         resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES))
         signal.setitimer(signal.ITIMER_PROF, 4 * MOST_SECONDS)
-        os._exit(_import(file))
+        os._exit(_import(importer))
     _, status, used = os.wait4(child, 0)
     seconds, most_bytes = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
     ended = os.waitstatus_to_exitcode(status)
@@ -56,11 +56,15 @@ def import_apart(file: Path) -> tuple[str, float, int]:
     return outcome, seconds, most_bytes
 
 
-def _import(file: Path) -> int:
-    """Return 0 if a file was imported, 1 if it was refused, 2 after a traceback, which is shown."""
+def importer_of(file: Path) -> Importer:
+    """Return what imports a file, as the command does; reading its settings takes the longest."""
     words = ["import", str(given_path(file)), "--size", "3", "--dry-run"]
     words += ["--raw", str(file.parent / "raw")]
-    importer = Importer(build_parser(["import"]).parse_args(words))
+    return Importer(build_parser(["import"]).parse_args(words))
+
+
+def _import(importer: Importer) -> int:
+    """Return 0 if a file was imported, 1 if it was refused, 2 after a traceback, which is shown."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         try:
             importer.run()
@@ -83,11 +87,12 @@ def main() -> None:
         for place, (ending, file) in enumerate(write_each_format(Path(temporary)).items()):
             if options.only and ending not in options.only:
                 continue
+            importer = importer_of(file)
             whole, counted, longest, most = file.read_bytes(), Counter[str](), 0.0, 0
             for number in range(options.number):
                 numbers = np.random.default_rng([options.seed, place, number])
                 file.write_bytes(damaged(whole, numbers))
-                outcome, seconds, used = import_apart(file)
+                outcome, seconds, used = import_apart(importer)
                 if outcome in FAULTS:
                     options.keep.mkdir(exist_ok=True)
                     name = f"{number}-{outcome.replace(' ', '-')}-{file.name}"
