@@ -2,16 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from capsule.method.particle import Particle, render
 from capsule.method.sliding import RepeatedParticle
 from capsule.method.templates import (
     compare_templates,
     first_peak_sample,
-    index_of_largest,
     nearest_size,
     template_distances,
 )
@@ -39,15 +35,9 @@ def test_what_is_unknown_stays_unknown():
     assert nearest_size(distances, [0, 1]) == 0
     assert np.isnan(template_distances(unknown, [known])).all()
     assert np.isnan(nearest_size(np.array([np.nan, np.nan]), [0, 1]))
+    assert np.isnan(nearest_size(np.array([]), []))
     # Of equal distances the smaller size wins.
-    assert nearest_size(np.array([0.2, 0.1, 0.1]), [0, 3, 4]) == 3
-
-
-@given(arrays(np.float64, st.integers(0, 6), elements=st.floats(-3, 3) | st.just(np.nan)))
-def test_the_largest_value_is_found_among_those_that_are_known(values):
-    known = ~np.isnan(values)
-    expected = int(np.nanargmax(values)) if known.any() else None
-    assert index_of_largest(values) == expected
+    assert nearest_size(np.array([np.nan, 0.2, 0.1, 0.1]), [0, 2, 3, 4]) == 3
 
 
 @pytest.mark.parametrize("shift", [0, 1, 33, -20])
