@@ -1,143 +1,124 @@
 """What `capsule forget` removes, and what it refuses."""
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from capsule.commands import cli
 from capsule.engine.jobs import hold_run_lock
-from support.synthetic import write_archive
+from capsule.errors import CapsuleError
+from support.command import run_command
 
 NAMES = ["0mm/r01", "3mm/r07", "3mm/r07b", "unlabelled/p1"]
+RUN = Path("raw/3mm/r07.csv")
+MADE = [f"results/{kind}/{name}.npy" for kind in ("signals", "matrices", "fits") for name in NAMES]
+MADE += ["results/recordings.csv", "results/report.html", "results/logs/fit/3mm/r07.log"]
+OF_A_SURVEY = ["sessions/gut-{}/s.csv", "results/surveys/gut-{}/survey.json"]
+SURVEYS = [path.format(number) for number in (7, 8) for path in OF_A_SURVEY]
+forget = partial(run_command, "forget")
 
 
-def write(path, text):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
+def write(*names, text="made for {}\n"):
+    for path in map(Path, names):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.format(path))
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """Work in a folder with recordings and results."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CAPSULE_RUN", "")
-    write_archive(tmp_path / "raw", NAMES, samples=30)
-    made = [f"{kind}/{name}.npy" for kind in ("signals", "matrices") for name in NAMES]
-    made += [*(f"fits/{name}.json" for name in NAMES), "recordings.csv", "report.html"]
-    made += ["logs/fit/3mm/r07.log", "surveys/gut-7/survey.json", "surveys/gut-8/survey.json"]
-    for name in made:
-        write(tmp_path / "results" / name, f"made for {name}\n")
-    for name in ("gut-7", "gut-8"):
-        write(tmp_path / "sessions" / name / "stream.csv", f"1.0,2.0,3.0,4.0 of {name}\n")
-    return tmp_path
+    write(*(f"raw/{name}.csv" for name in NAMES), *MADE, *SURVEYS)
 
 
-def forget(*words):
-    """Call the command; return its exit status."""
-    with pytest.raises(SystemExit) as ended:
-        cli.main(["forget", *words])
-        raise SystemExit(0)
-    return ended.value.code
-
-
-def present(folder):
-    return {
-        path.relative_to(folder).as_posix()
-        for path in folder.rglob("*")
-        if path.is_file() and path.name != "run.lock"
-    }
+def present(folder="."):
+    """Return the files below a folder, but for the lock of a run."""
+    paths = (path for path in Path(folder).rglob("*") if path.is_file())
+    return {path.as_posix() for path in paths if path.name != "run.lock"}
 
 
 @pytest.mark.parametrize("deleted", [False, True], ids=["there", "deleted by hand"])
-def test_what_is_its_own_goes_and_what_is_the_others_own_stays(folder, deleted, capsys):
-    (folder / "raw/3mm/r07.csv.part").touch()
+def test_what_is_its_own_goes_and_what_is_the_others_own_stays(deleted, capsys):
     others = {"raw/3mm/r07.2.csv", "results/fits/3mm/r07.2.json"}
-    for name in others:
-        write(folder / name, "made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b.")
-    for name in ("r07", "r07b"):
-        write(folder / f"logs/acquisition/3mm/{name}.log", "damaged, a wrong checksum\n")
+    write(*others, text="made for 3mm/r07.2, 3mm/r07+2 and 3mm/r07b.")
+    write("raw/3mm/r07.csv.part", "logs/acquisition/3mm/r07.log", "logs/acquisition/3mm/r07b.log")
+    before = present()
     if deleted:
-        (folder / "raw/3mm/r07.csv").unlink()
+        RUN.unlink()
     assert forget("raw/3mm/r07.csv", "--yes") == 0
-    left = present(folder)
-    assert {name for name in left if "r07." in name} == others
-    assert {f"raw/{name}.csv" for name in NAMES} - left == {"raw/3mm/r07.csv"}
-    assert {"results/fits/3mm/r07b.json", "logs/acquisition/3mm/r07b.log"} <= left
-    assert not {"results/recordings.csv", "results/report.html"} & left
-    assert "results/surveys/gut-7/survey.json" in left
+    gone = before - present()
+    own = {name for name in before if "3mm/r07." in name} - others
+    assert len(own) == 7
+    assert gone == own | {"results/recordings.csv", "results/report.html"}
     told = capsys.readouterr().out
     assert "All results over the archive" in told and "snakemake -c2" in told
 
 
-def test_what_is_refused_removes_nothing(folder, capsys):
-    before = present(folder)
+def test_what_is_refused_removes_nothing():
+    before = present()
 
-    def refused(*words):
-        status, error = forget(*words), capsys.readouterr().err
-        assert error.count("\n") == 1
-        assert present(folder) == before
-        return status, error
+    def refused(status, told, *words):
+        with pytest.raises(CapsuleError, match=told) as caught:
+            forget(*words)
+        assert (caught.value.status, present()) == (status, before)
 
-    status, told = refused("3mm/r70", "--yes")
-    assert status == 1 and "nothing here names 3mm/r70; give a name such as 3mm/r07" in told
-    status, told = refused("3mm/r07")
-    assert status == 2 and "to remove all this, add --yes" in told
+    refused(1, "nothing here names 3mm/r70; give a name such as 3mm/r07", "3mm/r70", "--yes")
+    refused(2, "to remove all this, add --yes", "3mm/r07")
     for name in ("../r07", "/etc/passwd", "3mm/.."):
-        status, told = refused(name, "--yes")
-        assert status == 2 and "no name such as 3mm/r07" in told
+        refused(2, "no name such as 3mm/r07", name, "--yes")
     with hold_run_lock():
-        status, told = refused("3mm/r07", "--yes")
-    assert status == 1 and "another run uses this folder" in told
+        refused(1, "another run uses this folder", "3mm/r07", "--yes")
+    assert forget("3mm/r07", "--dry-run") == 0
+    assert present() == before
 
 
-def test_at_a_terminal_it_asks(folder, monkeypatch):
+def test_at_a_terminal_it_asks(monkeypatch):
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
-    for answer, status in (("", 2), ("n", 2), ("y", 0)):
-        monkeypatch.setattr("builtins.input", lambda question, said=answer: said)
-        assert forget("3mm/r07") == status
-        assert (folder / "raw/3mm/r07.csv").exists() == bool(status)
+    monkeypatch.setattr("builtins.input", lambda question: answers.pop())
+    answers = ["y", "n", ""]
+    for _ in range(2):
+        with pytest.raises(CapsuleError, match="nothing was removed"):
+            forget("3mm/r07")
+        assert RUN.exists()
+    assert forget("3mm/r07") == 0
+    assert not RUN.exists()
 
 
-def test_after_a_kill_the_same_command_goes_on(folder, monkeypatch):
-    removed, truly = [], Path.unlink
+def test_after_a_kill_the_same_command_goes_on(monkeypatch):
+    truly, outcomes = Path.unlink, iter([None] * 5)
 
     def unlink(path, missing_ok=False):
-        if len(removed) == 5:
-            raise KeyboardInterrupt
-        removed.append(path)
+        next(outcomes)
         truly(path)
 
-    with monkeypatch.context() as patched:
+    with monkeypatch.context() as patched, pytest.raises(StopIteration):
         patched.setattr("pathlib.Path.unlink", unlink)
-        assert forget("3mm/r07", "--yes") == 130
-    assert (folder / "raw/3mm/r07.csv").exists()
+        forget("3mm/r07", "--yes")
+    assert RUN.exists()
     assert forget("3mm/r07", "--yes") == 0
-    assert not {name for name in present(folder) if "r07." in name}
+    assert not {name for name in present() if "r07." in name}
 
 
 def test_a_survey_goes_with_its_pictures_and_of_a_link_nothing_but_the_link(
-    folder, tmp_path_factory, capsys
+    tmp_path_factory, capsys
 ):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
 
-    def link(name):
-        (folder / name).rename(elsewhere / Path(name).name)
-        (folder / name).symlink_to(elsewhere / Path(name).name)
+    def link(*names):
+        for path in map(Path, names):
+            path.rename(elsewhere / path.name)
+            path.symlink_to(elsewhere / path.name)
 
-    names = ["raw/3mm/r07.csv", "sessions/gut-7"]
-    for name in names:
-        link(name)
-    assert forget(*names, "--yes") == 0
-    left = {"sessions/gut-8/stream.csv", "results/surveys/gut-8/survey.json"}
-    assert {name for name in present(folder) if "gut-" in name} == left
+    link(RUN, "sessions/gut-7")
+    assert forget(RUN, "sessions/gut-7", "--yes") == 0
+    assert {name for name in present() if "gut-" in name} == {*SURVEYS[2:]}
     assert forget("sessions/gut-8", "--yes") == 0
-    assert not (folder / "sessions/gut-8").exists()
-    assert (elsewhere / "r07.csv").exists() and (elsewhere / "gut-7/stream.csv").exists()
-    assert not any((folder / name).is_symlink() for name in names)
-    capsys.readouterr()
+    assert not Path("sessions/gut-8").exists()
+    assert (elsewhere / "r07.csv").exists() and (elsewhere / "gut-7/s.csv").exists()
+    assert not RUN.is_symlink() and not Path("sessions/gut-7").is_symlink()
     # A folder behind a link is not entered.
-    for name in ("results", ".snakemake", "raw/0mm"):
-        link(name)
+    link("results", ".snakemake", "raw/0mm")
     before = present(elsewhere)
     assert forget("0mm/r01", "--yes") == 1
     assert present(elsewhere) == before
