@@ -2,11 +2,12 @@
 
 import atexit
 import os
+import re
 import shutil
 import time
-from collections import namedtuple
 from contextlib import nullcontext
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -37,7 +38,7 @@ def folder(tmp_path, monkeypatch, request):
     monkeypatch.setattr(run, "hold_run_lock", hold)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("CAPSULE_RUN", "")
-    monkeypatch.setattr(atexit, "register", lambda function: None)
+    monkeypatch.setattr(atexit, "register", Mock())
     Path("results").mkdir()
 
 
@@ -135,33 +136,24 @@ def test_the_end_of_a_run_lists_what_is_rejected_alike_confounded_passed_over_an
 
 
 @pytest.mark.parametrize(
-    ("earlier", "now", "wanted", "told"),
-    [
-        (500, 500, "auto", ""),
-        (500, 501, "auto", "501 recordings: each job now takes up to 16 instead of 1, "),
-        (501, 500, "auto", "500 recordings: each job now takes up to 1 instead of 16, "),
-        (500, 501, 1, ""),
-    ],
+    ("now", "wanted", "told"),
+    [(500, "auto", ""), (501, 1, ""), (501, "auto", "501 recordings: .* up to 16 instead of 1, ")],
 )
-def test_an_archive_that_passes_a_limit_is_told_that_all_is_made_again(
-    capsys, earlier, now, wanted, told
-):
-    write_lists(*((f"3mm/r{run}", "accepted") for run in range(earlier)))
+def test_an_archive_that_passes_a_limit_is_told_that_all_is_made_again(capsys, now, wanted, told):
+    write_lists(*((f"3mm/r{run}", "accepted") for run in range(500)))
     run_of([f"3mm/r{run}" for run in range(now)], wanted).begin()
-    assert capsys.readouterr().err == told + ("so everything is made once more.\n" if told else "")
+    told += "so everything is made once more.\n" if told else ""
+    assert re.fullmatch(told, capsys.readouterr().err)
 
 
 def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(monkeypatch, capsys):
-    usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**9, 10**9, 300_000))
-    at_end = []
-    monkeypatch.setattr(atexit, "register", at_end.append)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: Mock(free=300_000))
+    monkeypatch.setattr(atexit, "register", at_end := Mock())
     REPORT.write_bytes(PAGE)
     with pytest.raises(CapsuleError, match="no space left on device, nothing was started"):
         run_of().begin()
     assert REPORT.read_bytes() == PAGE
-    (tell,) = at_end
-    tell()
+    at_end.call_args.args[0]()
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
 
 
@@ -183,7 +175,6 @@ def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
     run.LOGS.mkdir(parents=True)
     with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
         run_of().begin()
-    assert capsys.readouterr().err == ""
     squeue.write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
     assert run.unfinished_jobs(tmp_path) == ()
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err
@@ -192,9 +183,8 @@ def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
 def make(*paths):
     """Make files, and folders where a path ends with a stroke."""
     for name in paths:
-        path = Path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.mkdir() if name.endswith("/") else path.touch()
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).mkdir() if name.endswith("/") else Path(name).touch()
 
 
 NOTED = ["results/recordings.csv", "notes/metadata/a"]
@@ -258,12 +248,9 @@ def test_results_without_snakemakes_notes_on_them_are_refused(there, refused):
 
 
 def test_an_error_of_the_input_or_of_the_disk_is_one_line_of_snakemakes_own():
-    # Results that another user may not read.
-    denied = PermissionError(13, "Permission denied", "results")
-    for error, told in (
-        (CapsuleError("say why"), "say why"),
-        (denied, "error: results: Permission denied"),
-    ):
+    # The second: results that another user may not read.
+    denied = PermissionError(13, "not allowed", "results")
+    for error, told in ((CapsuleError("why"), "why"), (denied, "error: results: not allowed")):
         with pytest.raises(KeyError) as caught, run.told_as(KeyError):
             raise error
         assert (caught.value.args, caught.value.__suppress_context__) == ((told,), True)
