@@ -51,9 +51,13 @@ def test_a_rate_has_wilsons_interval(counts, level):
     assert all(map(math.isnan, rate(0, 0, level)))
 
 
-@given(st.integers(1, 300), st.floats(0.5, 0.999))
-def test_a_mean_has_students_interval_and_a_median_leaves_out_the_binomials_tails(values, level):
-    every, units = np.arange(values, dtype=float), alone(values)
+@given(st.integers(1, 300), st.floats(0.5, 0.999), st.integers(1, 9))
+def test_a_mean_has_students_interval_and_a_median_leaves_out_the_binomials_tails(
+    values, level, passes
+):
+    every = np.arange(values, dtype=float)
+    # One of several passes over each place; kills an effective number that rounding moves.
+    units = intervals.Units(np.full(values, 1 / passes), np.arange(values))
     median, *ends = intervals.median_interval(every, units, level)
     skipped = binom.ppf((1 - level) / 2, values, 0.5)
     assert median == (values - 1) / 2
@@ -66,6 +70,17 @@ def test_a_mean_has_students_interval_and_a_median_leaves_out_the_binomials_tail
     assert np.isnan(ends).all() == (values == 1)
     for interval in (intervals.mean_interval, intervals.median_interval):
         assert np.isnan(interval(every[:0], alone(0), level)).all()
+
+
+# Kills: the normal quantile for a mean of few places, some of whose passes have no value.
+def test_the_mean_of_places_of_unequal_weights_has_students_interval():
+    weights, values = np.array([1, 0.5, 1, 0.5]), np.array([2.0, 3.0, 5.0, 1.0])
+    mean = (2.0 + 0.5 * 3.0 + 5.0 + 0.5 * 1.0) / 3
+    scatter = sum(weights * (values - mean) ** 2) / (3 - 2.5 / 3)
+    worth = 3**2 / 2.5
+    expected = t.interval(0.95, worth - 1, mean, (scatter / worth) ** 0.5)
+    units = intervals.Units(weights, np.arange(4))
+    assert intervals.mean_interval(values, units, 0.95) == pytest.approx((mean, *expected))
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def normal_quantile(confidence: float) -> float:
     return NormalDist().inv_cdf(0.5 + confidence / 2)
 
 
-def _student_quantile(degrees: int, confidence: float) -> float:
+def _student_quantile(degrees: float, confidence: float) -> float:
     """Return t, as `normal_quantile` for Student's distribution."""
     # scipy is imported late: that takes longer than most jobs, and not every user needs it.
     from scipy.special import stdtrit
@@ -104,7 +104,9 @@ def effective_count(
     """
     if not values.size:
         return 0.0
-    weights, total = units.weights, units.weights.sum()
+    # Equal weights become 1, so that rounding leaves their effective number whole.
+    weights = units.weights / units.weights.max()
+    total = weights.sum()
     labels, cluster_of = np.unique(units.clusters, return_inverse=True)
     independent = float(total**2 / np.sum(weights**2))
     if labels.size == values.size:
@@ -218,7 +220,9 @@ def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
 def mean_interval(values: FloatArray, units: Units, confidence: float) -> Interval:
     """Return a weighted mean and its Student interval.
 
-    Over clusters, the standard error is that of `effective_count`, which already holds the factor
+    Of values that share no cluster, the degrees of freedom are their effective number less 1: the
+    passes over a place that are not among the values make the weights of the others unequal. Over
+    clusters, the standard error is that of `effective_count`, which already holds the factor
     of Student's t.
     """
     count = values.size
@@ -229,9 +233,8 @@ def mean_interval(values: FloatArray, units: Units, confidence: float) -> Interv
     off = (values - mean) ** 2
     deviation = math.sqrt(np.sum(weights * off) / (total - np.sum(weights**2) / total))
     size = effective_count(values, units, confidence, deviation**2)
-    quantile = (
-        _student_quantile(count - 1, confidence) if size == count else normal_quantile(confidence)
-    )
+    alone = np.unique(units.clusters).size == count
+    quantile = _student_quantile(size - 1, confidence) if alone else normal_quantile(confidence)
     reach = float(quantile * deviation / size**0.5)
     return mean, mean - reach, mean + reach
 
