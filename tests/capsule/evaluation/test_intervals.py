@@ -223,6 +223,12 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     # The last value of a rank up to the lower end, and the one after the first beyond the upper.
     assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
     assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
+    # Between all values of 5 places, the median lies with a probability of 15 / 16: below 95 %.
+    known = [
+        np.isfinite(intervals.median_interval(values[: 4 * places], places_of(places, 4), 0.95)[1])
+        for places in (3, 4, 5, 6, 7)
+    ]
+    assert known == [False, False, False, True, True]
 
 
 @pytest.mark.parametrize(

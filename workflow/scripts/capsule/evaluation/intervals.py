@@ -244,7 +244,8 @@ def median_interval(values: FloatArray, units: Units, confidence: float) -> Inte
 
     The ends are two of the values. Over clusters, they are the values between which the Wilson
     interval of a share of one half lies, of as many recordings as the clusters are worth (Woodruff
-    1952).
+    1952). Even the lowest and the highest value of K clusters have the true median between them
+    with a probability of ``1 - 2^(1 - K)`` only: where that is too little, there is no interval.
     """
     if values.size == 0:
         return UNKNOWN
@@ -266,7 +267,7 @@ def median_interval(values: FloatArray, units: Units, confidence: float) -> Inte
         at_most = bdtr(np.arange(count + 1), count, 0.5)
         first = int(np.searchsorted(at_most, (1 - confidence) / 2))
         last = count + 1 - first
-    elif not math.isnan(effective):
+    elif 2 * 0.5 ** np.unique(units.clusters).size <= 1 - confidence:
         _, low, high = rate(0.5 * count, count, confidence, effective)
         first = max(int(ranks.searchsorted(low * count, "right")), 1)
         last = min(int(ranks.searchsorted(high * count)) + 2, count)
