@@ -36,14 +36,12 @@ class Line(FakeLine):
 
     def __init__(self, **answers):
         super().__init__()
-        self.renewed, self.answers = threading.Event(), answers
+        self.answers = answers
 
     def send(self, payload):
         """Take a command, and confirm or answer it."""
         super().send(payload)
-        if payload == "position":
-            self.renewed.set()
-        else:
+        if payload != "position":
             self.frames.append(self.answers.get(payload.partition(",")[0], f"A,{payload}"))
 
 
@@ -61,25 +59,20 @@ def clock(monkeypatch):
 
 
 # Kills: a lease of 50 s, and a start without the thread that renews the lease.
-def test_a_wave_is_started_with_a_lease_that_is_renewed_while_the_program_is_busy(
-    line, monkeypatch
-):
-    monkeypatch.setattr(wave, "LOOK_EVERY_S", 0.001)
+def test_a_wave_is_started_with_a_lease_that_a_thread_renews(line, monkeypatch):
+    looked = threading.Event()
+    monkeypatch.setattr(Drive, "look", lambda drive: looked.set())
     drive = Drive(board_on(line), WAVE, LOG)
     drive.set_up()
     drive.start()
-    assert line.renewed.wait(10)
-    told = [payload for payload in line.sent if payload != "position"]
-    assert told[-3:] == ["speed,25", "lease,5", "start"]
-    assert drive.leave() == ""
-    assert line.sent[-1] == "stop"
+    assert looked.wait(10)
+    assert line.sent == ["direction,forward", "ramp,25", "speed,25", "lease,5", "start"]
+    assert (drive.leave(), line.sent[-1]) == ("", "stop")
 
 
 # Kills: a thread that renews the lease for a main thread that hangs; one that stops a busy one;
 # one that ends when the line is lost, so that nobody renews the lease afterwards.
-def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_the_line_is_away(
-    line,
-):
+def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_it_is_busy(line):
     connected = board_on(line)
     drive = Drive(connected, WAVE, LOG)
     looks = round(wave.LEASE_S / wave.LOOK_EVERY_S)

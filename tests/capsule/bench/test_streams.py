@@ -2,11 +2,8 @@
 
 import math
 import os
-import subprocess
 import sys
 import uuid
-from collections.abc import Callable, Sequence
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +17,7 @@ from capsule.bench.protocol import Damaged
 from capsule.bench.state import State
 from capsule.errors import CapsuleError
 from support.bench.recorder import Recorder, wait_until
+from support.command import output_of
 from support.project import ROOT
 
 needs_streams = pytest.mark.boards
@@ -40,16 +38,7 @@ PERIOD_S = 0.1
 pylsl.set_config_content(CONFIGURATION)
 
 
-def environment(folder: Path) -> dict[str, str]:
-    """Return the environment variables of a program that receives the sources of this process."""
-    path = folder / "lsl_api.cfg"
-    path.write_text(CONFIGURATION, encoding="utf-8")
-    return {**os.environ, "LSLAPICFG": str(path)}
-
-
-def describe(
-    name: str, channels: int = 4, *, rate_hz: float = 10.0, source_id: str = "", **entries: object
-) -> pylsl.StreamInfo:
+def describe(name, channels=4, *, rate_hz=10.0, source_id="", **entries):
     """Return the description of a stream, with ``labels``, ``units`` and ``gains`` if given."""
     kind = entries.get("kind", pylsl.cf_double64)
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
@@ -62,37 +51,28 @@ def describe(
     return info
 
 
+def readings_of(number):
+    """Return the readings of sample n, which contain its number."""
+    return [float(number), number + 0.5, float(number % 7), 1000.0 - number]
+
+
 class Source:
     """A stream that a test feeds, described by `describe`; sample n has the time of n periods."""
 
-    def __init__(self, name: str, **description: object) -> None:
-        self._description = {"name": name, **description}
-        self._from_s = pylsl.local_clock()
-        self._outlet: pylsl.StreamOutlet | None = None
+    def __init__(self, name, **description):
+        self._info, self._from_s = describe(name, **description), pylsl.local_clock()
         self.begin()
 
-    def begin(self) -> None:
-        """Open the stream."""
-        self._outlet = pylsl.StreamOutlet(describe(**self._description))
-
-    def end(self) -> None:
-        """Close the stream, as a program that ends does."""
+    def begin(self):
+        """Open the stream anew, as a program that ends and starts again does."""
         self._outlet = None
+        self._outlet = pylsl.StreamOutlet(self._info)
 
-    def wait_for_listener(self) -> None:
-        """Wait until a program receives the stream."""
+    def send(self, numbers, reading=readings_of):
+        """Send the samples with these numbers at once, as soon as a program listens."""
         assert self._outlet.wait_for_consumers(30.0), "nobody has listened to the stream in 30 s"
-
-    def send(self, numbers: Sequence[int], reading: Callable[[int], list] | None = None) -> None:
-        """Send the samples with these numbers at once."""
         for number in numbers:
-            values = reading(number) if reading else readings_of(number)
-            self._outlet.push_sample(values, self._from_s + number * PERIOD_S)
-
-
-def readings_of(number: int) -> list[float]:
-    """Return the readings of sample n, which contain its number."""
-    return [float(number), number + 0.5, float(number % 7), 1000.0 - number]
+            self._outlet.push_sample(reading(number), self._from_s + number * PERIOD_S)
 
 
 @pytest.fixture
@@ -101,30 +81,22 @@ def name():
     return f"stream-{uuid.uuid4().hex}"
 
 
-@pytest.fixture
-def record(tmp_path):
-    """Return a function that starts capsule record so that it receives the streams of this test."""
-    yield lambda *options: Recorder(tmp_path, "--unlabelled", *options, env=environment(tmp_path))
-    Recorder.end_all()
-
-
 @needs_streams
 @pytest.mark.waits
 @pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
-def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, record, source_id):
+def test_a_stream_that_loses_samples_and_begins_again_has_a_row_for_each(name, tmp_path, source_id):
+    (tmp_path / "lsl_api.cfg").write_text(CONFIGURATION, encoding="utf-8")
     source = Source(name, source_id=source_id and name)
-    options = ("--stream-in", name, "--stream-out", f"{name}-out", "--site", "a")
-    recorder = record(*options, "--duration", "8")
-    source.wait_for_listener()
+    words = ("--unlabelled", "--stream-in", name, "--stream-out", f"{name}-out", "--site", "a")
+    configured = {**os.environ, "LSLAPICFG": str(tmp_path / "lsl_api.cfg")}
+    recorder = Recorder(tmp_path, *words, "--duration", "8", env=configured)
     lost = [12, 13, *range(30, 45)]
     source.send([number for number in range(30) if number not in lost])
     # On the disk while the recording goes on.
     recorder.wait_for_samples(30)
     listening = pylsl.StreamInlet(find_stream(pylsl, f"{name}-out", 30.0))
     listening.open_stream(30.0)
-    source.end()
     source.begin()
-    source.wait_for_listener()
     source.send(range(45, 81))
     # Samples that are missing do not go out.
     assert listening.pull_sample(30.0)[0] == readings_of(45)
@@ -207,20 +179,18 @@ def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):
 def test_no_stream_and_two_of_one_name_are_told_apart(name):
     with pytest.raises(BoardNotFoundError, match=rf"there is no LSL stream '{name}'; start its"):
         find_stream(pylsl, name, 0.1)
-    first, second = Source(name, source_id="first"), Source(name, source_id=f"second {name}")
+    two = [Source(name, source_id=source_id) for source_id in ("first", f"second {name}")]
     wait_until(lambda: len(pylsl.resolve_byprop("name", name, 2, 1.0)) == 2)
     with pytest.raises(BoardNotFoundError, match=r"2 LSL streams .*'first' .* the source id to"):
         find_stream(pylsl, name, 10.0)
     assert find_stream(pylsl, f"second {name}", 10.0).source_id() == f"second {name}"
-    first.end()
-    second.end()
+    del two
 
 
 @needs_streams
 def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missing(name):
     source = Source(name, labels=["a", "b", "c", "d"])
     line = StreamLine(name, "d,c,b,a", RULES, print)
-    source.wait_for_listener()
     source.send([0, 1, 2], lambda n: [n, 1, 2, math.nan if n == 1 else 3])
     events = []
     wait_until(lambda: events.extend(line.read(0.05)) or len(events) == 3)
@@ -231,7 +201,7 @@ def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missin
     line.close()
 
 
-@pytest.mark.parametrize("drift", [-0.003, 0.0, 0.003])
+@pytest.mark.parametrize("drift", [-0.003, 0.003])
 def test_the_grid_follows_a_drifting_clock_and_keeps_gaps(drift):
     generator = np.random.default_rng(3)
     numbers = np.delete(np.arange(5000), [20, 21, 22, 3000])
@@ -252,11 +222,6 @@ def test_without_pylsl_the_extra_is_named(monkeypatch):
 
 
 def test_nothing_of_streams_is_imported_for_those_who_ask_for_none():
-    code = f"""if True:
-        import sys
-        sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
-        import capsule.bench.recorder
-        print("pylsl" in sys.modules)
-    """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
+    code = "import sys, capsule.bench.recorder; print('pylsl' in sys.modules)"
+    scripts = ROOT / "workflow/scripts"
+    assert output_of(sys.executable, "-c", code, cwd=scripts) == "False\n"

@@ -1,56 +1,30 @@
 """Run capsule record as a user does."""
 
-import signal
+import atexit
 import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import ClassVar
 
 from capsule.recordings.recording import Recording, read_recording
 from support.command import CAPSULE
 
 
 class Recorder:
-    """A running recorder with its files in a test's folder; call `end_all` after each test."""
-
-    started: ClassVar[list["Recorder"]] = []
+    """A running recorder with its files in a test's folder; one that a test leaves is killed."""
 
     def __init__(self, folder: Path, *options: str, **settings: object) -> None:
         self.raw = folder / "raw"
-        places = ("--raw", self.raw, "--logs", folder / "logs")
-        command = [*CAPSULE, "record", *options, *places]
+        command = [*CAPSULE, "record", *options, "--raw", self.raw, "--logs", folder / "logs"]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         self.process = subprocess.Popen(
             [str(word) for word in command], text=True, encoding="utf-8", **(pipes | settings)
         )
-        self._output: tuple[str, str] | None = None
-        self.started.append(self)
-
-    @classmethod
-    def end_all(cls) -> None:
-        """End the programs that a test has left running."""
-        for recorder in cls.started:
-            if not recorder.done():
-                recorder.process.kill()
-            _ = recorder.output
-        cls.started.clear()
+        atexit.register(self.process.kill)
 
     def done(self) -> bool:
         """Return whether the program has ended."""
         return self.process.poll() is not None
-
-    @property
-    def output(self) -> tuple[str, str]:
-        """The output and the errors of the program, after its end."""
-        if self._output is None:
-            printed, errors = self.process.communicate(timeout=20)
-            self._output = printed or "", errors
-        return self._output
-
-    def press_ctrl_c(self) -> None:
-        """Press Ctrl-C in the program's terminal."""
-        self.process.send_signal(signal.SIGINT)
 
     def recording(self) -> Recording:
         """Return the only recording in the archive."""
@@ -71,18 +45,14 @@ class Recorder:
 
         wait_until(are_there)
 
-    def expect(self, status: int, *words: str) -> str:
-        """Check the exit status and the error message, and return the output."""
-        printed, errors = self.output
+    def expect(self, status: int, *words: str) -> None:
+        """Check the exit status, the output and the error message of the program at its end."""
+        printed, errors = self.process.communicate(timeout=20)
         assert self.process.returncode == status, f"{printed}\n{errors}"
+        assert errors.count("error: ") == bool(status) == bool(errors), errors
         assert "Traceback" not in errors, errors
-        if status:
-            assert errors.count("error: ") == 1, errors
-        else:
-            assert not errors, errors
         for word in words:
             assert word in printed + errors, f"{word!r} not in:\n{printed}\n{errors}"
-        return printed
 
 
 def wait_until(happened: Callable[[], bool], limit_s: float = 30.0) -> None:
