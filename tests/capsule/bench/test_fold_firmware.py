@@ -8,21 +8,16 @@ import pytest
 
 from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
-from support.bench.emulated import Talk
+from support.bench.emulated import EmulatedBoard, Talk
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 
 
-def start(wound=0):
-    """Start a board whose thread is wound by this many half-steps."""
-    return Talk(emulated.FOLD, lambda board: FoldingOrigami(board, wound))
-
-
 @pytest.fixture
 def fold():
-    return start()
+    return Talk(emulated.FOLD, FoldingOrigami)
 
 
 def of_kind(kind, events):
@@ -61,13 +56,13 @@ def test_folds_holds_unfolds_and_says_where_it_is(fold):
     quiet = of_kind(FoldState, fold.wait(3))
     assert set(np.diff([report.device_ms for report in quiet])) == {1000}
     told_us = fold.now_us
-    heard = fold.say("fold") + fold.wait(4)
+    heard = fold.say("fold", 4)
     # What the board believes is what the thread did.
     last = of_kind(FoldState, fold.say("state", seconds=0.01))[-1]
     assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
-    heard += fold.say("hold") + fold.wait(2)
+    heard += fold.say("hold", 2)
     assert at_rest(fold) == ("folded", "folded", False)
-    heard += fold.say("unfold") + fold.wait(7)
+    heard += fold.say("unfold", 7)
     assert at_rest(fold) == UNFOLDED
     assert states(heard) == ["folding", "folded", "unfolding", "unfolded"]
     assert not of_kind(Refusal, heard)
@@ -82,17 +77,17 @@ def test_folds_holds_unfolds_and_says_where_it_is(fold):
 
 
 @pytest.mark.parametrize(
-    ("mishap", "settings"),
-    [("reset", []), ("hang", [False]), ("stop_timer", [])],
+    ("mishap", "watched"),
+    [(EmulatedBoard.reset, 0), (lambda board: board.hang(False), 1), (EmulatedBoard.stop_timer, 1)],
 )
-def test_a_board_that_starts_anew_unfolds(mishap, settings):
-    talk = start(TRAVEL)
+def test_a_board_that_starts_anew_unfolds(mishap, watched):
+    talk = Talk(emulated.FOLD, lambda board: FoldingOrigami(board, TRAVEL))
     talk.wait(0.5)
-    getattr(talk.board, mishap)(*settings)
+    mishap(talk.board)
     (greeting,) = of_kind(Identity, talk.wait(0.35))  # the watchdog takes 0.25 s
     assert greeting.entries["state"] == "unfolding"
     assert int(greeting.entries["uptime_ms"]) < 20
-    assert talk.board.seen.watchdog_resets == (mishap != "reset")
+    assert talk.board.seen.watchdog_resets == watched
     talk.wait(6)
     assert at_rest(talk) == UNFOLDED
 
@@ -124,8 +119,8 @@ def test_a_power_cut_leaves_a_whole_record_of_all_that_the_move_may_do(fold):
     fold.say("fold", seconds=0.005)
     while fold.board.coils == 0:
         fold.wait(0.005)
-    assert fold.board.half_steps == 0  # written before it moves
-    assert newest(fold) == (0, 4000)  # the motor may yet be on for 10 s
+    # Written before it moves; the motor may yet be on for 10 s.
+    assert (fold.board.half_steps, *newest(fold)) == (0, 0, 4000)
     fold.wait(2)
     fold.board.reset()
     fold.wait(0.2)
@@ -143,11 +138,11 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert (states(heard), of_kind(Refusal, heard)) == (["fault"], [Refusal("fold", "not set up")])
     assert answer(fold, "fold") == answer(fold, "unfold") == "not set up"
     assert answer(fold, "setup,now") == "wants unfolded"
-    fold.world.stuck["unfolded"] = False
+    fold.world.wound = TRAVEL / 2
     fold.wait(2)
     assert answer(fold, "setup,unfolded") == "the switch unfolded alone must be closed"
     assert fold.board.half_steps == 0
-    fold.world.stuck.clear()
+    fold.world.wound = 0
     fold.wait(0.1)
     assert answer(fold, "setup,unfolded") == Acknowledgement("setup", "unfolded")
     fold.wait(0.1)
@@ -156,14 +151,13 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert answer(fold, "fold") == Acknowledgement("fold", "")
 
 
-def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):
+def test_a_broken_wire_reads_as_closed_and_normally_open_switches_take_another_build(
+    fold, tmp_path
+):
     fold.board.break_wire(emulated.PIN_3)
     fold.wait(0.1)
     assert "both end switches are closed" in answer(fold, "fold")
-    assert fold.board.half_steps == 0
-
-
-def test_normally_open_switches_take_another_build(tmp_path):
+    assert fold.board.half_steps == 0  # it does not pull
     emulated.build_firmware(tmp_path, "-DNORMALLY_CLOSED=0")
     talk = Talk(emulated.FOLD, FoldingOrigami, image=tmp_path / "fold.elf", normally_closed=False)
     assert answer(talk, "fold") == Acknowledgement("fold", "")

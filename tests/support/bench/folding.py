@@ -4,22 +4,18 @@ from support.bench.emulated import PIN_2, PIN_3, EmulatedBoard
 
 TRAVEL = 1900  # half-steps that fold the unfolded origami
 SWITCH_TRAVEL = 40  # half-steps before each end at which its switch closes
-SWITCHES = {"unfolded": PIN_2, "folded": PIN_3}
 
 
 class FoldingOrigami:
     """A world in which the motor winds the thread, and the thread closes the end switches.
 
     `wound` is in half-steps, from 0 (unfolded) to `TRAVEL` (folded); below 0 the thread is slack.
-    A test may set `stuck` (switches that say nothing true: the name, and whether it is closed) or
-    `stalled` (the motor hums, and turns nothing).
+    A test may set it, as somebody who pulls the thread.
     """
 
     def __init__(self, board: EmulatedBoard, wound: float = 0) -> None:
-        self._board, self._before = board, board.half_steps
-        self.stuck: dict[str, bool] = {}
-        self.stalled, self.wound = False, wound
-        self._press()
+        self._board, self._before, self.wound = board, board.half_steps, wound
+        self(0.0, 0.0)
 
     @property
     def folded(self) -> float:
@@ -31,16 +27,8 @@ class FoldingOrigami:
         """Move the thread by the motor's half-steps in the last stretch of time."""
         del start_s, end_s
         now = self._board.half_steps
-        if not self.stalled:
-            # The completely folded origami stops the motor.
-            self.wound = min(self.wound + now - self._before, TRAVEL + SWITCH_TRAVEL)
+        # The completely folded origami stops the motor.
+        self.wound = min(self.wound + now - self._before, TRAVEL + SWITCH_TRAVEL)
         self._before = now
-        self._press()
-
-    def _press(self) -> None:
-        closed = {
-            "unfolded": self.wound < SWITCH_TRAVEL,
-            "folded": self.wound > TRAVEL - SWITCH_TRAVEL,
-        }
-        for name, is_closed in (closed | self.stuck).items():
-            self._board.set_switch(SWITCHES[name], is_closed)
+        self._board.set_switch(PIN_2, self.wound < SWITCH_TRAVEL)
+        self._board.set_switch(PIN_3, self.wound > TRAVEL - SWITCH_TRAVEL)
