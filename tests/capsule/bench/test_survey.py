@@ -3,8 +3,8 @@
 import csv
 import io
 import json
-import re
 from dataclasses import replace
+from datetime import datetime
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,14 +18,14 @@ from capsule.bench.bench_errors import (
     SurveyFaultError,
 )
 from capsule.bench.protocol import Identity
-from capsule.engine.configuration import read_config_file
-from capsule.engine.project import CONFIG
+from capsule.engine.configuration import read_settings
 from capsule.phantom.simulated_bench import SimulatedBench, nodules_of
 from capsule.recordings.recording import read_recording
 from support.bench.scripted import ENTRIES
 from support.command import parsers
 
-GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "3", "--seed", "7"]
+GUT = ["--metres", 0.35, "--nodules", 3, 3, "--seed", 7]
+READ = SimulatedBench.read
 
 
 def survey(*words):
@@ -34,19 +34,23 @@ def survey(*words):
     survey_command.survey(options)
 
 
+def reading(**changes):
+    """Return a reader of the bench that changes what it has read."""
+
+    def read(bench, samples):
+        readings = READ(bench, samples)
+        return replace(readings, wave_mm=np.round(readings.wave_mm, 2), **changes)
+
+    return read
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Make an undisturbed session, whose wave is rounded as that of boards is."""
     folder = tmp_path_factory.mktemp("sessions") / "whole"
-    read = SimulatedBench.read
-
-    def rounded(bench, samples):
-        readings = read(bench, samples)
-        return replace(readings, wave_mm=np.round(readings.wave_mm, 2))
-
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(SimulatedBench, "read", rounded)
-        survey(*GUT, "--out", folder, "--raw", folder.parent / "raw")
+        patched.setattr(SimulatedBench, "read", reading())
+        survey("--simulate", *GUT, "--out", folder, "--raw", folder.parent / "raw")
     return folder
 
 
@@ -74,12 +78,11 @@ def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspiciou
     placed = [event for event in events if event["event"] in ("placed", "suspected", "passed")]
     assert len(placed) >= 4
     for event in placed:
-        head_mm = float(judged[event["time_s"]]["head_mm"])
-        assert head_mm == pytest.approx(event["position_mm"], abs=0.01)
+        row = judged[event["time_s"]]
+        assert float(row["head_mm"]) == pytest.approx(event["position_mm"], abs=0.01)
         if event["event"] == "suspected":
-            score = float(judged[event["time_s"]]["score"])
-            assert score == pytest.approx(event["score"], abs=1e-5)
-            assert score > event["threshold"]
+            assert float(row["score"]) == pytest.approx(event["score"], abs=1e-5)
+            assert float(row["score"]) > event["threshold"]
 
 
 # Kills: a pass whose first samples are the last ones of the place before.
@@ -103,7 +106,8 @@ def test_each_place_has_its_passes_as_recordings_of_samples_of_their_own(whole):
 
 
 WAVE = {"speed_mm_s": 25.0, "ramp_mm_s2": 25.0, "direction": "forward"}
-HEADER = {"source": "a board", "rate_hz": "10", "started": "2026-01-01T10:00:00Z"}
+BEGUN = "2026-01-01T10:00:00Z"
+HEADER = {"source": "a board", "rate_hz": "10", "started": BEGUN, "session": "killed"}
 KEPT = ("stream.csv", "events.jsonl")
 
 
@@ -116,7 +120,7 @@ def killed(whole, tmp_path):
         folder.mkdir()
         about = {"metres": 0.35, "goto": [], "raw": None, "index_mm": 0.0, "wave": WAVE}
         about |= {"boards": {"drive": "d", "fold": "f", "logger": "l"}}
-        about |= {"begun": "2026-01-01T10:00:00+00:00", "header": HEADER | {"session": "killed"}}
+        about |= {"begun": BEGUN, "header": HEADER}
         (folder / "session.json").write_text(json.dumps(about))
         for name in KEPT:
             content = (whole / name).read_bytes()[: kept.get(name.partition(".")[0])]
@@ -133,18 +137,15 @@ def test_a_survey_that_was_killed_at_its_very_end_needs_no_board_to_be_finished(
     for name in KEPT:
         assert (folder / name).read_bytes() == (whole / name).read_bytes()
     assert not list(folder.glob("*.part"))
-    known = [
-        {name: row[name] for name in ("place", "status", "place_mm", "recordings")}
-        for row in table(folder / "places.csv")
-    ]
-    assert known == [{name: row[name] for name in known[0]} for row in table(whole / "places.csv")]
+    again, before = (table(each / "places.csv") for each in (folder, whole))
+    for name in ("place", "status", "place_mm", "recordings"):
+        assert [row[name] for row in again] == [row[name] for row in before]
     with (folder / "recordings/place-01-pass-1.csv").open("rb") as stream:
         first = read_recording(stream, 4)
     # The pass began so long after the survey.
     passed_s = next(event["time_s"] for event in events_of(whole) if event["event"] == "passed")
-    begun = re.fullmatch(r"2026-01-01T10:(\d\d):(\d\d)Z", first.header["started"])
-    begun_s = 60 * int(begun[1]) + int(begun[2])
-    assert begun_s == pytest.approx(passed_s - first.time_s[-1], abs=1.5)
+    after_s = datetime.fromisoformat(first.header["started"]) - datetime.fromisoformat(BEGUN)
+    assert after_s.total_seconds() == pytest.approx(passed_s - first.time_s[-1], abs=1.5)
 
 
 # Kills: a session that is removed before its first judgement; half a judgement that is decided on;
@@ -166,51 +167,47 @@ def test_a_survey_that_cannot_go_on_keeps_what_it_has(whole, killed, monkeypatch
 
 # Kills: positions in units of another wave.
 def test_a_board_that_drives_other_waves_is_refused():
-    settings = read_config_file(CONFIG / "config.yaml")
     entries = {"logger": ENTRIES, "peristalsis": {"wavelength_mm": "70.000"}}
-    boards = {
-        name: SimpleNamespace(identity=Identity(name, each)) for name, each in entries.items()
-    }
+    boards = {name: SimpleNamespace(identity=Identity(name, entries[name])) for name in entries}
     with pytest.raises(AcquisitionError, match="waves of 70"):
-        survey_command._known_with(boards, settings, None, "tuesday")
+        survey_command._known_with(boards, read_settings(), None, "tuesday")
 
 
 def press(*_):
     raise KeyboardInterrupt
 
 
+TO_AND_FRO = ["--metres", 0.3, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2"]
+SILENT = {"trouble": BoardLostError("the fold board is silent")}
+DISOBEYS = {"read": reading(fold="folded"), "at_end": True}
+
+
 # Kills: a fault that is told at each look, or forgotten at the end.
-def test_a_fault_of_the_bench_ends_a_survey_in_order(tmp_path, monkeypatch):
-    monkeypatch.setattr(SimulatedBench, "trouble", BoardLostError("the fold board is silent"))
-    with pytest.raises(BoardLostError, match="the fold board is silent"):
-        survey(*GUT, "--out", tmp_path / "lost")
-    events = events_of(tmp_path / "lost")
-    assert [event["event"] for event in events].count("fault") == 1
+@pytest.mark.parametrize(
+    ("words", "bench", "error", "said", "faults"),
+    [
+        (GUT, SILENT, BoardLostError, "the fold board is silent", 1),
+        (GUT, DISOBEYS, SurveyFaultError, "did not obey", 0),
+        (TO_AND_FRO, {}, CannotArriveError, "cannot go back", 0),
+    ],
+)
+def test_what_ends_a_survey_has_its_own_status_and_whole_files(
+    tmp_path, monkeypatch, words, bench, error, said, faults
+):
+    for name, value in bench.items():
+        monkeypatch.setattr(SimulatedBench, name, value)
+    with pytest.raises(error, match=said):
+        survey("--simulate", *words, "--out", tmp_path / "one")
+    events = events_of(tmp_path / "one")
+    assert [event["event"] for event in events].count("fault") == faults
     assert events[-1]["after"] == "ended"
-
-
-def test_an_origami_that_does_not_obey_has_its_own_status(tmp_path, monkeypatch):
-    read = SimulatedBench.read
-
-    def folded(bench, samples):
-        return replace(read(bench, samples), fold="folded")
-
-    monkeypatch.setattr(SimulatedBench, "read", folded)
-    monkeypatch.setattr(SimulatedBench, "at_end", True)
-    with pytest.raises(SurveyFaultError, match="did not obey"):
-        survey(*GUT, "--out", tmp_path / "folded")
+    fold = "folded" if "read" in bench else "unfolded"
+    assert (tmp_path / "one/stream.csv").read_text().endswith(f",{fold}\n")
 
 
 def test_ctrl_c_before_the_first_sample_leaves_no_session(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(SimulatedBench, "read", press)
     with pytest.raises(KeyboardInterrupt):
-        survey(*GUT, "--out", tmp_path / "none")
+        survey("--simulate", *GUT, "--out", tmp_path / "none")
     assert "before the first sample" in capsys.readouterr().err
     assert not (tmp_path / "none").exists()
-
-
-def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
-    out = ["--simulate", "--metres", "0.3", "--out", tmp_path / "back"]
-    with pytest.raises(CannotArriveError, match="cannot go back"):
-        survey(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2")
-    assert (tmp_path / "back/stream.csv").read_text().endswith("unfolded\n")
