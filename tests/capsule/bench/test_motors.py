@@ -24,11 +24,8 @@ from support.bench.scripted import FakeLine, board_on, identity_of
 WAVE = Wave(25.0, 25.0, "forward")
 
 
-def log_to(told):
-    return SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
-
-
-LOG = log_to([])
+told = []  # what the user was told in a test
+LOG = SimpleNamespace(note=lambda text: None, tell=told.append, damaged=lambda piece: None)
 
 
 class Line(FakeLine):
@@ -47,6 +44,7 @@ class Line(FakeLine):
 
 @pytest.fixture
 def line():
+    told.clear()
     return Line()
 
 
@@ -79,11 +77,9 @@ def test_a_wave_is_stopped_within_its_lease_if_the_main_thread_hangs_but_not_if_
     for _ in range(3 * looks):
         drive.look()
         drive.serve()
-    assert "stop" not in line.sent
-    line.sent.clear()
-    connected.line = None
+    assert set(line.sent) == {"position"}
+    connected.line, line.sent = None, []
     drive.look()
-    assert not line.sent
     connected.line = line
     for _ in range(looks):
         drive.look()
@@ -137,8 +133,7 @@ def test_a_wave_is_known_to_run_until_the_last_question_that_its_board_answered(
 
 # Kills: a wave that is started again for ever.
 def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
-    told, starts = [], []
-    drive = Drive(board_on(line), WAVE, log_to(told), restarts=board.MOST_RESETS)
+    starts, drive = [], Drive(board_on(line), WAVE, LOG, restarts=board.MOST_RESETS)
     for number in range(6):
         assert (drive.trouble(60) is None) == (number <= 3)
         for frame in (f"P,{9000 - number},10,0.6,25.0,running,", "P,20,0,0.0,0.0,stopped,"):
@@ -147,8 +142,7 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
                 drive.serve()
         starts.append(line.sent.count("start"))
     assert starts == [1, 2, 3, 3, 3, 3]
-    with pytest.raises(AcquisitionError, match="/dev/board was reset or unplugged"):
-        raise drive.trouble(60)
+    assert "/dev/board was reset or unplugged" in str(drive.trouble(60))
     assert len(told) == 3
 
 
@@ -157,15 +151,20 @@ def test_a_wave_that_the_motor_cannot_make_is_refused_but_one_without_a_lease_ru
     line.answers["direction"] = "E,direction,the motor follows 800"
     with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
         Drive(board_on(line), WAVE, LOG).set_up()
-    told, old = [], Line(lease="E,lease,unknown")
-    Drive(board_on(old), WAVE, log_to(told)).set_up()
+    Drive(board_on(Line(lease="E,lease,unknown")), WAVE, LOG).set_up()
     assert "the wave will not stop if this computer fails" in told[0]
+
+
+FRAMES = {
+    "fold": ["F,10,0,unfolded,unfolded"],
+    "peristalsis": ["P,10,10,0.6,25.0,running,"],
+    "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
+}
 
 
 def bench_on(**lines):
     """Return a bench on these lines, and its request to stop."""
-    lines = {kind: lines.get(kind) or Line() for kind in ("fold", "peristalsis", "logger")}
-    boards = {kind: board_on(line, kind) for kind, line in lines.items()}
+    boards = {kind: board_on(lines.get(kind) or Line(), kind) for kind in FRAMES}
     stop = SimpleNamespace(reason="")
     wave.AWAKE.pause_s()  # other tests' pauses do not count
     return BoardBench(boards, WAVE, LOG, stop, 60.0), stop
@@ -184,13 +183,6 @@ def test_after_ctrl_c_nothing_folds(line, reason):
     assert line.sent == (["unfold", "hold"] if reason else ["fold", "unfold", "hold"])
 
 
-FRAMES = {
-    "fold": ["F,10,0,unfolded,unfolded"],
-    "peristalsis": ["P,10,10,0.6,25.0,running,"],
-    "logger": [f"D,{number},{100 * number},1,2,3,4,0" for number in range(8)],
-}
-
-
 # Kills: a survey that misses one of its boards for ever, or all of them.
 @pytest.mark.parametrize("silent", FRAMES)
 def test_any_board_that_stays_silent_ends_a_survey(clock, silent):
@@ -205,14 +197,11 @@ def test_any_board_that_stays_silent_ends_a_survey(clock, silent):
 
 # Kills: samples that come late, taken for those of the time at which they come.
 def test_a_sample_that_is_late_stays_missing(line, monkeypatch):
-    now_s = [0.0]
+    now_s, drive, heard = [0.0], Line(), []
     monkeypatch.setattr(survey_bench, "elapsed_s", lambda: now_s[0])
-    drive = Line()
     bench, _ = bench_on(logger=line, peristalsis=drive)
     drive.frames = ["P,10,212,12.5,25.0,running,"]
-    heard = []
-    for first, last, looked_s in ((0, 4, 0.0), (4, 8, 0.0), (8, 8, 10.0), (8, 24, 10.0)):
-        now_s[0] = looked_s
+    for first, last, now_s[0] in ((0, 4, 0.0), (4, 8, 0.0), (8, 8, 10.0), (8, 24, 10.0)):
         line.frames = [f"D,{n},{100 * n},{n},2,3,4,0" for n in range(first, last)]
         heard.append(bench.read(8))
     assert heard[0] is None
@@ -249,7 +238,6 @@ def resumed_drive_of(board, log):
     return drive
 
 
-RUNS = ["P,10,0,0.0,25.0,running,"]
 FAULT = ["F,10,0,unfolded,fault"]
 FOLDS_NO_MORE = ["E,fold,the memory cannot be written", "F,10,1860,folded,unfolding"]
 RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
@@ -258,49 +246,48 @@ RESET = ["F,9000,1860,folded,folded", "F,20,1860,folded,unfolding"]
 # Kills: a survey that waits for a silent board for ever, or never notices a lost phase; that goes
 # on with a board whose refusals only a person can end, or begins a fold for ever.
 @pytest.mark.parametrize(
-    ("make", "batches", "passed_s", "words"),
+    ("make", "batches", "passed_s", "error", "said"),
     [
         # What is damaged tells nothing.
-        (FoldBoard, [["X"]], 16, "board at .* has sent nothing for 15 s"),
-        (resumed_drive_of, [RUNS], 16, "reset and has no index switch, or its motor is blocked"),
-        (FoldBoard, [[*FAULT, "E,fold,not set up"]], 0, "/dev/board is not set up.*--fold-set-up"),
-        (FoldBoard, [FOLDS_NO_MORE], 0, "cannot write its memory.*replace the board"),
-        (FoldBoard, 2 * [FAULT], 16, "has reported a fault for 30 s"),
-        (FoldBoard, 4 * [RESET], 0, "/dev/board was reset 4 times; check its supply"),
+        (FoldBoard, [["X"]], 16, BoardLostError, "has sent nothing for 15 s"),
+        (resumed_drive_of, [FRAMES["peristalsis"]], 16, BoardLostError, "has no index switch"),
+        (FoldBoard, [[*FAULT, "E,fold,not set up"]], 0, SurveyFaultError, "--fold-set-up"),
+        (FoldBoard, [FOLDS_NO_MORE], 0, SurveyFaultError, "replace the board"),
+        (FoldBoard, 2 * [FAULT], 16, SurveyFaultError, "has reported a fault for 30 s"),
+        (FoldBoard, 4 * [RESET], 0, SurveyFaultError, "/dev/board was reset 4 times"),
     ],
 )
-def test_what_ends_a_survey(line, clock, make, batches, passed_s, words):
+def test_what_ends_a_survey(line, clock, make, batches, passed_s, error, said):
     made = make(board_on(line), LOG)
     for batch in batches:
         assert made.trouble(15) is None
         clock.s += passed_s
         line.frames = list(batch)
         made.serve()
-    with pytest.raises((BoardLostError, SurveyFaultError), match=words):
-        raise made.trouble(15)
+    trouble = made.trouble(15)
+    assert (type(trouble), said in str(trouble)) == (error, True)
 
 
 # Kills: a motor that has to rest, taken for an origami that does not fold; the last state of a
 # board that has fallen silent, taken for the present one; a refusal that is told each second.
 def test_a_fold_motor_that_rests_is_no_fault_and_a_silent_board_is_not_trusted(line, clock):
-    told = []
-    fold_board = FoldBoard(board_on(line), log_to(told))
+    fold_board = FoldBoard(board_on(line), LOG)
     line.send = line.sent.append  # it does not confirm
     line.frames = ["F,5,0,unfolded,unfolded"]
     fold_board.serve()
     fold_board.command("fold")
     assert fold_board.state == "unfolded"
-    rests = "E,fold,the motor has to rest for {} s"
+    rests = "the motor has to rest for"
     for frames, state in (
-        ([rests.format(9), "F,15,0,unfolded,unfolded"], "resting"),
-        ([rests.format(8)], "resting"),
+        ([f"E,fold,{rests} 9 s", "F,15,0,unfolded,unfolded"], "resting"),
+        ([f"E,fold,{rests} 8 s"], "resting"),
         (["A,fold", "F,25,0,unfolded,unfolded"], "unfolded"),
         (["F,35,0,unfolded,folding"], FOLDING),
     ):
         line.frames = frames
         fold_board.serve()
         assert (fold_board.state, fold_board.trouble(60)) == (state, None)
-    assert told == ["the fold board does not fold: the motor has to rest for 9 s"]
+    assert told == [f"the fold board does not fold: {rests} 9 s"]
     clock.s += 2
     assert fold_board.state == UNKNOWN_FOLD
 
@@ -327,7 +314,6 @@ CLOSE_IT = {"setup": "E,setup,the switch unfolded alone must be closed"}
         ("unfolded", "no", True, CLOSE_IT, ["setup,unfolded"], "must be closed"),
         ("unfolded", "yes", True, {}, [], "nothing is to be done"),
         # Whoever has not looked changes nothing.
-        ("", "no", True, {}, [], "is not set up"),
         ("yes", "no", True, {}, [], "is not set up"),
         ("unfolded", "no", False, {}, [], "run it on a terminal"),
     ],
