@@ -26,7 +26,7 @@ from capsule.bench import (
     wave,
 )
 from support.bench import emulated
-from support.bench.emulated import HALF_STEPS_PER_MM
+from support.bench.emulated import HALF_STEPS_PER_MM, EmulatedBoard
 from support.bench.folding import FoldingOrigami
 from support.bench.workbench import TerminalCable, Workbench
 from support.command import parsers
@@ -34,6 +34,10 @@ from support.command import parsers
 WAVELENGTH_MM, PITCH_MM = 80.0, 6.3
 # Way of the capsule for a mm of the wave, unfolded and folded.
 ONWARD, BACK = 0.02, -0.006
+# Time that the boards run before the world advances: no motor moves through a switch in it.
+STRETCH_US = 50_000
+# Interval at which the boards are read; a shorter one only takes longer.
+LOOK_EVERY_S = 0.2
 
 
 class Gut:
@@ -43,10 +47,7 @@ class Gut:
     """
 
     def __init__(
-        self,
-        motor: emulated.EmulatedBoard,
-        origami: FoldingOrigami,
-        logger: emulated.EmulatedBoard,
+        self, motor: EmulatedBoard, origami: FoldingOrigami, logger: EmulatedBoard
     ) -> None:
         self._motor, self._origami, self._logger = motor, origami, logger
         # The cam shaft on the peristalsis board's motor, whose index closes a switch.
@@ -55,8 +56,8 @@ class Gut:
         self._wave_mm = self.head_mm = 0.0
 
     def __call__(self, start_s: float, end_s: float) -> None:
-        """Move the capsule according to the motors in the last stretch of time."""
-        del start_s, end_s
+        """Move thread and capsule according to the motors in the last stretch of time."""
+        self._origami(start_s, end_s)
         before_mm, self._wave_mm = self._wave_mm, self._motor.half_steps / HALF_STEPS_PER_MM
         pace = np.interp(self._origami.folded, [0, 1], [ONWARD, BACK])
         self.head_mm += pace * (self._wave_mm - before_mm)
@@ -138,18 +139,25 @@ class MemoryCable(TerminalCable):
 Then = Iterable[tuple[Callable[[], bool], Callable[[], object]]]
 
 
+class BenchDatetime(datetime):
+    """A datetime with the bench's clock."""
+
+    bench: Workbench
+
+    @classmethod
+    def now(cls, tz: object = None) -> datetime:
+        """Return the bench's time."""
+        del tz
+        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=cls.bench.now_s)
+
+
 class Rig:
     """A bench of boards for surveys; their firmware runs in the emulator."""
 
-    # Time that the boards run before the world advances: no motor moves through a switch in it.
-    stretch_us = 50_000
-    # Interval at which the boards are read; a shorter one only takes longer.
-    look_every_s = 0.2
-
     def __init__(self, folder: Path, monkeypatch: object) -> None:
-        self.folder, self.killed = folder, False
+        self.folder, self.killed = folder / "tuesday", False
         kinds = {"logger": emulated.LOGGER, "wave": emulated.PERISTALSIS, "fold": emulated.FOLD}
-        boards = {name: emulated.EmulatedBoard(kind) for name, kind in kinds.items()}
+        boards = {name: EmulatedBoard(kind) for name, kind in kinds.items()}
         self.wave_board, self.origami = boards["wave"], FoldingOrigami(boards["fold"])
         cables = {
             name: MemoryCable(board, Path(name), sticks=name == "logger")
@@ -157,59 +165,28 @@ class Rig:
         }
         self.cables = SimpleNamespace(**cables)
         self.gut = Gut(self.wave_board, self.origami, boards["logger"])
-        self.bench = Workbench(*cables.values(), world=self._go_on)
+        self.bench = BenchDatetime.bench = Workbench(*cables.values(), world=self.gut)
         self._then: deque = deque()
-        self._stop = SimpleNamespace(reason="")
-        self._replace(monkeypatch, cables)
-
-    def _replace(self, monkeypatch: object, cables: dict[str, MemoryCable]) -> None:
-        """Give surveys the bench's ports and its clock in place of the computer's."""
-        rig = self
-
-        class BenchDatetime(datetime):
-            """A datetime with the bench's clock."""
-
-            @classmethod
-            def now(cls, tz: object = None) -> datetime:
-                del tz
-                return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=rig.now_s)
-
+        self.stop = SimpleNamespace(reason="")
+        # Surveys get the bench's ports and its clock in place of the computer's.
         replace = monkeypatch.setattr
         replace(serial, "serial_for_url", lambda port, *_, **__: Port(cables[port], self))
-        time = SimpleNamespace(monotonic=lambda: self.now_s, sleep=self.rest)
+        time = SimpleNamespace(monotonic=lambda: self.bench.now_s, sleep=self.rest)
         for module in (board, clock, line, loop, wave):
             replace(module, "time", time)
         for module in (survey_command, survey_run):
             replace(module, "datetime", BenchDatetime)
-        replace(survey_command, "StopRequest", lambda: self._stop)
+        replace(survey_command, "StopRequest", lambda: self.stop)
         # The main thread waits for the bench, by the computer's clock.
         replace(wave.Drive, "_renew", lambda drive: None)
         for module, name in ((survey_bench, "LOOK_EVERY_S"), (fold, "READ_TIMEOUT_S")):
-            replace(module, name, self.look_every_s)
-        monkeypatch.chdir(self.folder)
+            replace(module, name, LOOK_EVERY_S)
+        monkeypatch.chdir(folder)
         clock.AWAKE.__init__()
 
-    def _go_on(self, start_s: float, end_s: float) -> None:
-        """Advance thread and gut by the motion of the motors."""
-        self.origami(start_s, end_s)
-        self.gut(start_s, end_s)
-
-    @property
-    def now_s(self) -> float:
-        """The bench's time in seconds."""
-        return self.bench.now_s
-
-    def survey(self, *options: object, then: Then = ()) -> None:
+    def survey(self, *words: object, then: Then) -> None:
         """Run capsule survey on these boards to its end."""
-        ports = ("--drive", "wave", "--fold", "fold", "--port", "logger", "--out", "tuesday")
-        self._run(*ports, *options, then=then)
-
-    def resume(self, then: Then = ()) -> None:
-        """Run capsule survey to continue the session."""
-        self._run("--resume", "tuesday", then=then)
-
-    def _run(self, *words: object, then: Then) -> None:
-        self._then, self._stop.reason, self.killed = deque(then), "", False
+        self._then, self.stop.reason, self.killed = deque(then), "", False
         options = parsers()["survey"].parse_args([str(word) for word in words])
         survey_command.check(options)
         try:
@@ -219,37 +196,26 @@ class Rig:
 
     def rest(self, seconds: float) -> None:
         """Run the bench for this time, and do what is next if its condition holds."""
-        stretch_us = min(self.stretch_us, round(seconds * 1e6))
-        self.bench.run_for(seconds, stretch_us=stretch_us)
+        self.bench.run_for(seconds, stretch_us=min(STRETCH_US, round(seconds * 1e6)))
         if self._then and self._then[0][0]():
             self._then.popleft()[1]()
-
-    def press_ctrl_c(self) -> None:
-        """Press Ctrl-C."""
-        self._stop.reason = "Ctrl-C"
 
     def kill(self) -> None:
         """Kill the survey at once."""
         self.killed = True
         raise Killed
 
-    def pass_by(self, seconds: float) -> None:
-        """Advance the time without any program."""
-        self.bench.run_for(seconds, stretch_us=self.stretch_us)
-
     def at_rest(self) -> bool:
         """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
-        self.pass_by(2.0)
+        self.rest(2.0)
         return self.origami.folded == 0.0 and self.wave_board.coils == 0
 
-    # Readers of the session's files.
-
     def events(self) -> list[dict]:
-        """Read the log of events."""
-        (path,) = (self.folder / "tuesday").glob("events.jsonl*")
+        """Read the session's log of events."""
+        (path,) = self.folder.glob("events.jsonl*")
         return [json.loads(line) for line in path.read_text().splitlines()]
 
     def stream(self) -> list[list[str]]:
-        """Read the rows of the stream."""
-        (path,) = (self.folder / "tuesday").glob("stream.csv*")
+        """Read the rows of the session's stream."""
+        (path,) = self.folder.glob("stream.csv*")
         return [line.split(",") for line in path.read_text().splitlines()[1:]]
