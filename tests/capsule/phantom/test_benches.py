@@ -8,11 +8,7 @@ import yaml
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from capsule.phantom.parameters import (
-    bench_parts,
-    bench_values,
-    parameter_names,
-    phantom_from_table,
-    value_of,
+    bench_values, parameter_names, phantom_from_table, value_of
 )
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
@@ -20,7 +16,7 @@ NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}
 LOUD = {"explains": "Noise hides nodules.", "sensor": {"noise": NOISE}}
 
 
-def test_a_bench_changes_what_it_holds_and_nothing_else():
+def test_a_bench_changes_what_it_holds_and_the_table_holds_all():
     assert bench_values(TABLE, LOUD) == {"sensor.noise": 0.5}
     names = [f"{part}.{key}" for part, entries in TABLE.items() for key in entries]
     assert names == parameter_names()
@@ -28,6 +24,10 @@ def test_a_bench_changes_what_it_holds_and_nothing_else():
     for name, entry in TABLE["folding"].items():
         low, high = entry["plausible"]
         assert (entry["source"], low <= entry["value"] <= high) == ("assumed", True), name
+    with pytest.raises(CapsuleError, match="is empty"):
+        phantom_from_table(None)
+    with pytest.raises(CapsuleError, match=r"wall\.lumen_mm is missing"):
+        phantom_from_table({part: TABLE[part] for part in TABLE if part != "wall"})
 
 
 @pytest.mark.parametrize(
@@ -72,21 +72,15 @@ def test_a_change_that_cannot_be_made_is_told_by_name(change, told):
         read_phantom(DEFAULT_TABLE, [change])
 
 
-def test_a_table_needs_every_parameter():
-    with pytest.raises(CapsuleError, match="is empty"):
-        phantom_from_table(None)
-    with pytest.raises(CapsuleError, match=r"wall\.lumen_mm is missing"):
-        phantom_from_table({part: TABLE[part] for part in TABLE if part != "wall"})
-
-
 @pytest.mark.parametrize("name", sorted(path.stem for path in BENCHES.glob("*.yaml")))
 def test_a_bench_that_ships_differs_from_the_usual_one_in_all_that_it_holds(name):
     bench = yaml.safe_load(bench_file(name).read_text(encoding="utf-8"))
-    phantom = read_phantom(DEFAULT_TABLE, [], name)
-    for part, entries in bench_parts(bench).items():
-        for key, entry in entries.items():
-            assert value_of(phantom, f"{part}.{key}") == entry["value"]
-            # What was searched for may end where the usual bench is.
-            differs = entry["value"] != TABLE[part][key]["value"]
-            assert differs or "range" in entry, f"{part}.{key}"
-            assert (entry["source"] == "calibrated") == ("range" in entry), f"{part}.{key}"
+    values = bench_values(TABLE, bench)
+    phantom, usual = read_phantom(DEFAULT_TABLE, [], name), phantom_from_table(TABLE)
+    assert {each: value_of(phantom, each) for each in values} == values
+    for each, value in values.items():
+        part, key = each.split(".")
+        # What was searched for may end where the usual bench is.
+        searched = "range" in bench[part][key]
+        assert value != value_of(usual, each) or searched, each
+        assert (bench[part][key]["source"] == "calibrated") == searched, each

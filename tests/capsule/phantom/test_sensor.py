@@ -27,26 +27,24 @@ def test_converter_floors_and_ends_at_its_rails():
 
 def response(sensor, pressed_mm, rate_hz=10.0):
     """Return the response of each sensor, sample by sample; before the first all was constant."""
-
-    def left(time_s):
-        return math.exp(-1 / (rate_hz * time_s)) if time_s > 0 else 0.0
-
+    decays = [
+        math.exp(-1 / (rate_hz * time_s)) if time_s > 0 else 0.0
+        for time_s in (sensor.release_s, sensor.lag_s, sensor.creep_s)
+    ]
     responses = np.zeros_like(pressed_mm)
     for number, own in enumerate(pressed_mm):
         near = [pressed_mm[other] for other in (number - 1, number + 1) if 0 <= other < 4]
         strained = (own + sensor.crosstalk * sum(near)) / sensor.saturation_mm
         all_felt = sensor.saturation_mm * np.tanh(strained)
         before = held = quick = slow = all_felt[0]
-        peak = 0.0
+        peak, half = 0.0, sensor.hysteresis_mm / 2
         for at, felt in enumerate(all_felt):
-            half = sensor.hysteresis_mm / 2
             held = max(felt - half, min(felt + half, held))
-            peak = left(sensor.release_s) * peak + sensor.release_peak * max(before - felt, 0.0)
+            peak = decays[0] * peak + sensor.release_peak * max(before - felt, 0.0)
             load = (1 - sensor.hysteresis) * felt + sensor.hysteresis * held + peak
-            quick = load + left(sensor.lag_s) * (quick - load)
-            slow = load + left(sensor.creep_s) * (slow - load)
-            responses[number, at] = (1 - sensor.creep_fraction) * quick
-            responses[number, at] += sensor.creep_fraction * slow
+            quick = load + decays[1] * (quick - load)
+            slow = load + decays[2] * (slow - load)
+            responses[number, at] = quick + sensor.creep_fraction * (slow - quick)
             before = felt
     return responses
 

@@ -34,19 +34,17 @@ def test_same_seed_and_bench_same_bytes_whatever_else_is_made(tmp_path):
         run_command("simulate", "--out", out, "--runs", 1, "--sizes", 3, *options)
         return (out / "3mm/r01.csv").read_bytes()
 
-    run_command("simulate", "--out", tmp_path / "many", "--runs", 2, "--sizes", 0, 3)
-    first, second = ((tmp_path / f"many/3mm/r0{run}.csv").read_bytes() for run in (1, 2))
-    assert made() == first
-    uneven = ["--bench", "uneven-wall"]
-    others = made("--seed", 2), made(*uneven), made(*uneven, "--set", "sensor.noise=0.1")
-    read = [read_recording(io.BytesIO(each), sensors=4) for each in (first, second, *others)]
-    assert len({recording.values.tobytes() for recording in read}) == 5
-    assert "bench uneven-wall, seed 1" in source_of(read[3].header)
+    uneven, changed = ["--bench", "uneven-wall"], ["--set", "sensor.noise=0.1"]
+    first, *others = (made(*each) for each in ([], ["--seed", 2], uneven, [*uneven, *changed]))
+    assert made("--runs", 2, "--sizes", 0, 3) == first
+    read = [read_recording(io.BytesIO(each), sensors=4) for each in (first, *others)]
+    assert len({recording.values.tobytes() for recording in read}) == 4
+    assert "bench uneven-wall, seed 1" in source_of(read[2].header)
     assert b"bench" not in first
 
 
 def test_a_file_says_that_it_is_simulated_and_of_which_archive_and_reads_back():
-    run = simulate_run(PHANTOM, 2.0, 7, "2mm/r01")
+    run, healthy = (simulate_run(PHANTOM, size_mm, 7, "2mm/r01") for size_mm in (2.0, 0.0))
     for seed, bench, archive in (
         (7, None, "simulated-7"), (8, None, "simulated-8"), (7, "uneven-wall", "uneven-wall-7"),
     ):  # fmt: skip
@@ -58,8 +56,7 @@ def test_a_file_says_that_it_is_simulated_and_of_which_archive_and_reads_back():
         assert float(header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
         np.testing.assert_array_equal(recording.values, run.counts)
         np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
-    healthy = recording_of(simulate_run(PHANTOM, 0, 7, "0mm/r01"), PHANTOM, 7, "0mm/r01")
-    assert "nodule_at_mm" not in healthy.header
+    assert "nodule_at_mm" not in recording_of(healthy, PHANTOM, 7, "2mm/r01").header
 
 
 def test_the_sensors_meet_the_nodule_in_order_at_the_lag_of_the_pitch():
@@ -72,24 +69,20 @@ def test_the_sensors_meet_the_nodule_in_order_at_the_lag_of_the_pitch():
 
 def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
     runs = [simulate_run(QUIET, size, 1, "quiet") for size in (0, 1, 2, 3, 4)]
-    pressed = [run.compression_mm.max() for run in runs]
-    assert (np.diff(pressed) > 0).all()
+    assert (np.diff([run.compression_mm.max() for run in runs]) > 0).all()
     # The matrix is normalized: what 1 mm adds is less than what a run's own length changes.
     healthy, *signals = [matrix_of(run).sum() for run in runs]
     assert (np.diff(signals) > 0).all()
     assert signals[-1] > 4 * healthy
-
-
-def test_a_run_has_two_samples_at_least():
+    # However fast, a run has two samples.
     fast = with_values(QUIET, {"advance.speed_mm_s": 1e5, "advance.lead_mm": 0.0})
     assert simulate_run(fast, 0.0, 1, "fast").time_s.size == 2
 
 
 def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     passes = planned_runs([3], 1, 3)
-    assert [(run.name, run.site) for run in passes] == [
-        (f"3mm/r01p{number}", "3mm/r01") for number in (1, 2, 3)
-    ]
+    assert [run.name for run in passes] == ["3mm/r01p1", "3mm/r01p2", "3mm/r01p3"]
+    assert {run.site for run in passes} == {"3mm/r01"}
     runs = [simulate_run(PHANTOM, 3.0, 1, run.site, run.attempt) for run in passes]
     assert len({each.counts.tobytes() for each in runs}) == 3
     planned = planned_runs([0, 2], [2, 7], 1, [1, 3], "h")
@@ -97,12 +90,8 @@ def test_each_pass_has_its_own_draws_and_each_set_up_its_own_height():
     setups = 2 * ["0mm"] + 3 * ["2mm"] + 2 * ["2mm/2"] + 2 * ["2mm/3"]
     assert [run.setup for run in planned] == setups
     set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
-
-    def pressed_mm(run, name):
-        return simulate_run(set_up, 2.0, 1, run, setup=name).compression_mm.max()
-
     usual, *others = (
-        [pressed_mm(run, name) for run in ("2mm/h01", "2mm/h02")]
+        [simulate_run(set_up, 2.0, 1, run, setup=name).compression_mm.max() for run in "ab"]
         for name in (None, "2mm", "2mm/2", "2mm/3")
     )
     assert usual == others[0]
@@ -119,8 +108,7 @@ def test_numbers_that_do_not_fit_are_refused(runs, setups, told):
 
 
 def test_existing_files_are_kept_unless_forced(tmp_path):
-    kept = tmp_path / "1mm/r01.csv"
-    kept.parent.mkdir()
+    (kept := tmp_path / "1mm/r01.csv").parent.mkdir()
     kept.write_text("mine")
     options = "simulate", "--out", tmp_path, "--sizes", 0, 1, "--runs", 1
     with pytest.raises(CapsuleError, match=r"r01\.csv exists; nothing was written.*--force"):
@@ -146,16 +134,12 @@ MECHANISMS = [
     {"seat.strength_spread": 0.3},
     {"wall.unevenness_spread": 0.5, "wall.unevenness_mm": 0.3},
     {"contact.stray_probability": 1.0},
-    {"wave.skew": 0.5},
+    *({f"wave.{name}": 0.3} for name in ("period_spread", "amplitude_spread")),
+    *({f"wave.{name}": 0.5} for name in ("skew", "missing_probability")),
     {"wave.sharpness": 3.0},
-    {"wave.period_spread": 0.3},
-    {"wave.amplitude_spread": 0.3},
-    {"wave.missing_probability": 0.3},
     {"advance.slip_probability": 0.5},
     {"advance.slip_probability": 0.5, "seat.reseat_spread": 0.3},
-    {"sensor.hysteresis": 0.5},
-    {"sensor.release_peak": 0.5},
-    {"sensor.crosstalk": 0.3},
+    *({f"sensor.{name}": 0.5} for name in ("hysteresis", "release_peak", "crosstalk")),
     {"sensor.jump": 0.3, "sensor.jumps_per_s": 0.2},
 ]
 MECHANISMS.append({name: value for values in MECHANISMS for name, value in values.items()})
