@@ -7,9 +7,7 @@ import yaml
 
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
-from capsule.phantom.parameters import (
-    bench_values, parameter_names, phantom_from_table, value_of
-)
+from capsule.phantom.parameters import bench_values, parameter_names, phantom_from_table, value_of
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
 NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}
