@@ -24,22 +24,20 @@ def slices(path):
     """Return the points of the cam's section at every follower."""
     triangles, _ = read_stl(path)
     low, high = triangles[:, :, 2].min(axis=1), triangles[:, :, 2].max(axis=1)
-    levels = FOLLOWERS_MM + 1e-3
-    return [
-        section(triangles[(low < level) & (high > level)], level).reshape(-1, 2) for level in levels
-    ]
+    for level in FOLLOWERS_MM + 1e-3:
+        yield section(triangles[(low < level) & (high > level)], level).reshape(-1, 2)
 
 
-def displacement(points, turns):
+def displacement(points):
     """Return the place of a follower, midway between the cam's sides, and the cam's width."""
-    across = points @ np.array([np.cos(turns), -np.sin(turns)])
+    across = points @ np.array([np.cos(TURNS), -np.sin(TURNS)])
     return (across.max(axis=0) + across.min(axis=0)) / 2, np.ptp(across, axis=0)
 
 
 @pytest.fixture(scope="module")
 def motions(made):
     return {
-        side: np.array([displacement(each, TURNS) for each in slices(made / f"cam-{side}.stl")])
+        side: np.array([displacement(each) for each in slices(made / f"cam-{side}.stl")])
         for side in ("left", "right")
     }
 
@@ -59,10 +57,10 @@ def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mir
     # Both shafts turn the same way. With their rods' flats alike, the right one runs half a turn
     # ahead: what moves the left followers to the right moves the right ones to the left.
     for side, angle in (("left", 0.0), ("right", 180.0)):
-        edges = slices(made / f"cam-{side}.stl")[0].reshape(-1, 2, 2)
+        edges = next(slices(made / f"cam-{side}.stl")).reshape(-1, 2, 2)
         bore = edges[(np.linalg.norm(edges, axis=2) < 3.2).all(axis=1)].mean(axis=1)
         # The flat is where the bore comes nearest to the axis.
-        x, y = bore[np.argmin(np.linalg.norm(bore, axis=1))]
+        x, y = min(bore, key=np.linalg.norm)
         assert abs(np.degrees(np.arctan2(y, x))) == pytest.approx(angle, abs=1.0)
     left, right = motions["left"][:, 0], motions["right"][:, 0]
     # Turned until the flats point the same way, the right shaft mirrors the left one.

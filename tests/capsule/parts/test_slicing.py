@@ -15,16 +15,12 @@ pytestmark = [
 CENTRE = np.array([125.0, 105.0])
 
 
-def slicer(*arguments):
-    command = ["prusa-slicer", *map(str, arguments)]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
-def sliced(made, name, *options):
+def sliced(made, name):
     """Slice a part with the profile in its folder, and return the G-code."""
     output = made.parent / f"{name}.gcode"
-    profile = ["--load", made / "print-profile.ini", "--center", "125,105"]
-    slicer(*profile, *options, "--export-gcode", "--output", output, made / f"{name}.stl")
+    command = ["prusa-slicer", "--load", made / "print-profile.ini", "--center", "125,105"]
+    command += ["--export-gcode", "--output", output, made / f"{name}.stl"]
+    subprocess.run(command, check=True, capture_output=True)
     return output.read_text(encoding="utf-8")
 
 

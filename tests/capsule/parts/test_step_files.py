@@ -34,12 +34,10 @@ CYLINDER = GeomAbs_SurfaceType.GeomAbs_Cylinder
 
 def pieces(shape, kind):
     """Return the parts of a shape that have a kind; a part shared by two faces comes twice."""
-    explorer = TopExp_Explorer(shape, kind)
-    given = []
+    explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
     while explorer.More():
-        given.append(explorer.Current())
+        yield explorer.Current()
         explorer.Next()
-    return given
 
 
 def read_step(path):
@@ -50,22 +48,16 @@ def read_step(path):
 
 
 def surfaces(shape):
-    faces = pieces(shape, TopAbs_ShapeEnum.TopAbs_FACE)
-    return [BRepAdaptor_Surface(TopoDS.Face(face)) for face in faces]
+    return [BRepAdaptor_Surface(TopoDS.Face(face)) for face in pieces(shape, "FACE")]
 
 
-def box(shape):
-    """Return the lowest and the highest corner."""
-    bounds = Bnd_Box()
-    BRepBndLib.AddOptimal_s(shape, bounds, False, False)
-    low, high = bounds.CornerMin(), bounds.CornerMax()
-    return np.array([[corner.X(), corner.Y(), corner.Z()] for corner in (low, high)])
-
-
-def volume(shape):
-    properties = GProp_GProps()
+def size_of(shape):
+    """Return the volume, and the lowest and the highest corner."""
+    properties, bounds = GProp_GProps(), Bnd_Box()
     BRepGProp.VolumeProperties_s(shape, properties, 1e-6)
-    return properties.Mass()
+    BRepBndLib.AddOptimal_s(shape, bounds, False, False)
+    corners = bounds.CornerMin(), bounds.CornerMax()
+    return properties.Mass(), [[each.X(), each.Y(), each.Z()] for each in corners]
 
 
 @pytest.fixture(scope="module")
@@ -87,18 +79,16 @@ def test_every_part_is_one_valid_solid_and_the_assembly_four(made, shapes, liste
     """Their volumes and boxes are those of the meshes."""
     assert shapes.keys() == listed.keys()
     for name, shape in shapes.items():
-        solids = pieces(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
+        solids = list(pieces(shape, "SOLID"))
         assert len(solids) == listed[name]["bodies"] == (4 if name == "assembly" else 1), name
         for solid in solids:
             assert BRepCheck_Analyzer(solid).IsValid(), name
-            (shell,) = pieces(solid, TopAbs_ShapeEnum.TopAbs_SHELL)
+            (shell,) = pieces(solid, "SHELL")
             assert BRep_Tool.IsClosed_s(shell), name
-        corners = read_stl(made / f"{name}.stl")[0].reshape(-1, 3)
+        mesh, (volume, box) = read_stl(made / f"{name}.stl")[0], size_of(shape)
         # A volume that faces inwards would be negative.
-        assert volume(shape) == pytest.approx(listed[name]["volume_mm3"], rel=1e-3), name
-        np.testing.assert_allclose(
-            box(shape), [corners.min(axis=0), corners.max(axis=0)], atol=0.01, err_msg=name
-        )
+        assert volume == pytest.approx(listed[name]["volume_mm3"], rel=1e-3), name
+        np.testing.assert_allclose(box, [mesh.min(axis=(0, 1)), mesh.max(axis=(0, 1))], atol=0.01)
 
 
 # An outline of short lines would have none. Bulbs; bearings and the ends of three slots; a disc
@@ -125,11 +115,8 @@ def test_the_cams_flank_is_the_spiral(shapes, side):
     upwards = np.linspace(flank.FirstVParameter(), flank.LastVParameter(), 101)
     points = [flank.Value(u, v) for u in around for v in upwards]
     x, y, z = np.array([[point.X(), point.Y(), point.Z()] for point in points]).T
-    lag = 2 * np.pi * z / CAM.lead_mm
-    distance = np.hypot(
-        x - CAM.eccentricity_mm * np.cos(lag), y + CAM.eccentricity_mm * np.sin(lag)
-    )
-    np.testing.assert_allclose(distance, CAM.radius_mm, atol=1e-6)
+    centre = CAM.eccentricity_mm * np.exp(-2j * np.pi * z / CAM.lead_mm)
+    np.testing.assert_allclose(np.abs(x + 1j * y - centre), CAM.radius_mm, atol=1e-6)
     assert (z.min(), z.max()) == pytest.approx((0.0, CAM.lead_mm), abs=1e-6)
 
 

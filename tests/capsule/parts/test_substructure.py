@@ -6,22 +6,12 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
+from capsule.parts import substructure as unit
 from capsule.parts.bench_parts import belt_length, scale_marks, shaft_distance
 from capsule.parts.cam import follower_displacement, phase_step, steepest_overhang
 from capsule.parts.files import read_design
 from capsule.parts.outlines import circle, points, reverse, signed_area, slot
 from capsule.parts.refusals import crosses
-from capsule.parts.substructure import (
-    awn_end,
-    cut_lines,
-    face_to_face,
-    folded,
-    glue_faces,
-    outline,
-    shape_of,
-    top_mm,
-    wire_positions,
-)
 from capsule.phantom.origami import pitch
 
 DESIGN = read_design()
@@ -48,22 +38,22 @@ def test_an_outline_is_as_large_and_wide_as_its_lines_and_arcs():
 
 @pytest.mark.parametrize("reading", READINGS)
 def test_the_outline_is_one_wall_of_the_papers_width(reading):
-    shape = shape_of(READINGS[reading])
-    boundaries = outline(shape)
+    shape = unit.shape_of(READINGS[reading])
+    boundaries = unit.outline(shape)
     assert not crosses(boundaries)
     assert signed_area(boundaries[0]) > 0 > signed_area(boundaries[1])
     outer, inner = map(points, boundaries)
     assert np.ptp(outer[:, 1]) == pytest.approx(20.0)
     # Half a millimetre lies between both boundaries at the flats, and everywhere at least that.
-    faces = glue_faces(shape)
+    faces = unit.glue_faces(shape)
     flats = inner[np.abs(inner[:, 1]) < 2.5]
     assert faces["head"][0, 0] == pytest.approx(flats[:, 0].max() + 0.5)
     assert faces["tail"][0, 0] == pytest.approx(flats[:, 0].min() - 0.5)
     assert min(np.linalg.norm(outer[:, np.newaxis] - inner, axis=2).min(axis=0)) >= 0.5 - 1e-9
     # The awn's end begins at its side, half a wall from its middle line, whatever form it has.
-    assert (awn_end(shape)[0, :2] - shape.shoulder) @ shape.headward == pytest.approx(0.25)
+    assert (unit.awn_end(shape)[0, :2] - shape.shoulder) @ shape.headward == pytest.approx(0.25)
     # The simulator's pitch is the drawn one: the faces and the adhesive.
-    assert face_to_face(shape) + 0.25 == pytest.approx(pitch(READINGS[reading]))
+    assert unit.face_to_face(shape) + 0.25 == pytest.approx(pitch(READINGS[reading]))
 
 
 @pytest.mark.parametrize("reading", READINGS)
@@ -73,12 +63,12 @@ def test_folding_turns_walls_and_keeps_their_lengths(reading, half_width_mm):
         ends = [getattr(shape, name) for name in ("fold", "shoulder", "lower", "cap")]
         return [np.linalg.norm(second - first) for first, second in pairwise(ends)]
 
-    rest = shape_of(READINGS[reading])
-    shape = folded(rest, half_width_mm)
-    np.testing.assert_allclose(folded(rest, 10.0).cap, rest.cap, atol=1e-9)
+    rest = unit.shape_of(READINGS[reading])
+    shape = unit.folded(rest, half_width_mm)
+    np.testing.assert_allclose(unit.folded(rest, 10.0).cap, rest.cap, atol=1e-9)
     assert lengths(rest) == pytest.approx(lengths(shape))
-    assert top_mm(shape) == pytest.approx(half_width_mm)
-    assert points(outline(shape)[0])[:, 1].max() == pytest.approx(half_width_mm)
+    top_mm = points(unit.outline(shape)[0])[:, 1].max()
+    assert (top_mm, unit.top_mm(shape)) == pytest.approx((half_width_mm, half_width_mm))
     assert (shape.fold[1], shape.lower[1]) == (rest.fold[1], rest.lower[1])
     # The awns lean to the tail, so that the capsule moves to the head when it is pressed.
     assert shape.tilt_rad > rest.tilt_rad
@@ -87,27 +77,23 @@ def test_folding_turns_walls_and_keeps_their_lengths(reading, half_width_mm):
 
 @pytest.mark.parametrize(
     ("lower_corner_mm", "too_far", "told"),
-    [
-        (2.0, 10.2, "the awn cannot be pressed to 10.2 mm"),
-        (1.0, 2.5, "at 2.5 mm the shoulder C is below the fold A"),
-    ],
+    [(2.0, 10.2, "the awn cannot be pressed to 10.2 mm"), (1.0, 2.5, "at 2.5 mm the shoulder C")],
 )
 def test_what_would_be_folded_too_far_is_refused(lower_corner_mm, too_far, told):
-    rest = shape_of(replace(ORIGAMI, lower_corner_mm=lower_corner_mm))
+    rest = unit.shape_of(replace(ORIGAMI, lower_corner_mm=lower_corner_mm))
     with pytest.raises(ValueError, match=told):
-        folded(rest, too_far)
+        unit.folded(rest, too_far)
 
 
 def test_a_loops_wires_sit_at_both_sides_of_its_cut_and_halves_have_one_in_each():
-    tail = glue_faces(DESIGN.shape)["tail"][0, 0]
-    (cut,) = cut_lines(DESIGN.shape, CHOICES)
+    shape = DESIGN.shape
+    tail = unit.glue_faces(shape)["tail"][0, 0]
+    (cut,) = unit.cut_lines(shape, CHOICES)
     np.testing.assert_allclose(cut, [[tail, 0.0], [tail + 0.5, 0.0]])
-    np.testing.assert_allclose(
-        wire_positions(DESIGN.shape, CHOICES), [[tail + 0.25, 1.0], [tail + 0.25, -1.0]]
-    )
-    halves = wire_positions(DESIGN.shape, replace(CHOICES, current="halves"))
-    np.testing.assert_allclose(halves[:, 1], 0.0)
-    assert abs(halves[0, 0] - halves[1, 0]) == pytest.approx(5.5213, abs=1e-3)
+    wires = [[tail + 0.25, 1.0], [tail + 0.25, -1.0]]
+    np.testing.assert_allclose(unit.wire_positions(shape, CHOICES), wires)
+    first, second = unit.wire_positions(shape, replace(CHOICES, current="halves"))
+    assert np.abs(first - second) == pytest.approx([5.5213, 0.0], abs=1e-3)
 
 
 def test_the_cam_turns_once_in_a_wave_and_belts_fit_their_shafts():
