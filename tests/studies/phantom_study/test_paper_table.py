@@ -1,23 +1,14 @@
 """The paper's cells are right, and a table can reproduce them."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from phantom_study.paper_table import (
-    cells,
-    distance,
-    mean_difference,
-    read_paper_table,
-    summary,
-)
+from phantom_study.paper_table import cells, distance, mean_difference, read_paper_table, summary
 
 from capsule.store.files import read_csv
 from support.paper import LIKE_THE_PAPER
+from support.project import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 PAPER = read_paper_table()
-PRINTED = ("paper", "mean", "low", "high")
 
 
 def test_the_papers_numbers_come_from_one_table_of_120_runs():
@@ -42,14 +33,14 @@ def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
     assert distance(PAPER.cells | rates, PAPER) == pytest.approx(wanted)
     # A rate that hardly varies is sooner far off, here by 15 points each.
     paper = PAPER.cells | PAPER.motion
-    sure, unsure = ({"recall 2 mm": 100.0}, {"exact 3 mm": 40.0})
-    assert distance(paper | sure, PAPER) > 2 * distance(paper | unsure, PAPER)
+    sure, unsure = (
+        distance(paper | off, PAPER) for off in ({"recall 2 mm": 100.0}, {"exact 3 mm": 40.0})
+    )
+    assert sure > 2 * unsure
     # A precision of nothing found is missing and far off.
-    nothing = np.zeros((6, 6), dtype=int)
-    nothing[:, 0] = 20
-    rates = cells(nothing, PAPER)
-    assert np.isnan(rates["precision 5 mm"])
-    assert distance(rates | PAPER.motion, PAPER) > 10
+    nothing = cells(20 * np.eye(6, dtype=int)[[0] * 6], PAPER)
+    assert np.isnan(nothing["precision 5 mm"])
+    assert distance(nothing | PAPER.motion, PAPER) > 10
 
 
 def test_summary_says_whether_the_paper_lies_in_the_central_range():
@@ -67,7 +58,9 @@ def test_the_documentation_shows_the_table_that_was_measured():
     rows = read_csv(ROOT / "workflow/studies/results/phantom-table.csv")
     assert [row["cell"] for row in rows] == list(PAPER.cells)
     for row in rows:
-        paper, mean, low, high = (f"{float(row[key]):.1f}" for key in PRINTED)
+        paper, mean, low, high = (
+            f"{float(row[key]):.1f}" for key in ("paper", "mean", "low", "high")
+        )
         inside = "yes" if row["inside"] == "True" else "no"
         assert f"| {row['cell']} | {paper} | {mean} | {low}-{high} | {inside} |" in text
     difference = np.mean([abs(float(row["mean"]) - float(row["paper"])) for row in rows])

@@ -1,7 +1,6 @@
 """Simulated archives: motion, verdicts, signals as they are described, and faults of a bench."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,10 +12,11 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.origami import sensor_offsets
 from capsule.phantom.parameters import value_of, with_values
 from capsule.store.files import read_csv
+from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
 
-STUDIES = Path(__file__).resolve().parents[3] / "workflow/studies"
+STUDIES = ROOT / "workflow/studies"
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = simulated_archive.quick(read_detector())
 PAPER = read_paper_table()
@@ -68,16 +68,17 @@ def test_each_size_is_described_and_the_documentation_shows_what_was(archive, ma
     assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
     spacings = [row["template_peak_spacing_samples"] for row in rows]
     assert spacings[0] == "" and all("-" in each for each in spacings[1:])
-    names = [f"3mm/r{number:02d}" for number in range(1, 5)]
-    lengths = [archive[name].time_s.size for name in names]
-    passing = []
-    for run in map(archive.get, names):
-        places_mm = run.nodule_at_mm + sensor_offsets(PHANTOM.origami, 4)
-        passing += list(np.diff([np.argmax(run.head_mm >= place_mm) for place_mm in places_mm]))
-    row = rows[3]
+    row, names = rows[3], [f"3mm/r{number:02d}" for number in range(1, 5)]
+    runs = [archive[name] for name in names]
+    lengths = [run.time_s.size for run in runs]
     assert (row["shortest_samples"], row["longest_samples"]) == (min(lengths), max(lengths))
     assert row["stopped_by_hand"] == 0
     assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
+    offsets_mm, passing = sensor_offsets(PHANTOM.origami, 4), []
+    for run in runs:
+        passing += list(
+            np.diff([np.argmax(run.head_mm >= run.nodule_at_mm + mm) for mm in offsets_mm])
+        )
     assert row["passing_high_samples"] == round(np.percentile(passing, 95))
     text = (STUDIES / "phantom.md").read_text(encoding="utf-8")
     for kept in read_csv(STUDIES / "results/phantom-signals.csv"):
@@ -93,27 +94,23 @@ def test_a_level_multiplies_what_it_is_about():
 
 
 def test_a_fault_spoils_one_sensor_of_each_run(archive):
-    assert draw.with_faults(archive, "none", 1).keys() == archive.keys()
     for fault in draw.FAULTS:
-        for name, run in draw.with_faults(archive, fault, 1).items():
+        faulty = draw.with_faults(archive, fault, 1)
+        assert faulty.keys() == archive.keys()
+        for name, run in faulty.items():
             sound = archive[name].counts
             changed = np.flatnonzero((run.counts != sound).any(axis=1))
             assert len(changed) == (fault != "none")
             for sensor in changed:
                 middle = int(np.median(sound[sensor]))
-                if fault == "dead":
-                    assert set(run.counts[sensor]) == {middle, middle + 1}
-                else:
-                    assert run.counts[sensor].min() == middle
-                    assert run.counts[sensor].max() == sound[sensor].max()
+                highest = middle + 1 if fault == "dead" else sound[sensor].max()
+                assert (run.counts[sensor].min(), run.counts[sensor].max()) == (middle, highest)
 
 
 def test_the_headline_has_the_specificity_the_recalls_and_the_means_over_the_papers_sizes():
-    confusion = 20 * np.eye(6, dtype=int)
-    confusion[0] = [8, 12, 0, 0, 0, 0]
-    confusion[1] = [5, 0, 0, 15, 0, 0]
-    confusion[2] = [2, 0, 0, 18, 0, 0]
-    confusion[5] = [0, 0, 20, 0, 0, 0]
+    confusion = np.diag([8, 0, 0, 20, 20, 0])
+    confusion[0, 1], confusion[5, 2] = 12, 20
+    confusion[[1, 2], 0], confusion[[1, 2], 3] = [5, 2], [15, 18]
     assert draw.headline(confusion, PAPER) == {
         "specificity": 40.0, "recall 1 mm": 75.0, "recall 2 mm": 90.0,
         "exact size": 50.0, "within 1 mm": 72.5,

@@ -40,10 +40,3 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     assert len(read_csv(tmp_path / "phantom-signals.csv")) == 6
     for name in ("signals", "table", "sensitivity"):
         assert "<svg" in (tmp_path / f"phantom-{name}.svg").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("count", ["0", "-1", "some"])
-def test_a_number_of_nothing_is_refused(monkeypatch, capsys, count):
-    with pytest.raises(SystemExit):
-        run(monkeypatch, "judge", "--archives", count)
-    assert "argument --archives: " in capsys.readouterr().err

@@ -1,7 +1,5 @@
 """A trial can be repeated, is logged once, and its distance from the paper is right."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from phantom_study import calibrate, simulated_archive
@@ -15,20 +13,16 @@ from capsule.method.templates import by_size
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.store.files import read_csv
 from support.paper import LIKE_THE_PAPER
+from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.5)
 
-LOG = Path(__file__).resolve().parents[3] / "workflow/studies/results/phantom-calibration.csv"
+LOG = ROOT / "workflow/studies/results/phantom-calibration.csv"
 PAPER = read_paper_table()
 
 
 def trial_of(confusion):
     return {"confusion": str(confusion.tolist())} | PAPER.motion
-
-
-def averaged(particles):
-    """Return the particle of the mean parameters, sigma among them."""
-    return Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))
 
 
 def test_a_value_that_the_table_has_no_line_for_is_not_written():
@@ -39,16 +33,17 @@ def test_a_value_that_the_table_has_no_line_for_is_not_written():
 
 @pytest.mark.slow
 def test_a_logged_trial_can_be_made_again(monkeypatch):
-    # The templates of the log hold the mean of sigma, not the root of the mean variance.
-    monkeypatch.setattr(
-        simulated_archive,
-        "by_size",
-        lambda fitted: {size: [averaged(each)] for size, each in by_size(fitted).items()},
-    )
+    def averaged(fitted):
+        # The templates of the log hold the mean of sigma, not the root of the mean variance.
+        return {
+            size: [Particle.from_vector(np.mean([each.to_vector() for each in particles], axis=0))]
+            for size, particles in by_size(fitted).items()
+        }
+
+    monkeypatch.setattr(simulated_archive, "by_size", averaged)
     logged = read_csv(LOG)[0]
     values = {name: float(logged[name]) for name in logged if "." in name}
-    phantom = read_phantom(DEFAULT_TABLE, [])
-    detector = quick(read_detector())
+    phantom, detector = read_phantom(DEFAULT_TABLE, []), quick(read_detector())
     again = calibrate.try_out(phantom, detector, PAPER, values, int(logged["archive_seed"]))
     assert {name: str(value) for name, value in again.items()} | {"stage": "generation 1"} == logged
 
@@ -80,8 +75,7 @@ def make(values, seeds):
 
 
 def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp_path):
-    path = tmp_path / "new/log.csv"
-    asked = []
+    path, asked = tmp_path / "new/log.csv", []
 
     def note(values, seeds):
         asked.extend(seeds)
@@ -104,22 +98,12 @@ def test_trials_are_made_once_and_then_read_and_only_what_is_missing_is_made(tmp
     assert asked == [*SEEDS[1:], *SEEDS]
     assert known == [{name: str(value) for name, value in trial.items()} for trial in made]
     assert known == read_csv(path)[:3]
-
-
-@pytest.mark.parametrize(
-    ("candidates", "seeds"),
-    [
-        ([{"part.size": 9.5}, *CANDIDATES[1:]], SEEDS),
-        ([{"part.other": 1.5}] * 3, SEEDS),
-        (CANDIDATES, [7, 8, 10]),
+    # Trials of another value, parameter or archive, and fewer trials, are refused.
+    before, other = path.read_bytes(), [{"part.size": 9.5}, *CANDIDATES[1:]]
+    for candidates, seeds in (
+        (other, SEEDS), ([{"part.other": 1.5}] * 3, SEEDS), (CANDIDATES, [7, 8, 10]),
         (CANDIDATES[:2], SEEDS[:2]),
-    ],
-    ids=["another value", "another parameter", "another archive", "fewer trials"],
-)
-def test_trials_of_other_candidates_are_refused(tmp_path, candidates, seeds):
-    path = tmp_path / "log.csv"
-    TrialLog(path, make).trials("first", CANDIDATES, SEEDS)
-    before = path.read_bytes()
-    with pytest.raises(CapsuleError, match=r"log\.csv: first has other candidates than this"):
-        TrialLog(path, make).trials("first", candidates, seeds)
+    ):  # fmt: skip
+        with pytest.raises(CapsuleError, match=r"log\.csv: first has other candidates than this"):
+            TrialLog(path, make).trials("first", candidates, seeds)
     assert path.read_bytes() == before

@@ -40,37 +40,32 @@ def same(some, others):
 
 @pytest.mark.parametrize("number", range(12))
 def test_a_seed_draws_recordings_of_four_sensors_that_differ_by_the_nodule(number):
-    assert bench(number) == bench(number) != bench(number + 1)
-    healthy, *_, large = made = runs(number)
+    drawn, made, alone = bench(number), runs(number), runs(number, np.zeros(4))
+    assert drawn == bench(number) != bench(number + 1)
     assert same(made, runs(number))
     for counts in made:
         assert counts.dtype == np.int16
         assert counts.shape[0] == 4 and 250 <= counts.shape[1] <= 990
         assert counts.min() >= 0 and counts.max() <= 1023
-    alone = runs(number, np.zeros(4))
-    assert np.array_equal(healthy, alone[0])
-    assert not np.array_equal(large, alone[3])
+    assert np.array_equal(made[0], alone[0])
+    assert not np.array_equal(made[3], alone[3])
     # A nodule without height leaves nothing.
-    flat = replace(bench(number), lump=replace(bench(number).lump, height=0.0))
+    flat = replace(drawn, lump=replace(drawn.lump, height=0.0))
     assert same(simulate_bench(flat, SIZES_MM, streams(number)), alone)
 
 
 @pytest.mark.parametrize(("untouched_share", "low", "high"), [(0.0, 1.2, np.inf), (1.0, 0.9, 1.1)])
 def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched_share, low, high):
-    drawn = bench(0)
-    adds = Effect(adds=1.0, multiplies=0.0, lifts=0.0)
+    drawn, adds = bench(0), Effect(adds=1.0, multiplies=0.0, lifts=0.0)
     lump = replace(
         drawn.lump, height=1.5, effect=adds, miss_mm=0.0, untouched_share=untouched_share
     )
     bumpy = replace(drawn, lump=lump, sensing=replace(drawn.sensing, divider=True, noise=0.005))
-    sizes_mm = np.repeat([0.0, 5.0], 12)
-    depth = SERIES.index("depth")
     deepest = []
-    for counts in simulate_bench(bumpy, sizes_mm, streams(0)):
+    for counts in simulate_bench(bumpy, np.repeat([0.0, 5.0], 12), streams(0)):
         series = series_of(wave_of(counts.astype(float), 10, SETTINGS))
-        deepest.append(series[:, depth].max(axis=1).mean())
-    ratio = np.median(deepest[12:]) / np.median(deepest[:12])
-    assert low < ratio < high
+        deepest.append(series[:, SERIES.index("depth")].max(axis=1).mean())
+    assert low < np.median(deepest[12:]) / np.median(deepest[:12]) < high
 
 
 def test_noise_has_unit_variance_and_jumps_come_as_often_as_they_should():
@@ -92,19 +87,15 @@ def test_every_form_of_the_wave_is_drawn_and_a_random_phantom_differs_in_what_is
     assert drawn.electronics == base.electronics
 
 
-def test_an_episode_holds_the_beats_of_each_recording():
+def test_an_episode_holds_the_beats_of_each_recording_and_many_benches_become_episodes():
     counts = [*runs(0), np.full((4, 300), 500)]
     series, filled = episodes.episode(counts, CONFIGURATION)
-    assert series.shape == (5, 4, len(SERIES), episodes.LENGTH)
-    assert series.dtype == np.float16
+    assert (series.shape, series.dtype) == ((5, 4, len(SERIES), episodes.LENGTH), np.float16)
     assert filled[-1] == 0
     beats = series_of(wave_of(counts[0].astype(float), 10, SETTINGS))
     assert filled[0] == beats.shape[-1]
     assert series[0, ..., : filled[0]] == pytest.approx(beats, rel=1e-3, abs=1e-3)
     assert not series[0, ..., filled[0] :].any()
-
-
-def test_many_benches_become_episodes():
     makers = [lambda: runs(0, episodes.SIZES_MM), lambda: runs(1, episodes.SIZES_MM)]
     taken = episodes.episodes_of(makers, CONFIGURATION)
     assert taken.series.shape == (2, 60, 4, len(SERIES), episodes.LENGTH)
