@@ -96,13 +96,11 @@ def test_the_interval_of_a_ratio_is_koopmans(counts):
     assert (low, high) == pytest.approx(expected, rel=1e-6)
     assert (low == 0) == (counts[0] == 0)
     # Effective counts need not be whole numbers.
-    hits, of, others, other_of = counts
-    turned = intervals.ratio_interval(hits / 3, of / 3, others / 3, other_of / 3, 0.95)
-    back = intervals.ratio_interval(others / 3, other_of / 3, hits / 3, of / 3, 0.95)
-    assert turned[0] <= low and turned[1] >= high
-    assert turned[0] * back[1] == pytest.approx(1) or low == 0
+    wider = intervals.ratio_interval(*np.array(counts) / 3, 0.95)
+    assert wider[0] <= low and wider[1] >= high
     # It is unknown if both rates are 0, or a count is unknown.
-    for unknown in ((0, of, 0, other_of), (hits, math.nan, 9, 20), (hits, of, 9, math.nan)):
+    hits, of, *_ = counts
+    for unknown in ((0, of, 0, 8), (hits, math.nan, 9, 20), (hits, of, 9, math.nan)):
         assert all(map(math.isnan, intervals.ratio_interval(*unknown, 0.95)))
     low, high = intervals.ratio_interval(20, 20, 20, 20, 0.95)
     assert low < 1 < high == pytest.approx(1 / low)
@@ -131,24 +129,6 @@ def test_the_curve_its_area_and_the_sign_test(seed):
     assert math.isnan(sign_test(first[:0], first[:0], alone(0)))
 
 
-@pytest.mark.parametrize("confidence", [0.8, 0.95])
-@pytest.mark.parametrize(
-    ("healthy", "nodules", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0), (1, 2, 9.0)]
-)
-def test_the_interval_of_an_area_is_newcombes_method_5(confidence, healthy, nodules, shift):
-    numbers = generator(1, "ends", str(healthy))
-    scores = numbers.normal(size=healthy), numbers.normal(shift, 1, nodules)
-    units = both_alone(healthy, nodules)
-    area, low, high = intervals.auc_interval(*scores, units, confidence)
-    assert_newcombe(area, (low, high), healthy, nodules, confidence)
-    assert low < area <= high
-    assert (high == 1.0) == (area == 1.0)
-    mirrored = intervals.auc_interval(-scores[0], -scores[1], units, confidence)
-    assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
-    units = both_alone(0, nodules)
-    assert all(map(math.isnan, intervals.auc_interval(scores[0][:0], scores[1], units, confidence)))
-
-
 def assert_newcombe(area, ends, m, n, confidence=0.95):
     """Assert that the ends are z standard errors away, by the formula as Newcombe prints it."""
     more = max((m + n) / 2 - 1, 0)
@@ -157,6 +137,23 @@ def assert_newcombe(area, ends, m, n, confidence=0.95):
         variance = end * (1 - end) * spread / (m * n)
         reach = intervals.normal_quantile(confidence) ** 2 * variance
         assert (end - area) ** 2 == pytest.approx(reach, abs=1e-9)
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+@pytest.mark.parametrize(
+    ("m", "n", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0), (1, 2, 9.0)]
+)
+def test_the_interval_of_an_area_is_newcombes_method_5(confidence, m, n, shift):
+    numbers, units = generator(1, "ends", str(m)), both_alone(m, n)
+    healthy, nodule = numbers.normal(size=m), numbers.normal(shift, 1, n)
+    area, low, high = intervals.auc_interval(healthy, nodule, units, confidence)
+    assert_newcombe(area, (low, high), m, n, confidence)
+    assert low < area <= high
+    assert (high == 1.0) == (area == 1.0)
+    mirrored = intervals.auc_interval(-healthy, -nodule, units, confidence)
+    assert mirrored == pytest.approx((1 - area, 1 - high, 1 - low))
+    nothing = intervals.auc_interval(healthy[:0], nodule, both_alone(0, n), confidence)
+    assert np.isnan(nothing).all()
 
 
 @pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 1.0])
@@ -206,10 +203,8 @@ def test_the_effective_count_is_that_of_rao_and_scott_and_never_above_n(found):
     assert size == pytest.approx(expected)
     # Two single recordings have an interval, and two clusters of several have none.
     assert rate_of(np.ones(2), alone(2), 0.95) == rate(2, 2, 0.95)
-    value, *ends = rate_of(np.ones(4), places_of(2, 2), 0.95)
-    assert (
-        value == 1.0 and np.isnan([*ends, intervals.lower_bound(np.ones(4), places_of(2, 2))]).all()
-    )
+    pair = np.ones(4), places_of(2, 2)
+    assert np.isnan([*rate_of(*pair, 0.95)[1:], intervals.lower_bound(*pair)]).all()
 
 
 def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
@@ -221,46 +216,42 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
     _, least, most = rate(20, 40, 0.95, effective=effective)
     ordered = sorted(values)
     # The last value of a rank up to the lower end, and the one after the first beyond the upper.
-    assert low == ordered[max(rank for rank in range(1, 41) if rank <= 40 * least) - 1]
-    assert high == ordered[min(rank for rank in range(1, 41) if rank >= 40 * most) + 1 - 1]
+    assert low == ordered[math.floor(40 * least) - 1]
+    assert high == ordered[math.ceil(40 * most)]
     # Between all values of 5 places, the median lies with a probability of 15 / 16: below 95 %.
-    known = [
-        np.isfinite(intervals.median_interval(values[: 4 * places], places_of(places, 4), 0.95)[1])
-        for places in (3, 4, 5, 6, 7)
-    ]
-    assert known == [False, False, False, True, True]
+    for places in (3, 4, 5, 6, 7):
+        some = values[: 4 * places], places_of(places, 4)
+        assert np.isfinite(intervals.median_interval(*some, 0.95)[1]) == (places > 5)
 
 
 @pytest.mark.parametrize(
-    ("gains", "units"),
+    ("gains", "passes"),
     [
-        ([-1, 1, 1, 0, 1, 0, 0.0], alone(7)),
-        ([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0], places_of(5, 2)),
-        ([1, 1, 1.0], alone(3)),
-        ([-1, -1, -1.0], alone(3)),
+        ([-1, 1, 1, 0, 1, 0, 0], 1),
+        ([1, 1, 0, 0, 1, 1, 0, 0, -1, -1], 2),
+        ([1, 1, 1], 1),
+        ([-1, -1, -1], 1),
     ],
-    ids=["alone", "places", "all won", "all lost"],
 )
 def test_a_gain_has_the_interval_of_bonett_and_price_of_as_many_as_recordings_are_worth(
-    gains, units
+    gains, passes
 ):
-    gains = np.array(gains)
+    gains, units = np.array(gains, dtype=float), places_of(len(gains) // passes, passes)
     size = effective_count(gains, units, 0.95, gains.var())
     # Added are one that gains everything and one that loses everything.
     widened, weights = [*gains, 1, -1], [*[size / gains.size] * gains.size, 1, 1]
     centre = np.average(widened, weights=weights)
     variance = np.average((np.array(widened) - centre) ** 2, weights=weights)
     reach = intervals.normal_quantile(0.95) * math.sqrt(variance / (size + 2))
-    value, low, high = intervals.gain_interval(0 * gains, gains, units, 0.95)
-    assert value == pytest.approx(gains.mean())
-    assert low == pytest.approx(max(min(centre - reach, value), -1))
-    assert high == pytest.approx(min(max(centre + reach, value), 1))
+    value = gains.mean()
+    ends = max(min(centre - reach, value), -1), min(max(centre + reach, value), 1)
+    interval = intervals.gain_interval(0 * gains, gains, units, 0.95)
+    assert interval == pytest.approx((value, *ends))
     # A recording that was not judged both times has no gain.
     before, after = 0 * gains, gains.copy()
     before[0] = after[-1] = np.nan
-    assert intervals.gain_interval(before, after, units, 0.95)[0] == pytest.approx(
-        gains[1:-1].mean()
-    )
+    known = intervals.gain_interval(before, after, units, 0.95)
+    assert known[0] == pytest.approx(gains[1:-1].mean())
     assert np.isnan(intervals.gain_interval(before[:1], after[:1], alone(1), 0.95)).all()
 
 
@@ -271,17 +262,15 @@ def test_each_place_weighs_the_same_in_every_measure():
     assert units.weights.tolist() == [1 / 3] * 3 + [1] * 3
     assert intervals.mean_interval(values, units, 0.95)[0] == pytest.approx(once.mean())
     assert intervals.median_interval(values, units, 0.95)[0] == np.median(once)
-    assert intervals.gain_interval(0 * values, values / 5, units, 0.95)[0] == pytest.approx(
-        once.mean() / 5
-    )
+    gain, *_ = intervals.gain_interval(0 * values, values / 5, units, 0.95)
+    assert gain == pytest.approx(once.mean() / 5)
     assert rate_of(values > 3, units, 0.95)[0] == pytest.approx(0.5)
-    weights, equal = (units.weights, np.ones(4)), (np.ones(4), np.ones(4))
-    assert auc(values, nodule, weights) == pytest.approx(auc(once, nodule, equal))
-    assert auc(nodule, values, weights[::-1]) == pytest.approx(auc(nodule, once, equal))
-    expected = height_at(once, nodule, grid, equal)
-    np.testing.assert_allclose(height_at(values, nodule, grid, weights), expected)
-    expected = height_at(nodule, once, grid, equal)
-    np.testing.assert_allclose(height_at(nodule, values, grid, weights[::-1]), expected)
+    for turn in (1, -1):
+        weights, equal = (units.weights, np.ones(4))[::turn], (np.ones(4), np.ones(4))
+        passes, single = (values, nodule)[::turn], (once, nodule)[::turn]
+        assert auc(*passes, weights) == pytest.approx(auc(*single, equal))
+        expected = height_at(*single, grid, equal)
+        np.testing.assert_allclose(height_at(*passes, grid, weights), expected)
     # Ten passes over one place are won once.
     first, second = (np.array(each) for each in ([1, 1] + [0] * 10, [0, 0] + [1] * 10))
     assert sign_test(first > 0, second > 0, Units.of_places(1 - first)) == 1.0
@@ -315,7 +304,8 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
         of_mean = math.sqrt(6 / 5) * (below[of_healthy == cluster] - below.mean()).sum() / 18
         of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - below.mean()).sum() / 10
         clustered += of_mean**2
-    factor = intervals.student_factor(5, 0.95) / max(clustered / alone, 1.0)
+    student = intervals.student_factor(5, 0.95)
+    factor = student / max(clustered / alone, 1.0)
     units = [Units(np.ones(each.size), each) for each in (of_healthy, of_nodule)]
     area, *ends = intervals.auc_interval(healthy, nodule, units, 0.95)
     assert area == pytest.approx(below.mean())
@@ -326,20 +316,14 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     # An area of 1 rests on the numbers of clusters, and two clusters of a kind tell nothing.
     area, *ends = intervals.auc_interval(healthy, nodule + 99, units, 0.95)
     assert area == 1.0
-    assert_newcombe(
-        1.0, ends, 6 * intervals.student_factor(5, 0.95), 5 * intervals.student_factor(5, 0.95)
-    )
-    # Kills: sums of weights whose rounding makes an area of 1 differ from 1, or its parts from each
-    # other.
-    passes = [
-        np.repeat(np.arange(6), [3, 7, 1, 6, 5, 3]),
-        np.repeat(np.arange(7, 12), [7, 3, 6, 7, 1]),
-    ]
-    uneven = Units.of_places(passes[0]), Units.of_places(passes[1])
-    drawn = numbers.normal(size=25), 99 + numbers.normal(size=24)
-    assert intervals.auc_interval(*drawn, uneven, 0.95) == (1.0, *ends)
+    assert_newcombe(1.0, ends, 6 * student, 5 * student)
     few = Units(np.ones(18), of_healthy // 3)
     assert np.isnan(intervals.auc_interval(healthy, nodule, (few, units[1]), 0.95)[1:]).all()
+    # Kills: sums of weights whose rounding makes an area of 1 differ from 1, or its parts from each
+    # other.
+    passes = np.repeat(np.arange(6), [3, 7, 1, 6, 5, 3]), 7 + np.repeat(range(5), [7, 3, 6, 7, 1])
+    drawn = numbers.normal(size=25), 99 + numbers.normal(size=24)
+    assert intervals.auc_interval(*drawn, [*map(Units.of_places, passes)], 0.95) == (1.0, *ends)
 
 
 CLUSTERED = st.lists(
