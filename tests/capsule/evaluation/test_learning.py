@@ -11,7 +11,7 @@ import pytest
 from capsule.detectors.base import NO_VERDICT, TrainingArchive, Verdict
 from capsule.evaluation import learning
 from capsule.evaluation.cross_validation import Fold, grouped
-from capsule.evaluation.learning import deal, draw_splits, mean_taught
+from capsule.evaluation.learning import deal, draw_splits
 from capsule.seeding import generator
 from support.training import NO_TEMPLATES
 
@@ -186,10 +186,3 @@ def test_splits_follow_from_order_and_seed_part_no_place_and_deal_every_size_eve
         parts = deal(of_all, generator(seed, "deal"), where)
         assert sorted(chain(*parts)) == sorted(of_all)
         assert {sum(of_all[name] == 0 for name in part) for part in parts} == {healthy}
-
-
-def test_the_counts_that_teach_are_weighted_means():
-    sizes_mm = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "1mm/a": 1.0}
-    # What is held out does not count, though every fold leaves it out.
-    folds = [({"0mm/a", "0mm/b", "1mm/a", "0mm/apart"}, 3), ({"0mm/c", "0mm/apart"}, 1)]
-    assert mean_taught(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}

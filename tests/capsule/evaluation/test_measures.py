@@ -60,8 +60,7 @@ def ends_of(row, name):
 
 
 def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_places():
-    sizes = np.repeat([0.0, 1.0, 2.0], 12)
-    numbers = np.random.default_rng(1)
+    sizes, numbers = np.repeat([0.0, 1.0, 2.0], 12), np.random.default_rng(1)
     predicted = np.where(numbers.random(36) < 0.7, sizes, 0.0)
     columns = {
         "score": predicted + numbers.normal(size=36),
@@ -71,13 +70,13 @@ def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_pla
     }
     made = pd.concat(
         of(predicted, sizes, detector=name, scheme=scheme, **columns)
-        for name in ("template", "diagonal")
-        for scheme in ("leave_one_out", "held_out")
+        for name, scheme in product(["template", "diagonal"], ["leave_one_out", "held_out"])
     )
-    sites = [number // 3 for number in range(36)]
-    indices = (index_of(made, nodule_at_mm=[0.5] * 36, site=site) for site in (range(36), sites))
     single, found = (
-        measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, each) for each in indices
+        measures.measure_tables(
+            made, [0.0, 1.0, 2.0], RULES, index_of(made, nodule_at_mm=[0.5] * 36, site=site)
+        )
+        for site in (range(36), [number // 3 for number in range(36)])
     )
     assert list(found) == list(COLUMNS)
     for name, table in found.items():
@@ -112,16 +111,15 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
     silent = of([0, UNKNOWN, 1, UNKNOWN, 2], estimate_mm=[0, 0, 1, 1, 2])
     both = each_of(silent, of([0, 0, 1, 1, 2], detector="other"))
     row = next(measures.summary("leave_one_out", both, RULES))
-    assert (row["recordings"], row["accuracy"]) == (5, 3 / 5)
-    assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
+    names = ("recordings", "accuracy", "sensitivity", "specificity")
+    assert [row[name] for name in names] == [5, 3 / 5, 2 / 3, 1 / 2]
     # It is neither a positive nor a negative one: none of the given verdicts was wrong.
     assert (row["ppv"], row["npv"]) == (1.0, 1.0)
     made = compared(both, "recordings", "difference")
     assert (made["detection", ANY], made["detection", 0.0]) == ((3, 1 / 3), (2, 1 / 2))
     sized = sizing(both["one"])[ANY]
-    assert (sized["exact_rate"], sized["within_rate"]) == (2 / 3, 2 / 3)
-    assert sized["mean_absolute_error_mm"] == pytest.approx(1 / 3)
-    assert (sized["recordings"], sized["detected"]) == (3, 2)
+    names = ("exact_rate", "within_rate", "mean_absolute_error_mm", "recordings", "detected")
+    assert [sized[name] for name in names] == pytest.approx([2 / 3, 2 / 3, 1 / 3, 3, 2])
     judged, rules = one(of([0, UNKNOWN, 1] * 2, [0] * 3 + [1] * 3)), RULES | {"sizes_mm": [0, 1]}
     for row in rates.detection(judged, rules):
         assert (row["tp"], row["fp"], row["fn"]) == (1, 1, 2)
@@ -229,16 +227,17 @@ def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
 # Sizes and locations.
 
 
-@pytest.mark.parametrize(
-    ("true", "predicted", "tolerance_mm", "within"),
-    [(1.0, 0.0, 1.0, 0), (1.0, 2.0, 1.0, 1), (2.5, 2.3, 0.2, 1), (2.0, 4.0, 1.0, 0)],
-    ids=["missed", "near", "decimals", "far"],
-)
-def test_a_size_is_within_the_tolerance_if_a_nodule_is_found(true, predicted, tolerance_mm, within):
-    made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
-    assert (made["within"], made["exact"]) == (within, 0)
-    # A missed nodule counts as 0 mm.
-    assert made["mean_absolute_error_mm"] == pytest.approx(abs(true - predicted))
+def test_a_size_is_within_the_tolerance_if_a_nodule_is_found():
+    for true, predicted, tolerance_mm, within in (
+        (1.0, 0.0, 1.0, 0),
+        (1.0, 2.0, 1.0, 1),
+        (2.5, 2.3, 0.2, 1),
+        (2.0, 4.0, 1.0, 0),
+    ):
+        made = sizing(one(verdicts([(true, predicted)])), tolerance_mm=tolerance_mm)[true]
+        assert (made["within"], made["exact"]) == (within, 0)
+        # A missed nodule counts as 0 mm.
+        assert made["mean_absolute_error_mm"] == pytest.approx(abs(true - predicted))
 
 
 def test_errors_of_size_and_location_are_signed_and_count_what_was_found_and_is_known():
@@ -294,13 +293,11 @@ def test_the_row_of_all_probabilities_compares_the_detector_with_the_prevalence_
 
 def test_a_bin_holds_its_lower_edge_and_a_few_nodules_in_it_do_not_prove_certainty():
     edges = np.arange(6) / 5
-    _, *made = calibration(edges, edges > 0.4, prevalence=0.3, calibration_bins=5)
-    assert [row["stated_low"] for row in made] == pytest.approx(edges[:-1])
-    assert [row["stated_high"] for row in made] == pytest.approx(edges[1:])
+    made = pd.DataFrame(calibration(edges, edges > 0.4, prevalence=0.3, calibration_bins=5)[1:])
+    np.testing.assert_allclose(made[["stated_low", "stated_high"]].T, [edges[:-1], edges[1:]])
     # One edge lies in each bin, and two in the last.
-    for name in ("recordings", "clusters"):
-        assert [row[name] for row in made] == [1] * 4 + [2]
-    assert [row["stated"] for row in made[:-1]] == pytest.approx(edges[:-2])
+    assert made["recordings"].tolist() == made["clusters"].tolist() == [1] * 4 + [2]
+    assert made["stated"].tolist()[:-1] == pytest.approx(edges[:-2])
     probability = np.array([0.1] * 20 + [0.9] * 5)
     of_bins = calibration(probability, probability > 0.5, prevalence=0.1, calibration_bins=3)
     _, low, empty, high = of_bins
