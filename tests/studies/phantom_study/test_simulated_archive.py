@@ -1,13 +1,17 @@
 """Simulated archives: motion, verdicts, signals as they are described, and faults of a bench."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import study_phantom
+import yaml
 from phantom_study import draw, simulated_archive
 from phantom_study.paper_table import read_paper_table
-from phantom_study.simulated_archive import read_detector
+from phantom_study.simulated_archive import DEFAULT_CONFIG, read_detector
 
+from capsule.engine.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.origami import sensor_offsets
 from capsule.phantom.parameters import value_of, with_values
@@ -115,3 +119,32 @@ def test_the_headline_has_the_specificity_the_recalls_and_the_means_over_the_pap
         "specificity": 40.0, "recall 1 mm": 75.0, "recall 2 mm": 90.0,
         "exact size": 50.0, "within 1 mm": 72.5,
     }  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.takes
+def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monkeypatch, capsys):
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["study_phantom.py", *map(str, arguments)])
+        study_phantom.main()
+
+    table = tmp_path / "cells.csv"
+    run("judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)
+    assert len(read_csv(table)) == 22
+    assert "mean absolute difference" in capsys.readouterr().out
+    monkeypatch.setattr(draw, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
+    # How good the templates are does not matter here: a hundred fits take as long as all else.
+    settings, config = read_config_file(DEFAULT_CONFIG), tmp_path / "config.yaml"
+    settings["fit"] |= {"particles": 20, "iterations": 20}
+    config.write_text(yaml.safe_dump(settings), encoding="utf-8")
+    options = ["--archives", 1, "--runs", 2, "--table", table, "--output", tmp_path]
+    options += ["--config", config]
+    run("draw", *options)
+    rows = read_csv(tmp_path / "phantom-sensitivity.csv")
+    assert [row.pop("level") for row in rows] == ["1", "32", "none", "dead", "saturated"]
+    assert [row.pop("variation") for row in rows] == 2 * ["noise"] + 3 * ["one faulty sensor"]
+    # The calibrated bench without a fault is met twice, each time with the same templates.
+    assert rows[0] == rows[2]
+    assert len(read_csv(tmp_path / "phantom-signals.csv")) == 6
+    for name in ("signals", "table", "sensitivity"):
+        assert "<svg" in (tmp_path / f"phantom-{name}.svg").read_text(encoding="utf-8")
