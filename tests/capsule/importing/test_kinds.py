@@ -14,7 +14,7 @@ import pytest
 
 from capsule.importing.table import is_far, lone_runs
 from capsule.recordings.recording import DECISIVE, read_recording
-from support.importing import ODD, Case, import_files, lines
+from support.importing import ODD, Case, import_files, lines, write_table
 from support.lab_files import COUNTS, TIME_S
 from support.project import ROOT
 
@@ -94,36 +94,32 @@ def counter(unit, bits, per_second, low):
     return timed(f"t ({unit})", wrapped(int(bits), float(per_second), low=int(low)))
 
 
-def stamped(form, between, sign=","):
-    stamps = [form(NOON + timedelta(seconds=second)) for second in TIME_S]
-    rows = [sign.join(f"{value:g}" for value in row) for row in COUNTS.T]
-    return "".join(f"{stamp}{between}{row}\r\n" for stamp, row in zip(stamps, rows, strict=True))
+def moments(form, first=NOON):
+    """Return what a form makes of the moment of each sample."""
+    return [form(first + timedelta(seconds=second)) for second in TIME_S]
+
+
+def stamped(form, between):
+    rows = lines(*COUNTS, head="").splitlines()
+    pairs = zip(moments(form), rows, strict=True)
+    return "".join(f"{stamp}{between}{row}\r\n" for stamp, row in pairs)
+
+
+def clock(moment):
+    return f"{moment:%H:%M:%S.%f}"[:-3]
 
 
 def millis(moment):
     return moment.isoformat(" ", "milliseconds")
 
 
-def clocks(first, hours=True):
-    moments = [first + timedelta(seconds=second) for second in TIME_S]
-    form = "%H:%M:%S.%f" if hours else "%M:%S.%f"
-    return [moment.strftime(form)[: 12 if hours else 7] for moment in moments]
-
-
 def autumn(back_s=3600):
     """Return local times over the end of summer time, or its begin."""
     first = datetime(2025, 10, 26, 2, 59, 30)
-    moments = [first + timedelta(seconds=s - back_s * (s >= 29.95)) for s in TIME_S]
-    return lines([*map(millis, moments)], *COUNTS, head="date,S1,S2,S3,S4")
-
-
-def elapsed():
-    """Return elapsed times, as a spreadsheet writes them, that pass 24 h."""
-    return [
-        f"{23 + minutes // 60}:{minutes % 60:02}:{seconds:04.1f}"
-        for minutes, seconds in (divmod(59 * 60 + 50 + second, 60) for second in TIME_S)
-        for minutes in [int(minutes)]
-    ]
+    back = first + timedelta(seconds=29.95)
+    change = timedelta(seconds=back_s)
+    times = moments(lambda each: millis(each - change * (each >= back)), first)
+    return lines(times, *COUNTS, head="date,S1,S2,S3,S4")
 
 
 def german(value):
@@ -132,26 +128,23 @@ def german(value):
 
 def lvm(x_columns="One", unit=False, later_s=0.0):
     """Return a file of LabVIEW; the second channel can begin later."""
-    between = "\t\t" if x_columns == "Multi" else "\t"
-
-    def row(name, *cells):
-        return f"{name}\t{between.join(cells)}\t\r\n"
-
-    head = ["LabVIEW Measurement\t\r\n", "Decimal_Separator\t,\r\n", "***End_of_Header***\t\r\n"]
-    head += ["\t\r\n", "Channels\t4\t\t\t\t\r\n", row("Samples", *["525"] * 4)]
-    head += [row("Date", *["2024/05/06"] * 4), row("Time", *["09:00:00,0"] * 4)]
-    head += [row("Y_Unit_Label", *["Volts"] * 4)] if unit else []
-    head += [row("X0", "0,0E+0", f"{later_s}", *["0,0E+0"] * 2), row("Delta_X", *["0,100000"] * 4)]
-    names = "\tX_Value\t" if x_columns == "Multi" else "\t"
-    head += [row("***End_of_Header***"), f"X_Value\t{names.join(SENSORS)}\tComment\r\n"]
-    times = [f"{second:.6f}" if x_columns != "No" else "" for second in TIME_S]
-    columns = [[f"{v:.5f}" for v in row] for row in VOLTS]
-    if x_columns == "Multi":
-        own = [times, [f"{second + later_s:.6f}" for second in TIME_S], times, times]
-        columns = [each for pair in zip(own, columns, strict=True) for each in pair]
-    else:
-        columns = [times, *columns]
-    return ("".join(head) + lines(*columns, head="", sign="\t")).replace(".", ",")
+    own = x_columns == "Multi"
+    said = {"Samples": ["525"] * 4, "Date": ["2024/05/06"] * 4, "Time": ["09:00:00,0"] * 4}
+    said |= {"Y_Unit_Label": ["Volts"] * 4} if unit else {}
+    said |= {"X0": ["0,0E+0", f"{later_s}", "0,0E+0", "0,0E+0"], "Delta_X": ["0,100000"] * 4}
+    said["***End_of_Header***"] = [""] * 4
+    head = "LabVIEW Measurement\t\r\nDecimal_Separator\t,\r\n***End_of_Header***\t\r\n\t\r\n"
+    head += "Channels\t4\t\t\t\t\r\n"
+    for name, cells in said.items():
+        head += "\t".join([name, ("\t\t" if own else "\t").join(cells), "\r\n"])
+    names = ("\tX_Value\t" if own else "\t").join(SENSORS)
+    columns = [[""] * 525 if x_columns == "No" else TIME_S, *VOLTS]
+    if own:
+        columns = [
+            each for n, row in enumerate(VOLTS) for each in (TIME_S + later_s * (n == 1), row)
+        ]
+    head += f"X_Value\t{names}\tComment\r\n"
+    return (head + lines(*columns, head="", sign="\t")).replace(".", ",")
 
 
 def labchart(*blocks):
@@ -164,18 +157,7 @@ def labchart(*blocks):
     return text
 
 
-EIGHT = np.array(
-    [
-        [501, 503, 507, 512, 509, 504, 502, 500],
-        [611, 612, 610, 605, 601, 598, 603, 607],
-        [422, 420, 425, 431, 436, 433, 428, 424],
-        [530, 534, 531, 529, 527, 528, 533, 537],
-    ],
-    dtype=float,
-)
-
-
-EIGHT_VOLTS = np.round(EIGHT * 5 / 1024, 4)
+EIGHT = np.loadtxt(ODD / "comma.txt", delimiter=",", skiprows=1).T[1:]
 
 
 def without(*samples):
@@ -185,7 +167,7 @@ def without(*samples):
     return values
 
 
-FOUR = EIGHT * 4
+FOUR, EIGHT_VOLTS = EIGHT * 4, np.round(EIGHT * 5 / 1024, 4)
 PLAIN_FILES = """
     comma semicolon semicolon_points tab spaces bars units_row quoted_decimal_commas
     byte_order_mark utf16 utf16_unmarked latin1 percent_comments savetxt no_names crlf old_mac
@@ -291,16 +273,19 @@ STAMPS = {
     "grabserial": (lambda moment: f"[{moment:%a %b %d %H:%M:%S.%f %Y}]", " "),
     "grabserial, s": (lambda moment: f"[{(moment - NOON).total_seconds():.6f} 0.100000]", " "),
     "a level": (lambda moment: f"[{(moment - NOON).total_seconds():12.6f}]", " <inf> adc: "),
-    "colon": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], ": "),
-    "arrow": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], " > "),
-    "brackets": (lambda moment: f"({moment:%H:%M:%S.%f}"[:-3], ") "),
-    "a word": (lambda moment: f"{moment:%H:%M:%S.%f}"[:-3], " INFO "),
+    "colon": (clock, ": "),
+    "arrow": (clock, " > "),
+    "brackets": (lambda moment: f"({clock(moment)}", ") "),
+    "a word": (clock, " INFO "),
 }
 # Names of a time for each sensor.
 EACH_NAMES = """
     time,S1,time,S2,time,S3,time,S4 | time,S1,time.1,S2,time.2,S3,time.3,S4
     t1,S1,t2,S2,t3,S3,t4,S4 | S1 time,S1,S2 time,S2,S3 time,S3,S4 time,S4
 """
+PAST_HOUR = moments(lambda moment: f"{moment:%M:%S.%f}"[:7], datetime(2024, 5, 6, 9, 59, 40))
+# As a spreadsheet writes elapsed times.
+PAST_DAY = [f"23:59:{s + 50:04.1f}" if s < 10 else f"24:00:{s - 10:04.1f}" for s in TIME_S]
 PAUSED = TIME_S + 300 * (TIME_S > 20)
 TRUNCATED = np.where(TIME_S > 0, TIME_S + 20, 0)
 STUCK = np.array([*COUNTS[:2], 7 + 0 * TIME_S, COUNTS[3]])
@@ -325,6 +310,12 @@ CUT_LOG = f"ready\n{LABELLED}S1:5\n"
 PASSED_OVER = {"import_passed_over": "2 lines without a whole sample"}
 TWICE = "# session: monday\n# session: monday"
 CUT_BOTH, CUT_NOTE = lines(*VOLTS, head="")[1:-3], "note: line 1, with 0.29004, "
+ONE_FAR = np.where(np.outer([0, 0, 1, 0], TIME_S == 10), 5, COUNTS)
+TWO_FAR = np.where(np.outer([0, 0, 1, 0], TIME_S == 10.1), 53, ONE_FAR)[:, :120]
+LAST_FAR = np.where(np.outer([0, 0, 0, 1], TIME_S == 52.4), COUNTS // 100, COUNTS)
+ONE_FAR_TOLD = f"note: line 102: 5 of sensor_3 is far from {COUNTS[2, 99]:g} before and "
+ONE_FAR_TOLD += f"{COUNTS[2, 101]:g} after it"
+LAST_FAR_TOLD = f"line 526: 4 of sensor_4 is far from {COUNTS[3, -2]:g} before"
 FAR_NUMBER = f"{NO_TIME[2]}, 497, 532, 540, is passed over: {NO_TIME[2]} is far from"
 READ = {
     **rows(READ_ABOVE, lambda line, _: good(above(line))),
@@ -335,8 +326,8 @@ READ = {
     "micros() in seconds": good(MICROS, words="the clock jumps by 4294.967296"),
     "autumn": good(autumn(), words=HOUR),
     "spring": good(autumn(-3600), words=HOUR),
-    "no hours": good(timed("t", clocks(datetime(2024, 5, 6, 9, 59, 40), hours=False))),
-    "past 24 h": good(timed("t", elapsed())),
+    "no hours": good(timed("t", PAST_HOUR)),
+    "past 24 h": good(timed("t", PAST_DAY)),
     "one of a unit": good(above("# time base: 1 ms", ticks("time", 1000))),
     # Kills: decimals of a time as thousands.
     "a part of a longer run": good(above("# unit: counts", PART)),
@@ -370,11 +361,14 @@ READ = {
     "LabChart": good(labchart(slice(None)).replace("\n20\t", "\t#* wave 2\n20\t"), VOLTS),
     "whole last number without a line end": good(PLAIN.rstrip("\n")),
     "decimals without a last line end": good(lines(TIME_S, *VOLTS).rstrip("\n"), VOLTS, V),
-    "first and last line that lack digits": good(
-        CUT_BOTH, SHORTER[:, 1:], f"{RATED} {V}", CUT_NOTE
-    ),
+    "lines cut at both ends": good(CUT_BOTH, SHORTER[:, 1:], f"{RATED} {V}", CUT_NOTE),
     "last number that may lack digits": good(lines(TIME_S, *VOLTS)[:-3], SHORTER, V, "'2.421' may"),
     "first line that lacks digits": good(NO_TIME[2:], COUNTS[:, 1:], RATED, FAR_NUMBER),
+    "a reading that lacks digits": good(lines(TIME_S, *ONE_FAR), ONE_FAR, "", ONE_FAR_TOLD),
+    "two readings that lack digits": good(
+        lines(TIME_S[:120], *TWO_FAR), TWO_FAR, "", "line 102 and line 103: 5 and 53 of sensor_3 is"
+    ),
+    "a last reading that lacks digits": good(lines(TIME_S, *LAST_FAR), LAST_FAR, "", LAST_FAR_TOLD),
     **{
         name: good(ODD / f"{name}.txt", values, said)
         for name, (said, values, _) in ODD_READ.items()
@@ -466,11 +460,12 @@ SECONDS, MINUTES = timed("time", TIME_S), timed("time", TIME_S / 60)
 MICRO_MILLI = above("# time unit: ms", ticks("time_us", 1e5))
 TICKS_1601 = timed("timestamp", SINCE_1601)
 ALL_POINTS = grouped(4, german, times=german)
-BY_20, BY_4 = grouped(20, german), grouped(4, "{:,.0f}".format)
+BY_20, BY_2, BY_4 = grouped(20, german), grouped(2, german), grouped(4, "{:,.0f}".format)
 RAW = above("# unit: kPa", named("S{}_raw"))
 NAMED_AGAIN = repeated(*COUNTS, head="S1,S2,S3,S4")
 OVER_ALL = timed("time,Pressure (kPa),,,\ns", TIME_S)
-DATED = above("# rate: 20 Hz", timed("t", clocks(NOON)))
+DATED = above("# rate: 20 Hz", timed("t", moments(clock)))
+GAIN_LOG = above("gain: 10", LABELLED)
 GAINS = lines(TIME_S, *COUNTS, [10.0] * 525, head="time,S1,S2,S3,S4,gain")
 UNITS = lines(TIME_S, *COUNTS, ["kPa"] * 525, head="time,S1,S2,S3,S4,units")
 CONVERTED = above("# converted to kPa", named("P{} (counts)"))
@@ -519,8 +514,7 @@ def stepped(step, per_second):
 
 def solid(form):
     """Return the case of a clock without colons."""
-    moments = [NOON + timedelta(seconds=second - 20) for second in TIME_S]
-    times = [f"{moment:{form}}"[:-5] for moment in moments]
+    times = moments(lambda moment: f"{moment:{form}}"[:-5], NOON - timedelta(seconds=20))
     return Case(timed("time", times), "clock without colons", BY_RATE)
 
 
@@ -529,12 +523,8 @@ def twice(key):
     return Case(text, f"lines 1 and 4 name two values of {key}, '1' and '4'; delete")
 
 
-def jumping(options):
-    return Case(grouped(2, german), THOUSANDFOLD[options], POINTS, options, 2 * COUNTS)
-
-
-def quoted_name(names, _):
-    return Case(named(names), f"says {names.format(1)!r}, and of no", COUNTED)
+def in_name(folder):
+    return write_table(folder / "run_mmHg.csv", TIME_S, *COUNTS)
 
 
 GERMAN_NAMED = grouped(4, german, COUNTED_NAMES)
@@ -547,44 +537,40 @@ ASKED = {
     "unit of a sensor in a recording": Case(RECORDED, "says 'S1: mV', and not", COUNTED),
     "two units above": Case(above("# unit: counts\n# in kPa"), "names counts and kPa of", COUNTED),
     **rows(UNITS_IN_NAMES, unit_in_names),
-    **rows(QUOTED_NAMES, quoted_name),
+    **rows(QUOTED_NAMES, lambda n, _: Case(named(n), f"says {n.format(1)!r}, and of no", COUNTED)),
     "unit for a name": Case(named("kPa,kPa,kPa,kPa"), "names kPa of ", COUNTED),
     "unit of some": Case(SOME, "names V of 'S1 (V)', no unit of 'S2', V of", COUNTED),
     **rows(TIME_UNITS, unnamed_unit),
     **rows(TIME_UNITS_ABOVE, unit_above),
     "too short": Case(above("# time in ms", SECONDS), "1e+04 Hz, too much for", "--time-unit s"),
-    "another unit of time in words": Case(
-        above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"
-    ),
+    "another unit of time": Case(above("x: ms", SECONDS), "says 'ms', and", "--time-unit s"),
     **{f"steps of {step}": stepped(step, per_second) for step, per_second in BARE_TIMES.items()},
-    "times without a unit, min": Case(
-        MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"
-    ),
+    "times in minutes": Case(MINUTES, "or min, 10 Hz (--time-unit min)", "--time-unit min"),
     "two units of time": Case(MICRO_MILLI, "the file names us and ms; give", BY_RATE),
     **rows(OTHER_RATES, other_rate),
     "rate beside dates": Case(DATED, "rate = 20; give --time-unit clock", "--time-unit clock"),
-    "scale in a log": Case(
-        above("gain: 10", LABELLED), "says 'gain: 10', and", f"{RATED} {COUNTED}"
-    ),
+    "scale in a log": Case(GAIN_LOG, "says 'gain: 10', and", f"{RATED} {COUNTED}"),
     "scale in a column": Case(GAINS, "says 'gain: 10', and not", COUNTED),
     "unit over several columns": Case(OVER_ALL, "says 'Pressure (kPa)'", COUNTED),
     "words beside a unit": Case(CONVERTED, "names counts and says 'converted to kPa'", COUNTED),
     "two units": Case(RAW, "names raw and says 'unit: kPa'", COUNTED),
     "unit in a column": Case(UNITS, "names kPa of 'S1'", COUNTED),
+    "unit in the name of a file": Case(in_name, "says 'its name: run mmHg'", COUNTED),
     "unit in a row": Case(lines(TIME_S, *COUNTS, head=MM_HG), "names mmHg of 'P1'", COUNTED),
     **{f"a clock without colons, {form}": solid(form) for form in ("%H%M%S.%f", "%Y%m%d%H%M%S.%f")},
     "ticks since 1601": Case(TICKS_1601, "1e+06 is a rate between", "--rate 10 --time none"),
     "all with points": Case(ALL_POINTS, "1.876 (--decimal point) or", POINTS, COUNTED, 4 * COUNTS),
     "counts with points": Case(GERMAN_NAMED, "from 1.692 to 2.164 are", POINTS, "", 4 * COUNTS),
     "numbers with points": Case(BY_20, "9.38 (--decimal point) or 9380", POINTS, "", 20 * COUNTS),
-    **{f"decimals that jump, {options}": jumping(options) for options in THOUSANDFOLD},
+    **{
+        f"decimals that jump, {said}": Case(BY_2, words, POINTS, said, 2 * COUNTS)
+        for said, words in THOUSANDFOLD.items()
+    },
     "commas and the unit": Case(BY_4, "with --decimal comma, column 'S1'", COMMAS, "", 4 * COUNTS),
     "time in whole seconds": Case(timed("time_s", TIME_S // 1), "does not run forward", BY_RATE),
     "a time that jumps": Case(timed("time_s", JUMPED), "sample 302: time runs backwards", BY_RATE),
     "names repeated by a reset": Case(RESET, "0 s follows 29.9 s; if another", GAP, values=None),
-    "names repeated, no time": Case(
-        NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None
-    ),
+    "names again": Case(NAMED_AGAIN, "above line 303 the", f"{RATED} {GAP}", RATED, None),
     "blocks of LabChart": Case(labchart(FIRST, REST), f"give {GAP}", GAP, values=None),
     "last line that lacks a digit": Case(PLAIN[:-2], "line 526 is cut off"),
     "last reading lost behind its delimiter": Case(PLAIN[:-4], "line 526 is cut off"),
@@ -601,9 +587,7 @@ ASKED = {
     **{f"two values of {key}": twice(key) for key in (*DECISIVE, "session")},
     "a log of stamps alone": Case(STAMPS_ALONE, "line 1: there is no table"),
     "a broken line": Case(BROKEN, "line 528 does not hold a whole sample", options=RATED),
-    "all at once": Case(
-        TWO_CLOCKS, "with --time; and column 'a'", "--time time --unit V", "", VOLTS
-    ),
+    "all at once": Case(TWO_CLOCKS, "with --time; and column 'a'", f"--time time {V}", "", VOLTS),
 }
 
 
@@ -615,26 +599,6 @@ def test_a_kind_of_file_is_asked_about_and_the_remedy_works(tmp_path, kind):
 def test_every_odd_file_is_in_the_table():
     tried = ODD_READ.keys() | {call.split()[0] for call in ODD_REFUSED}
     assert {path.stem for path in ODD.iterdir()} == tried
-
-
-def test_a_reading_that_lacks_digits_is_named_and_no_other(tmp_path):
-    values = COUNTS.copy()
-    values[2, 100] = 5
-    path = tmp_path / "a.csv"
-    path.write_text(lines(TIME_S, *values))
-    shown = import_files(tmp_path, path).shown
-    before, after = values[2, [99, 101]]
-    told = f"note: line 102: 5 of sensor_3 is far from {before:g} before and {after:g} after it"
-    assert told in shown and shown.count("is far from") == 1
-    values[2, 101] = 53
-    path.write_text(lines(TIME_S[:120], *values[:, :120]))
-    shown = import_files(tmp_path / "two", path).shown
-    assert "note: line 102 and line 103: 5 and 53 of sensor_3 is far from" in shown
-    path.write_text(PLAIN.rpartition("\n")[0][:-2] + "\n")
-    shown = import_files(tmp_path / "cut", path).shown
-    assert (
-        f"note: line 526: {PLAIN[-4:-3]} of sensor_4 is far from {COUNTS[3, -2]:g} before" in shown
-    )
 
 
 def test_nothing_is_named_in_the_recordings_of_the_archive():
@@ -686,13 +650,6 @@ def test_sensors_of_which_none_or_one_does_not_say_when_it_started(tmp_path):
     assert "note: no file says when it began, so all are taken to begin at the same" in shown
     refused = import_files(tmp_path, files[0], bare[1], *files[2:], *given).refused
     assert "names its start, '2024-05-06T12:00:00Z', but sensor 2 names none" in refused
-
-
-def test_a_unit_in_the_name_of_a_file_is_asked_for(tmp_path):
-    path = tmp_path / "run_mmHg.csv"
-    path.write_text(PLAIN)
-    assert "the file says 'its name: run mmHg'" in import_files(tmp_path, path).refused
-    assert import_files(tmp_path, path, "--unit", "counts").the_recording().header["unit"]
 
 
 def test_many_files_are_one_table_and_each_note_is_told_once(tmp_path):

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.signal import freqz
 
 from capsule.errors import CapsuleError
-from capsule.importing.resampling import STOP_DB, low_pass, resample, usual_rate
+from capsule.importing.resampling import STOP_DB, resample
 
 # Of a tone's amplitude, away from both ends: what stands in docs/import.md.
 TOLERANCE = 0.002
@@ -24,31 +23,17 @@ def sampled(rate_hz, seconds=30.0):
 @pytest.mark.parametrize("rate_hz", [11, 25, 36.1, 50, 100, 333, 1000])
 def test_a_slow_tone_stays_in_height_and_place_and_a_fast_one_does_not_come_back(rate_hz):
     time_s = sampled(rate_hz)
-    for hertz in (0.1, 0.3125, 1.0, 2.0):
+    for hertz in (0.1, 0.3125, 1.0, 2.5):
         new_s, new = resample(time_s, tone(time_s, hertz), 10.0)
         np.testing.assert_allclose(new[INSIDE], tone(new_s, hertz)[INSIDE], atol=TOLERANCE)
     # Samples that are only left out would show the last tones as these of 10 Hz.
-    for folded in (0.3, 1.7, 4.5) if rate_hz >= 25 else ():
+    for folded in (0.3, 1.7, 5.0) if rate_hz >= 25 else ():
         _, new = resample(time_s, tone(time_s, 10 - folded), 10.0)
         assert np.abs(new[INSIDE]).max() < 2 * ALIAS
-    values = np.array([np.full(time_s.size, 512.0), 3 * time_s])
-    new_s, new = resample(time_s, values, 10.0)
+    new_s, new = resample(time_s, np.array([512 + 0 * time_s, 3 * time_s]), 10.0)
+    exact = np.array([512 + 0 * new_s, 3 * new_s])
     whole = np.s_[:, 1:-1] if rate_hz == 11 else np.s_[:]
-    np.testing.assert_allclose(
-        new[whole], np.array([np.full(new_s.size, 512.0), 3 * new_s])[whole], rtol=1e-6, atol=1e-4
-    )
-
-
-@pytest.mark.parametrize("rate_hz", [20, 40, 100, 1000])
-def test_the_filter_passes_and_stops_what_it_says(rate_hz):
-    taps = low_pass(rate_hz, 10.0)
-    assert taps.size % 2 == 1
-    np.testing.assert_allclose(taps, taps[::-1])
-    assert taps.size / rate_hz < 1.7
-    hertz, response = freqz(taps, worN=8000, fs=rate_hz)
-    gain = np.abs(response)
-    np.testing.assert_allclose(gain[hertz <= 2.5], 1, atol=TOLERANCE)
-    assert gain[hertz >= 5].max() < 1.2 * ALIAS
+    np.testing.assert_allclose(new[whole], exact[whole], rtol=1e-6, atol=1e-4)
 
 
 @pytest.mark.parametrize("rate_hz", [25, 36.1, 100])
@@ -56,6 +41,9 @@ def test_a_gap_stays_a_gap_and_no_more(rate_hz):
     time_s = sampled(rate_hz)
     kept = (time_s < 10.02) | (time_s > 11.53)
     new_s, new = resample(time_s[kept], tone(time_s)[:, kept], 10.0)
+    # Samples that are missing are one, too.
+    _, marked = resample(time_s, np.where(kept, tone(time_s), np.nan), 10.0)
+    np.testing.assert_array_equal(marked, new)
     missing = np.isnan(new).all(axis=0)
     away = np.abs(new_s[:, None] - time_s[kept]).min(axis=1)
     np.testing.assert_array_equal(missing, away >= 0.05)
@@ -77,15 +65,6 @@ def test_a_sample_lost_at_the_new_rate_parts_what_lies_on_either_side():
     assert set(np.unique(new[~np.isnan(new)])) == {0.0, 100.0}
 
 
-def test_missing_samples_stay_missing():
-    time_s = sampled(50)
-    values = tone(time_s)
-    values[:, 500:550] = np.nan
-    new_s, new = resample(time_s, values, 10.0)
-    lost = np.isnan(new).all(axis=0)
-    np.testing.assert_array_equal(lost, (new_s > 9.99 + 0.04) & (new_s < 10.99))
-
-
 JITTER_S = np.random.default_rng(5).uniform(-0.005, 0.005, 1200)
 
 
@@ -98,10 +77,6 @@ def test_lost_samples_jitter_and_a_lower_rate_leave_no_gap(time_s):
     new_s, new = resample(time_s, tone(time_s), 10.0)
     exact = tone(new_s + time_s[0])
     np.testing.assert_allclose(new[INSIDE], exact[INSIDE], atol=5e-3)
-
-
-def test_the_usual_rate_is_that_of_most_steps():
-    assert usual_rate(np.delete(sampled(36), np.arange(100, 140))) == pytest.approx(36)
 
 
 FILLS = "give --time-unit; otherwise give --time none"
