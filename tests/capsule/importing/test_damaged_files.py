@@ -4,13 +4,19 @@
 """
 
 import faulthandler
+import gzip
 import io
 import os
 import signal
 import sys
+import tracemalloc
+import zipfile
 
+import h5py
 import numpy as np
+import openpyxl
 import pytest
+import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -28,7 +34,6 @@ pytestmark = pytest.mark.takes(1)
 
 ENDINGS = ".csv .log .gz .npy .npz .mat 73.mat .h5 .nc .xlsx .nwb .tdms .xdf .bag .mcap .sqlite3"
 ENDINGS = ENDINGS.split()
-DAMAGED_EACH = 8
 
 
 def most_memory():
@@ -58,9 +63,7 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
     content, most_before = file.read_bytes(), most_memory()
     cut = [content[: int(kept * len(content))] for kept in (0.1, 0.5, 0.9)]
     try:
-        for number, each in enumerate(
-            [*(damaged(content, rng) for _ in range(DAMAGED_EACH)), *cut]
-        ):
+        for number, each in enumerate([*cut, *(damaged(content, rng) for _ in range(8))]):
             file.write_bytes(each)
             imported = import_files(tmp_path / str(number), given_path(file), "--dry-run")
             assert imported.refused.count("\n") == imported.status
@@ -72,11 +75,8 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
 
 # What a package does at a file, and what is told of it.
 AT_A_FILE = {
-    "crash": (lambda: os.kill(os.getpid(), signal.SIGSEGV), "that reads this format crashed at it"),
-    "no end": (
-        lambda: any(iter(int, 1)),
-        "that reads this format crashed at it, or came to no end",
-    ),
+    "crash": (lambda: os.kill(os.getpid(), signal.SIGSEGV), "reads this format crashed at it, or"),
+    "no end": (lambda: any(iter(int, 1)), "reads this format crashed at it, or came to no end"),
     "2 GB": (lambda: bytes(2_000_000_000), "the numpy file cannot be read (MemoryError)"),
 }
 
@@ -116,6 +116,48 @@ def test_a_file_of_a_run_may_take_five_seconds_at_most_and_no_limit_is_raised(mo
     monkeypatch.setattr(resource, "getrlimit", lambda _: (1, 1))
     reading_apart.limit_process("HDF5 file", bytes(1000))
     assert not limits
+
+
+def bombs(folder):
+    """Write small files that unpack to very much, or are slow to look through."""
+    (folder / "text.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 51)
+    scipy.io.savemat(folder / "a.mat", {"V": np.zeros((3_000_000, 5))}, do_compression=True)
+    with h5py.File(folder / "a.h5", "w") as file:
+        for number in range(10):
+            file.create_dataset(f"V{number}", (2_000_000,), "f8", chunks=(1000,))
+    with zipfile.ZipFile(folder / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("xl/workbook.xml", bytes(101_000_000))
+    book = openpyxl.Workbook()
+    book.active.cell(1_048_576, 5).value = 1
+    book.save(folder / "tall.xlsx")
+    (folder / "lines.txt").write_bytes((b"a b " * 20_000 + b":\n") * 4)
+    with (folder / "a.npy").open("wb") as stream:
+        form = {"descr": "<f8", "fortran_order": False, "shape": (10**10, 5)}
+        np.lib.format.write_array_header_1_0(stream, form)
+        stream.write(bytes(800))
+
+
+def test_a_small_file_that_holds_very_much_is_refused_before_it_is_unpacked(tmp_path):
+    bombs(tmp_path)
+    too_large = "unpacked, it is larger than 100 MB, too large for one"
+    reasons = dict.fromkeys(["a.h5", "a.mat", "a.xlsx", "text.csv.gz"], too_large) | {
+        "a.npy": "Unable to allocate 373. GiB",
+        "lines.txt": "line 3: there is no table with 4 columns",
+        "tall.xlsx": "sheet 'Sheet' has 1048576 rows and 5 columns, too many",
+    }
+    refused = import_files(tmp_path / "out", *sorted(tmp_path.iterdir())).refused.splitlines()
+    for line, (name, reason) in zip(refused, sorted(reasons.items()), strict=True):
+        assert f"{name}: " in line and reason in line
+
+
+def test_a_long_text_takes_little_memory():
+    rows = [f"{n / 1e3:.3f},{n % 7}.25,{n % 97}.5,{n % 89}.125,7" for n in range(60_000)]
+    content = "\n".join(["time,S1,S2,S3,S4", *rows, ""]).encode()
+    tracemalloc.start()
+    table = read_text(content, checked_keys({}, SETTINGS))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert table.lines.size == 60_000 and most < 9 * len(content)
 
 
 FILES = [path.read_bytes() for path in sorted(ODD.iterdir())]

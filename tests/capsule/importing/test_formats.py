@@ -1,6 +1,8 @@
 """Import of each format: from a file of its own library, and from files that packages ship."""
 
+import os
 import re
+import shutil
 import sys
 import zipfile
 from datetime import datetime, timedelta
@@ -163,6 +165,20 @@ def cells_73(folder):
     return path
 
 
+@named("lab.xlsx")
+def understated(path):
+    """Write a sheet that states fewer rows than it has."""
+    write_workbook(path, {"Run 1": S_AND_KOHM})
+    with zipfile.ZipFile(path) as whole:
+        parts = {name: whole.read(name) for name in whole.namelist()}
+    sheet = "xl/worksheets/sheet1.xml"
+    parts[sheet], changed = re.subn(rb'ref="A1:E[0-9]+"', b'ref="A1:C60"', parts[sheet])
+    assert changed
+    with zipfile.ZipFile(path, "w") as stated:
+        for name, content in parts.items():
+            stated.writestr(name, content)
+
+
 @named("run.xdf")
 def clocked_xdf(path):
     """Write a stream whose clock the recorder has measured, beside one of another kind."""
@@ -267,6 +283,7 @@ SAID = {
     "a row of units": read(
         sheets(notes=NOTES, Run=S_AND_KOHM), IN_KOHM, unit="kohm", import_sheet="Run"
     ),
+    "a sheet that states too few rows": read(understated(), IN_KOHM),
     "a sheet with dates": read(sheets(Run=excel_rows(DATES)), IN_KOHM, started=AT_NOON[:-1]),
     "NWB with time stamps": read(
         NWB(timestamps=TIME_S + 100), IN_KOHM, unit="kohm", started="2026-03-04T12:01:40Z"
@@ -353,6 +370,40 @@ def test_what_a_file_says_counts(tmp_path, kind):
     SAID[kind].check_read(tmp_path, atol=0.03 if "jitter" in kind else 1e-6)
 
 
+@named("run.h5")
+def outside(path, kind):
+    """Write a data set whose samples lie in another file."""
+    other = str(path.with_name("other.h5"))
+    write_hdf(other, {"V": COUNTS.T})
+    layout = h5py.VirtualLayout(COUNTS.T.shape, "f8")
+    layout[...] = h5py.VirtualSource(other, "V", COUNTS.T.shape)
+    with h5py.File(path, "w") as file:
+        if kind == "external":
+            parts = [(other, 0, h5py.h5f.UNLIMITED)]
+            file.create_dataset("V", COUNTS.T.shape, "f8", external=parts)
+        elif kind == "virtual":
+            file.create_virtual_dataset("V", layout)
+        else:
+            file["V"] = h5py.ExternalLink(other, "V")
+
+
+@named("run.nwb")
+def linked_nwb(path):
+    """Write a series that lies in another file."""
+    for each in (path, path.with_name("other.nwb")):
+        nwb_file(each, unit="kohm", rate=10.0)
+    with h5py.File(path, "r+") as file:
+        del file["acquisition/sensors"]
+        file["acquisition/sensors"] = h5py.ExternalLink("other.nwb", "acquisition/sensors")
+
+
+@named("bag")
+def linked_bag(path):
+    """Write a folder that links to the files of a bag."""
+    write_bag_2(path.with_name("run"), StoragePlugin.MCAP)
+    shutil.copytree(path.with_name("run"), path, copy_function=os.symlink)
+
+
 COUNTED, BY_RATE = "--unit counts", "--time none --rate 10"
 ABOVE_SHEET = sheets(Run=[["Unit", "kPa"], ["time", *SENSORS], *SAMPLES.T.tolist()])
 OVER_ALL = named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS])
@@ -437,6 +488,7 @@ LENGTHS = tdms({**SENSORS, "S4": COUNTS[3][::2]}, unit_string="counts", wf_start
 LABCHART = matlab(data=COUNTS.ravel(), datastart=525 * np.arange(4) + 1, dataend=525)
 OBJECTS = saved(np.save, "run.npy", np.array([{}], dtype=object))
 IMAGE = saved(np.save, "run.npy", np.zeros((300, 400)))
+OUTSIDE, RATED_COUNTS = "the file names samples outside of it, in ", f"--rate 10 {COUNTED}"
 # What a file says that is not understood, or contradicts itself.
 ASKED = {
     **{f"unit of {k}": Case(w, f"the file {told}", COUNTED) for k, (w, told) in UNITS.items()},
@@ -473,6 +525,12 @@ ASKED = {
     "a start of some": Case(SOME_STARTS, "09:00:00.000000Z', but sensor 2 names none"),
     "no rate": Case(LENGTHS, "'S4' has 263 samples, but 'S3' has 525", options="--rate 10"),
     "LabChart": Case(LABCHART, "LabChart's export for MATLAB", options=COUNTED),
+    # Nothing outside of a file or a folder is read.
+    "external samples": Case(outside("external"), OUTSIDE, options=RATED_COUNTS),
+    "virtual samples": Case(outside("virtual"), OUTSIDE, options=RATED_COUNTS),
+    "linked samples": Case(outside("linked"), OUTSIDE, options=RATED_COUNTS),
+    "a linked series": Case(linked_nwb(), OUTSIDE),
+    "samples outside of a bag": Case(linked_bag(), "outside of this folder; copy it into it"),
     "an array of objects": Case(OBJECTS, "file cannot be read"),
     "an image": Case(IMAGE, "file holds no table"),
 }

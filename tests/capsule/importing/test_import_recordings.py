@@ -1,7 +1,10 @@
 """The whole command: many files, several runs, one file for each sensor, known recordings."""
 
-import ast
 import hashlib
+import os
+import re
+import shlex
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,17 +13,18 @@ import yaml
 from capsule.engine.configuration import BENCH
 from capsule.errors import CapsuleError
 from capsule.importing import command
-from capsule.recordings.acceptance import readings_of
+from capsule.recordings.acceptance import check_recording, readings_of
 from capsule.recordings.recording import Recording, format_recording, read_recording
 from support.command import run_command
-from support.importing import ODD, assert_readings, import_files, write_table
+from support.importing import ODD, assert_readings, import_files, lines, write_table
+from support.lab_files import write_hdf
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.1)
 
-SCRIPTS = ROOT / "workflow" / "scripts"
 TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
+SETTINGS = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture
@@ -46,18 +50,16 @@ def test_a_bad_file_is_a_line_the_others_come_in_and_the_status_tells(
 
 
 def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
-    options = "--adc-bits 10 --vref-v 5 --series-ohm 12000 --site wall-3 --session monday"
-    header = (
-        import_files(tmp_path, good, *options.split(), "--setup", "gut-2").the_recording().header
-    )
+    told = {"adc_bits": "10", "vref_v": "5", "series_ohm": "12000", "site": "wall-3"}
+    told |= {"session": "monday", "setup": "gut-2"}
+    options = [word for key in told for word in (f"--{key.replace('_', '-')}", told[key])]
+    header = import_files(tmp_path, good, *options).the_recording().header
     names = "time = 'time'; sensor_1 = 'S1'; sensor_2 = 'S2'; sensor_3 = 'S3'; sensor_4 = 'S4'"
-    told = {"import_file": "monday 1.csv", "import_columns": names}
+    told |= {"import_file": "monday 1.csv", "import_columns": names, "unit": "counts"}
     told |= {"import_sha256": hashlib.sha256(good.read_bytes()).hexdigest()}
-    told |= {"import_time": "s, a step of 0.1 s is 10 Hz", "unit": "counts", "adc_bits": "10"}
-    told |= {"vref_v": "5", "series_ohm": "12000", "site": "wall-3", "session": "monday"}
-    assert told.items() <= header.items() and header["setup"] == "gut-2"
+    told |= {"import_time": "s, a step of 0.1 s is 10 Hz"}
+    assert told.items() <= header.items() and "import_resampled" not in header
     assert header["import_unit"].startswith("counts, whole numbers up to 540")
-    assert "import_resampled" not in header
 
 
 def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):
@@ -120,14 +122,16 @@ def test_a_dry_run_of_an_unlabelled_run_writes_nothing_and_shows_the_guess(tmp_p
     shown = imported.shown
     assert imported.counted == "1 recording would be imported, 0 files refused"
     assert not imported.raw.exists() and not (tmp_path / "lab.yaml").exists()
-    assert "sensors    S1, S2, S3, S4" in shown and "raw/unlabelled/monday-1.csv" in shown
-    assert "time       time" in shown
-    assert "time_unit  s  (a step of 0.1 s is 10 Hz)" in shown
-    second = ["0.1", *(f"{value:g}" for value in COUNTS[:, 1])]
-    assert "".join(f"{cell:>12}" for cell in second) in shown
+    second = "".join(f"{cell:>12}" for cell in ["0.1", *(f"{value:g}" for value in COUNTS[:, 1])])
+    named = (
+        "sensors    S1, S2, S3, S4",
+        "time       time",
+        "time_unit  s  (a step of 0.1 s is 10 Hz)",
+    )
+    for told in (*named, "raw/unlabelled/monday-1.csv", second):
+        assert told in shown
     (trace,) = [line for line in shown.splitlines() if line.startswith("  sensor_1  ")]
-    assert len(set(trace.split("  ")[2])) > 3
-    assert trace.endswith("460 to 540")
+    assert len(set(trace.split("  ")[2])) > 3 and trace.endswith("460 to 540")
 
 
 def test_an_option_outweighs_the_map_and_a_number_marks_a_missing_sample_in_any_spelling(tmp_path):
@@ -163,8 +167,7 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
         ("sensors: S1", "'S1' is not allowed; must be a list of at least 1, each text"),
         ("sensors: [1, 2]", "sensors: [1, 2] names 2 columns, but recording.sensors of the"),
         ("adc_bits: 1.5", "1.5 is not allowed; must be a whole number, at least 1"),
-        ("- unit", "this file holds a list instead of keys"),
-        ("unit: V\nunit: ohm", "line 2: the key 'unit' appears twice"),
+        ("date_order: day_first\ntime_unit: s", "'day_first' needs dates, but time_unit is s;"),
         ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file into runs, but each file"),
     ],
 )
@@ -245,11 +248,11 @@ def test_files_of_sensors_that_do_not_fit_together_or_have_no_name_are_refused(t
 
 
 def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them():
-    extra = {"h5py", "openpyxl", "pynwb", "nptdms", "pyxdf", "rosbags"}
-    for path in sorted(SCRIPTS.glob("capsule/importing/*.py")):
-        for node in ast.parse(path.read_text("utf-8")).body:
-            assert not (isinstance(node, ast.Import) and extra & {x.name for x in node.names})
-            assert not (isinstance(node, ast.ImportFrom) and node.module.split(".")[0] in extra)
+    files = (ROOT / "workflow/scripts/capsule/importing").glob("*.py")
+    text = "\n".join(path.read_text("utf-8") for path in files)
+    assert not re.findall(
+        r"^(?:import|from) (?:h5py|openpyxl|pynwb|nptdms|pyxdf|rosbags)", text, re.M
+    )
 
 
 def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
@@ -269,33 +272,126 @@ def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scale", "options", "words", "remedy"),
+    ("factor", "unit", "words", "remedy"),
     [
-        (5 / 1024, "--unit V", "volts are judged as they are; use --vref-v", "--vref-v 5"),
-        (4, "--unit counts", "diagonal.full_scale is 1024; use --adc-bits", "--adc-bits 12"),
+        (5 / 1024, "V", "volts are judged as they are; use --vref-v", "--vref-v 5"),
+        (4, "counts", "diagonal.full_scale is 1024; use --adc-bits", "--adc-bits 12"),
     ],
 )
-def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, words, remedy):
-    path = write_table(tmp_path / "a.csv", TIME_S, *COUNTS * scale)
-    assert words in import_files(tmp_path, path, *options.split()).shown
-    again = import_files(tmp_path / "again", path, *options.split(), *remedy.split())
-    assert words not in again.shown
+def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, factor, unit, words, remedy):
+    given = write_table(tmp_path / "a.csv", TIME_S, *COUNTS * factor), "--unit", unit
+    assert words in import_files(tmp_path, *given).shown
+    assert words not in import_files(tmp_path / "again", *given, *remedy.split()).shown
 
 
 def test_the_workflow_reads_imported_resistances_as_the_counts_that_they_were(tmp_path):
     with (ROOT / "raw/3mm/r07.csv").open("rb") as stream:
         original = read_recording(stream, 4)
-    ohms = 12_000 * original.values / (1024 - original.values)
-    rows = ["Zeit [ms];" + ";".join(f"R{n} [kΩ]" for n in range(1, 5))]
-    for time_s, sample in zip(original.time_s, ohms.T / 1000, strict=True):
-        cells = [f"{1000 * time_s:.0f}", *(f"{value:.6f}" for value in sample)]
-        rows.append(";".join(cells).replace(".", ","))
-    path = tmp_path / "monday.csv"
-    path.write_text("\n".join(rows), encoding="utf-8")
-    imported = import_files(tmp_path, path, "--series-ohm", "12000").the_recording()
-    settings = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
-    settings["diagonal"] = {key: settings["diagonal"][key] for key in BENCH}
+    kilo_ohms = 12 * original.values / (1024 - original.values)
+    head = "Zeit [ms];R1 [kΩ];R2 [kΩ];R3 [kΩ];R4 [kΩ]"
+    text = lines(1000 * original.time_s, *kilo_ohms, head=head, sign=";").replace(".", ",")
+    (tmp_path / "monday.csv").write_text(text, encoding="utf-8")
+    given = tmp_path / "monday.csv", "--series-ohm", "12000"
+    imported = import_files(tmp_path, *given).the_recording()
+    settings = SETTINGS | {"diagonal": {key: SETTINGS["diagonal"][key] for key in BENCH}}
     expected, _ = readings_of(original, settings)
     values, no_verdict = readings_of(imported, settings)
     np.testing.assert_allclose(values, expected, atol=1e-3)
     assert no_verdict == ""
+
+
+def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
+    for day in (13, 4):
+        stamps = [f"{day:02}/03/2026 12:00:{second:04.1f}" for second in TIME_S]
+        path = write_table(tmp_path / f"day{day}.csv", stamps, *COUNTS + day, head="date,a,b,c,d")
+        imported = import_files(
+            tmp_path, path, *(["--map", tmp_path / "lab.yaml"] if day == 4 else [])
+        )
+    assert imported.refused == ""
+    assert imported.recordings()["3mm/day4"].header["started"] == "2026-03-04T12:00:00"
+
+
+def test_a_question_common_to_many_files_is_asked_once_and_another_one_beside_it(tmp_path):
+    files = [
+        write_table(tmp_path / f"{n}.csv", TIME_S, *COUNTS / 200 + n / 100, head="t,a,b,c,d")
+        for n in range(4)
+    ]
+    clocks = write_table(tmp_path / "c.csv", TIME_S, TIME_S, *COUNTS, head="time,clock,S1,S2,S3,S4")
+    imported = import_files(tmp_path, *files[:2], clocks, *files[2:])
+    first, other, alike = imported.refused.splitlines()
+    assert first.startswith(f"refused: {files[0]}: column 'a': readings from ")
+    assert "can be V (--unit V) or kohm (--unit kohm); choose one" in first
+    assert "the columns 'time', 'clock' can all be the time" in other
+    names = ", ".join(map(str, files[1:]))
+    assert alike == f"refused: {names}: the same question as for {files[0]}"
+    assert imported.counted == "0 recordings imported, 5 files refused"
+
+
+def test_a_huge_file_in_the_archive_is_not_read(tmp_path, good):
+    (tmp_path / "raw/3mm").mkdir(parents=True)
+    with (tmp_path / "raw/3mm/r01.csv").open("wb") as stream:
+        stream.truncate(300_000_000_000)  # a hole takes no room on the disk
+    assert import_files(tmp_path, good).counted == "1 recording imported, 0 files refused"
+
+
+def test_a_reader_that_ends_early_does_not_stop_the_import():
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as stream:
+        for text in ("one file", "another"):
+            command._tell(text, stream)
+
+
+@pytest.mark.parametrize(
+    ("path", "sign", "options", "written"),
+    [
+        ("raw/2.5mm/r07.csv", ",", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
+        ("raw/2.5mm/r07.csv", ";", "--size 2.5 --name r07-imported", "2.5mm/r07-imported"),
+        ("my files/foreign.csv", "\t", "--unlabelled", "unlabelled/foreign"),
+    ],
+)
+def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
+    tmp_path, monkeypatch, path, sign, options, written
+):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / path
+    file.parent.mkdir(parents=True)
+    file.write_text(lines(TIME_S, *COUNTS, head="time,S1,S2,S3,S4", sign=sign))
+    name, judged = ("2.5mm/r07", "") if path.startswith("raw") else ("unlabelled/judged", path)
+    check, *_ = check_recording(name, file.read_bytes(), 10**6, SETTINGS, judged)
+    _, _, line = check["reason"].partition("; if another program wrote it: ")
+    words = shlex.split(line)
+    assert words == ["capsule", "import", path, *options.split(), "--dry-run"]
+    assert run_command(*words[1:-1]) == 0 and (tmp_path / f"raw/{written}.csv").exists()
+
+
+def test_no_character_of_a_file_moves_the_cursor(tmp_path):
+    clear = "\x1b[2J"
+    told = {(f"run{clear}", "rate"): 10.0}
+    write_hdf(tmp_path / "a.h5", {f"run{clear}/readings": COUNTS}, told)
+    again, trials = np.where(TIME_S == 0.9, 0.8, TIME_S), [f"one{clear}"] * 20 + ["two"] * 180
+    write_table(tmp_path / "b.csv", again, *COUNTS, trials, head="time,S1,S2,S3,S4,trial")
+    write_table(tmp_path / "c.csv", TIME_S, *COUNTS, head=f"time,a (V{clear}),b,c,d")
+    for name, options, shown in (
+        ("a.h5", [], r"variable  run\x1b[2J"),
+        ("b.csv", ["--run-column", "trial"], r"run one\x1b[2J: sample 10: time repeats"),
+        ("c.csv", [], r"the file names V\x1b[2J of 'a (V\x1b[2J)', no unit of 'b', no unit of 'c'"),
+    ):
+        imported = import_files(tmp_path, tmp_path / name, *options)
+        assert shown in imported.shown + imported.refused
+        assert clear not in imported.shown + imported.refused
+
+
+def test_refused_files_are_not_kept_until_the_last_one(tmp_path):
+    rows = [f"{row / 10:.1f},{500 + row % 7},501,502,503" for row in range(3000)]
+    text = "\n".join(["time,S1,S2,S3,S4", *rows[:2000], "200.0,5", *rows[2000:]])
+    files, most = [tmp_path / f"{number}.csv" for number in range(6)], []
+    for file in files:
+        file.write_text(text)
+    # The first import loads modules, too.
+    for some in (files[:1], files[:1], files):
+        tracemalloc.start()
+        import_files(tmp_path, *some, "--unit", "counts")
+        most.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert most[2] < 2 * most[1]
