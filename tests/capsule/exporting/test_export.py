@@ -13,15 +13,15 @@ import pynwb
 import pytest
 import scipy.io
 import xarray
-from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
 from capsule.detectors.files import write_learned
 from capsule.engine.configuration import read_config_file
 from capsule.errors import CapsuleError
-from capsule.evaluation.columns import COLUMNS, RATES
+from capsule.evaluation.columns import COLUMNS
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.formats import NO_DATE, columns_of, describe, described, legal_names
+from capsule.recordings import listing
 from capsule.store.files import read_csv, write_csv, write_json
 from capsule.store.results import (
     BATCH_COLUMNS,
@@ -56,10 +56,17 @@ RECORDINGS = {
     "unlabelled/p": (9, {"started": "last Tuesday"}),
 }
 REJECTED = "3mm/flat"
-_VERDICT = ["recording", "size_mm", "detector", "scheme", "predicted_mm", "rmse_0mm", "rmse_3mm"]
-_VERDICT += ["score", "estimate_low_mm", "location_s"]
-_LISTED = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
-_LISTED += ["sha256", "readings_sha256", "source", "site", "session", *BATCH_COLUMNS]
+PARAMETERS = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
+VERDICT = {"recording": "3mm/r07", "size_mm": 3.0, "detector": "template", "predicted_mm": 3.0}
+VERDICT |= {"scheme": "leave_one_out", "score": AWKWARD[3], "estimate_low_mm": AWKWARD[0]}
+VERDICT |= {"rmse_0mm": AWKWARD[2], "rmse_3mm": float("inf"), "location_s": None}
+RATES = {"detector": "template", "size_mm": 3.0, "tp": 17, "recall": 17 / 20}
+RATES |= {"recall_low": AWKWARD[1], "one_sided": True}
+# The tables by their files; those that stay empty hold the names of their columns alone.
+TABLES = {f"evaluation/{name}": [RATES, RATES | {"tp": 3}] for name in COLUMNS}
+TABLES |= {"evaluation/roc": ["size_mm"], "evaluation/predictions": [VERDICT]}
+TABLES |= {"evaluation/learning": ["detector", "share", "rate"], "detections": [*VERDICT]}
+TABLES |= {"passed_over": ["path", "reason"], "sites": ["site", "detector", "passes"]}
 
 
 def make_results(results, most=1):
@@ -69,6 +76,7 @@ def make_results(results, most=1):
     """
     generator = np.random.default_rng(1)
     made = {SIGNALS: {}, MATRICES: {}, CHECKS: {}, FITS: {}}
+    parameters = {name: generator.random(length).tolist() for name, length in PARAMETERS.items()}
     rows = []
     for name, (samples, header) in RECORDINGS.items():
         values = generator.integers(0, 1023, (4, samples)).astype(float)
@@ -82,8 +90,7 @@ def make_results(results, most=1):
         rows.append(row | {"source": header.get("source", "")})
         if size:
             fit = {"recording": name, "size_mm": size, "seed": 1, "first_peak": 5, "lag": 7}
-            fit |= {"rmse_initial": 0.5, "rmse": AWKWARD[1], "accepted_moves": 3}
-            made[FITS][name] = fit | {"parameters": _parameters(generator)}
+            made[FITS][name] = fit | {"rmse": AWKWARD[1], "parameters": parameters}
     readings, matrices = dict(made[SIGNALS]), dict(made[MATRICES])
     rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
     rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
@@ -97,35 +104,17 @@ def make_results(results, most=1):
                 write_arrays(path, contents)
             else:
                 write_contents(path, contents, batch)
-    named = rows_of([row["recording"] for row in rows], most)
-    _table(results / "recordings.csv", _LISTED, [row | named[row["recording"]] for row in rows])
+    named, columns = rows_of([row["recording"] for row in rows], most), listing.COLUMNS
+    unknown = dict.fromkeys([*columns, *BATCH_COLUMNS])
+    rows = [unknown | row | named[row["recording"]] for row in rows]
+    for name, of_table in {**TABLES, "recordings": rows}.items():
+        filled = [row for row in of_table if isinstance(row, dict)]
+        write_csv(results / f"{name}.csv", [*(filled or [of_table])[0]], filled)
     templates = [{"size_mm": 0.0, "recordings": 0, "parameters": None}]
-    templates.append({"size_mm": 3.0, "recordings": 1, "parameters": _parameters(generator)})
+    templates.append({"size_mm": 3.0, "recordings": 1, "parameters": parameters})
     write_json(results / "templates.json", {"templates": templates})
     np.savez(results / "templates.npz", **{"0mm": np.zeros((4, 40)), "3mm": np.eye(4, 40) / 3})
-    verdict = {"recording": "3mm/r07", "size_mm": 3.0, "detector": "template"}
-    verdict |= {"scheme": "leave_one_out", "predicted_mm": 3.0, "score": AWKWARD[3]}
-    verdict |= {"rmse_0mm": AWKWARD[2], "rmse_3mm": float("inf"), "estimate_low_mm": AWKWARD[0]}
-    _table(results / "evaluation/predictions.csv", _VERDICT, [verdict])
-    rates = {"detector": "template", "size_mm": 3.0, "tp": 17, "recall": 17 / 20}
-    rates |= {"recall_low": AWKWARD[1], "one_sided": True}
-    for name in RATES:
-        _table(results / "evaluation" / f"{name}.csv", list(rates), [rates, rates | {"tp": 3}])
-    empty = {f"evaluation/{name}": COLUMNS[name] for name in COLUMNS.keys() - RATES.keys()}
-    empty |= {"evaluation/learning": ["detector", "share", "rate"], "detections": _VERDICT}
-    empty |= {"passed_over": ["path", "reason"], "sites": ["site", "detector", "passes"]}
-    for name, columns in empty.items():
-        _table(results / f"{name}.csv", columns, [])
     return readings, matrices
-
-
-def _parameters(generator):
-    lengths = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
-    return {name: generator.random(length).tolist() for name, length in lengths.items()}
-
-
-def _table(path, columns, rows):
-    write_csv(path, columns, [{name: row.get(name) for name in columns} for row in rows])
 
 
 @pytest.fixture(scope="module")
@@ -153,35 +142,44 @@ def same(read, written):
     """Check that a column was read exactly as it was written, with its unknown values."""
     if written.dtype == object:
         # Empty text comes back as None from some, and as an empty array from MATLAB's format.
-        texts = ["" if value is None or np.size(value) == 0 else str(value) for value in read]
-        assert texts == list(written)
+        assert [text_of(value) for value in read] == list(written)
     else:
         # What is unknown may come back as None.
         numbers = np.array([np.nan if value is None else value for value in read], dtype=float)
         assert numbers.tobytes() == np.asarray(written, dtype=float).tobytes()
 
 
+def text_of(value):
+    return "" if value is None or np.size(value) == 0 else str(value)
+
+
+def check_tables(tables, read):
+    """Check the values and the unit of each column, as a function reads them by two names."""
+    for name, table in tables.items():
+        for key, values, unit, _ in columns_of(table):
+            found, told = read(name, key)
+            same(found, values)
+            assert text_of(told) == unit
+
+
+def unit_of(name):
+    return "counts" if "adc_bits" in RECORDINGS[name][1] else "V"
+
+
 def test_what_is_gathered_is_what_the_results_hold_and_all_of_it_is_described(made, exported):
-    results, signals, matrices = made
+    _, signals, matrices = made
     readings, matrix, template = exported.arrays.values()
     for name in RECORDINGS:
         assert readings[name].tobytes() == signals[name].tobytes()
         assert matrix[name].tobytes() == matrices[name].tobytes()
-    assert readings[REJECTED].shape == (4, 0)
+    assert readings[REJECTED].shape == (4, 0) and template["3mm"].shape == (4, 40)
     assert exported.along("readings", "3mm/r07")[:3].tolist() == [0, 0.1, 0.2]
-    assert exported.along("template", "3mm")[0] == 1 and template["3mm"].shape == (4, 40)
-    cells = read_csv(results / "evaluation/predictions.csv")[0]
-    predictions = exported.tables["predictions"]
-    assert [float(cells["score"])] == predictions["score"].tolist() == [AWKWARD[3]]
-    assert np.isinf(predictions["rmse_3mm"]).all()
-    recordings = exported.tables["recordings"]
+    assert exported.along("template", "3mm")[0] == 1
+    predictions, recordings = exported.tables["predictions"], exported.tables["recordings"]
+    assert predictions["score"].tolist() == [AWKWARD[3]] and np.isinf(predictions["rmse_3mm"][0])
     assert list(recordings["site"])[:2] == ["007", "007"]
     units = dict(zip(recordings["recording"], recordings["reading_unit"], strict=True))
-    assert units == {"0mm/r01": "counts", "3mm/r07": "counts", "2.5mm/a-1": "V"} | {
-        "2.5mm/a_1": "counts",
-        "unlabelled/p": "V",
-        REJECTED: "",
-    }
+    assert units == {REJECTED: "", **{name: unit_of(name) for name in RECORDINGS}}
     assert sorted(exported.tables["fits"]["recording"]) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
     assert exported.tables["detection"]["one_sided"].dtype == bool
     assert {*exported.tables, *exported.arrays} == described()["tables"].keys()
@@ -221,25 +219,25 @@ def test_each_part_is_exported_alone(made, what):
 def test_matlab_reads_named_structures(files, exported, made):
     read = scipy.io.loadmat(files / "mat/all.mat", squeeze_me=True, chars_as_strings=True)
 
-    def field(struct, name):
-        return struct[name].item()
+    def field(first, *names):
+        part = read[first]
+        for name in names:
+            part = part[name].item()
+        return part
 
     for legal, name in (("x3mm_r07", "3mm/r07"), ("x2_5mm_a_1_1", "2.5mm/a_1")):
-        recording = field(read["recordings"], legal)
-        assert str(field(recording, "name")) == name
-        assert field(recording, "readings").tobytes() == made[1][name].tobytes()
-        assert field(recording, "matrix").tobytes() == made[2][name].tobytes()
-        assert str(field(recording, "readings_unit")) == "counts"
-        assert str(field(recording, "time_unit")) == "s"
-    header = field(field(read["recordings"], "x3mm_r07"), "header")
-    assert str(field(header, "waveSpeed")) == "25"
-    for name, table in exported.tables.items():
-        units, columns = field(read["units"], name), field(read["tables"], name)
-        for key, values, unit, _ in columns_of(table):
-            same(np.atleast_1d(field(columns, key)), values)
-            assert str(field(units, key) if unit else "") == unit
-    for key, text in exported.provenance.items():
-        assert str(field(read["provenance"], key)) == text
+        told = {
+            key: field("recordings", legal, key) for key in ("name", "readings_unit", "time_unit")
+        }
+        assert told == {"name": name, "readings_unit": "counts", "time_unit": "s"}
+        assert field("recordings", legal, "readings").tobytes() == made[1][name].tobytes()
+        assert field("recordings", legal, "matrix").tobytes() == made[2][name].tobytes()
+    assert field("recordings", "x3mm_r07", "header", "waveSpeed") == "25"
+    check_tables(
+        exported.tables,
+        lambda name, key: (np.atleast_1d(field("tables", name, key)), field("units", name, key)),
+    )
+    assert {key: field("provenance", key) for key in exported.provenance} == exported.provenance
 
 
 def test_matlabs_names_are_legal_and_none_occurs_twice():
@@ -255,35 +253,31 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     assert {cell.data_type for cell in cells} == {"s", "n", "b"}
     texts = [cell.value for cell in cells if cell.data_type == "s" and cell.value]
     # A sign before digits alone is a number, as scripts know it, and no formula.
-    assert not [text for text in texts if text[0] in "=+-@"]
-    assert f" {FORMULA}" in texts
-    for name, table in exported.tables.items():
-        rows = list(book[name].iter_rows(values_only=True))
-        units = [f" [{unit}]" if unit not in ("", "1") else "" for *_, unit, _ in columns_of(table)]
-        assert list(rows[0]) == [f"{key}{unit}" for key, unit in zip(table, units, strict=True)]
-        for index, (key, values, _, _) in enumerate(columns_of(table)):
-            read = [row[index] for row in rows[1:]]
-            if key not in ("rmse_3mm", "source", "value"):
-                same(read, values)
+    assert not [text for text in texts if text[0] in "=+-@"] and f" {FORMULA}" in texts
     assert book["recordings"]["D1"].value == "duration_s [s]"
-    assert book["predictions"][f"{get_column_letter(7)}2"].value == "inf"
+    for name, table in exported.tables.items():
+        columns = zip(columns_of(table), book[name].iter_cols(values_only=True), strict=True)
+        for (key, values, unit, _), (head, *read) in columns:
+            assert head == (key if unit in ("", "1") else f"{key} [{unit}]")
+            if key == "rmse_3mm":
+                assert read == ["inf"] * len(table)
+            elif key not in ("source", "value"):
+                same(read, values)
     rows = {tuple(row[:3]): row[3:] for row in book["readings"].iter_rows(values_only=True)}
     for name, matrix in made[1].items():
-        unit = "counts" if "mm/r" in name or name[-2:] == "_1" else "V"
         for sensor, expected in enumerate(matrix, start=1):
-            same(rows[name, unit, sensor][: matrix.shape[1]], expected)
+            same(rows[name, unit_of(name), sensor][: matrix.shape[1]], expected)
     assert dict(book["provenance"].iter_rows(min_row=2, values_only=True)) == exported.provenance
 
 
 def test_a_sheet_that_is_too_long_is_continued_on_the_next_and_one_too_wide_is_refused(monkeypatch):
     monkeypatch.setattr(formats, "MOST_ROWS", 2)
     monkeypatch.setattr(formats, "_MOST_COLUMNS", 1)
-    book = openpyxl.Workbook(write_only=True)
+    book, stream = openpyxl.Workbook(write_only=True), io.BytesIO()
     with pytest.raises(CapsuleError, match=r"wide has 2 columns, .* at most 1; choose"):
         formats.write_sheets(book, "wide", pd.DataFrame({"a": [1], "b": [2]}))
     formats.write_sheets(book, "few", pd.DataFrame({"a": [1, 2, 3, 4, 5]}))
     formats.write_sheets(book, "none", pd.DataFrame(columns=["a"]))
-    stream = io.BytesIO()
     book.save(stream)
     sheets = {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(stream)}
     few = {"few": [("a",), (1,), (2,)], "few_2": [("a",), (3,), (4,)], "few_3": [("a",), (5,)]}
@@ -292,50 +286,42 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next_and_one_too_wide_is_r
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
     tables = formats.flat_tables(exported, exported.arrays)
-    assert {path.stem for path in (files / "parquet").iterdir()} == set(tables)
-    for name, table in tables.items():
-        read = parquet.read_table(files / "parquet" / f"{name}.parquet")
-        assert json.loads(read.schema.metadata[b"provenance"]) == exported.provenance
-        for key, values, unit, long_name in columns_of(table):
-            same(read[key].to_pylist(), values)
-            metadata = read.schema.field(key).metadata
-            assert metadata[b"unit"].decode() == unit
-            assert metadata[b"long_name"].decode() == long_name
-    readings = parquet.read_table(files / "parquet/readings.parquet").to_pandas()
-    one = readings[readings["recording"] == "3mm/r07"]
-    same(one["sensor_2"], made[1]["3mm/r07"][1])
+    read = {path.stem: parquet.read_table(path) for path in (files / "parquet").iterdir()}
+    assert read.keys() == tables.keys()
+
+    def column(name, key):
+        metadata = read[name].schema.field(key).metadata
+        assert metadata[b"long_name"].decode() == describe(key)[1]
+        return read[name][key].to_pylist(), metadata[b"unit"].decode()
+
+    check_tables(tables, column)
+    for each in read.values():
+        assert json.loads(each.schema.metadata[b"provenance"]) == exported.provenance
+    readings = read["readings"].to_pandas()
+    same(readings[readings["recording"] == "3mm/r07"]["sensor_2"], made[1]["3mm/r07"][1])
 
 
 def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
-    path = files / "netcdf/all.nc"
-    with xarray.open_dataset(path, engine="h5netcdf") as read:
-        assert read["readings"].dims == ("recording", "sensor", "time")
-        assert read["matrix"].dims == ("recording", "sensor", "column")
-        assert read["template"].dims == ("size", "sensor", "size_column")
-        assert read["time"].attrs["units"] == "s"
-        assert read["readings"].attrs["units"] == "V or counts"
-        assert read["readings"].encoding["zlib"] and read["matrix"].encoding["zlib"]
-        for name, signal in made[1].items():
-            of_one = read["readings"].sel(recording=name)
-            filled = int(read["readings_columns"].sel(recording=name))
-            assert of_one.values[:, :filled].tobytes() == signal.tobytes()
-            assert np.isnan(of_one.values[:, filled:]).all()
-            assert read["matrix"].sel(recording=name).values.tobytes() == made[2][name].tobytes()
-        assert np.isnan(read["readings"].sel(recording=REJECTED)).all()
-        for key, text in exported.provenance.items():
-            assert read.attrs[key] == text
-        check_variables(read, exported.tables["recordings"])
-    for name, table in exported.tables.items():
-        if name != "recordings":
-            with xarray.open_dataset(path, group=name, engine="h5netcdf") as read:
-                check_variables(read, table)
+    read = xarray.load_datatree(files / "netcdf/all.nc", engine="h5netcdf")
+    assert read["readings"].dims == ("recording", "sensor", "time")
+    assert read["template"].dims == ("size", "sensor", "size_column")
+    assert (read["time"].attrs["units"], read["readings"].attrs["units"]) == ("s", "V or counts")
+    for name, signal in made[1].items():
+        of_one = read["readings"].sel(recording=name)
+        filled = int(read["readings_columns"].sel(recording=name))
+        assert of_one.values[:, :filled].tobytes() == signal.tobytes()
+        assert np.isnan(of_one.values[:, filled:]).all()
+        assert read["matrix"].sel(recording=name).values.tobytes() == made[2][name].tobytes()
+    assert np.isnan(read["readings"].sel(recording=REJECTED)).all()
+    assert exported.provenance.items() <= read.attrs.items()
 
+    def variable(name, key):
+        group = read if name == "recordings" else read[name].to_dataset(inherit=False)
+        each = group[key]
+        assert each.attrs["long_name"] == describe(key)[1]
+        return each.values, each.attrs.get("units", "")
 
-def check_variables(read, table):
-    for name, values, unit, long_name in columns_of(table):
-        same(read[name].values, values)
-        assert read[name].attrs.get("units", "") == unit
-        assert read[name].attrs["long_name"] == long_name
+    check_tables(exported.tables, variable)
 
 
 def test_nwb_holds_a_valid_file_for_each_recording_and_one_for_the_tables(files, exported, made):
@@ -344,26 +330,26 @@ def test_nwb_holds_a_valid_file_for_each_recording_and_one_for_the_tables(files,
     assert {*(files / "nwb").iterdir()} == {*paths.values(), files / "nwb/tables.nwb"}
     assert not any(pynwb.validate(path=path) for path in (files / "nwb").iterdir())
     for name, path in paths.items():
-        header = RECORDINGS[name][1]
         with pynwb.NWBHDF5IO(path, "r") as opened:
             read = opened.read()
             series = read.acquisition["readings"]
             assert series.data[:].T.tobytes() == made[1][name].tobytes()
-            assert (series.unit, series.rate) == ("counts" if "adc_bits" in header else "V", 10.0)
+            assert (series.unit, series.rate) == (unit_of(name), 10.0)
             matrix = read.processing["preprocessing"]["matrix"]
             assert matrix.data[:].T.tobytes() == made[2][name].tobytes()
             assert (read.session_id, json.loads(read.notes)) == (name, exported.provenance)
-            known = header.get("started", "").startswith("2024")
+            known = RECORDINGS[name][1].get("started", "").startswith("2024")
             assert ("is not known" in read.session_description) == (not known)
             expected = datetime(2024, 6, 3, 10, tzinfo=UTC) if known else NO_DATE
             assert read.session_start_time == expected
     with pynwb.NWBHDF5IO(files / "nwb/tables.nwb", "r") as opened:
         tables = opened.read().processing["tables"]
-        for name, table in exported.tables.items():
-            for key, values, unit, _ in columns_of(table):
-                column = tables[name][key]
-                same(column.data[:], values)
-                assert f"[{unit}]" in column.description or not unit
+
+        def column(name, key):
+            _, bracket, unit = tables[name][key].description.rpartition("[")
+            return tables[name][key].data[:], unit.rstrip("]") if bracket else ""
+
+        check_tables(exported.tables, column)
 
 
 def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
@@ -383,11 +369,10 @@ def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
 
 
 def test_the_command_writes_once_and_again_only_if_told_to(made, exported, files, tmp_path, capsys):
-    call = ["export", "--format", "mat", "--what", "fits", "--out", str(tmp_path / "out")]
-    call += ["--results", str(made[0])]
+    call = "export", "--format", "mat", "--what", "fits", "--out", tmp_path, "--results", made[0]
     run_command(*call)
     assert "1 file, " in capsys.readouterr().out
-    path = tmp_path / "out/fits.mat"
+    path = tmp_path / "fits.mat"
     path.write_bytes(b"mine")
     with pytest.raises(CapsuleError, match=r"fits\.mat exists; nothing was written.*--force"):
         run_command(*call)
@@ -423,14 +408,13 @@ def test_results_that_no_longer_fit_to_recordings_or_configuration_are_told(tmp_
         content = (tmp_path / f"raw/{row['recording']}.csv").read_bytes()
         row["sha256"] = hashlib.sha256(content).hexdigest()
     write_csv(results / "recordings.csv", list(rows[0]), rows)
-    call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
-    call += ["--config", str(CONFIG), "--out", tmp_path / "out", "--force"]
 
     def export(seed):
         made_with = {"recording": settings["recording"], "fit": settings["fit"] | {"seed": seed}}
         write_learned(results / "detectors.json", {}, made_with, results / "templates.npz")
-        run_command(*call)
-        stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
+        call = ["export", "--format=parquet", "--what=fits", "--force", "--config", CONFIG]
+        run_command(*call, "--results", results, "--out", tmp_path)
+        stored = parquet.read_schema(tmp_path / "fits.parquet").metadata[b"provenance"]
         return capsys.readouterr().out, json.loads(stored)["results_out_of_date"]
 
     printed, changed = export(settings["fit"]["seed"])
