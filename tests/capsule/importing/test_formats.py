@@ -45,7 +45,7 @@ GAP_S = TIME_S + 3 * (TIME_S > 20)
 LATER = {name: row[20 * n :][:465] for n, (name, row) in enumerate(SENSORS.items())}
 SAMPLES = np.vstack([TIME_S, COUNTS])
 NINE = np.datetime64("2026-03-04T09:00:00")
-TIMES = TIME_S.tolist()
+TIMES, ALL = TIME_S.tolist(), [*SENSORS]
 
 
 def saved(save, name, *content, **named):
@@ -192,7 +192,7 @@ BOTH = {"t": TIME_S, "V": COUNTS.T}
 
 def timed(**said):
     """Return what writes a matrix and its time for MATLAB, with what is said beside them."""
-    return matlab(**BOTH, **said)
+    return matlab(**(BOTH | said))
 
 
 def attributed(path, name, value, **arrays):
@@ -211,8 +211,9 @@ def read(file, samples=(TIME_S, COUNTS), options="", words="", **header):
 
 TABLE = pandas.DataFrame({"time": TIME_S, **SENSORS})
 FIELDS = TABLE.to_records(index=False)
-NOON, NOON64 = datetime(2026, 3, 4, 12), np.datetime64("2026-03-04T12:00:00")
-AT_NOON = "2026-03-04T12:00:00Z"
+NOON = datetime(2026, 3, 4, 12)
+NOON_SHARP = {"wf_start_time": np.datetime64(NOON), "wf_start_offset": 0.0}
+AT_NOON, LATE = "2026-03-04T12:00:00Z", "2026-03-04T12:01:40Z"
 APART = {"wf_increment": 0.1, "unit_string": "counts"}
 SECONDS = [2.0 * n for n in range(4)]
 RATES_OF_ALL = {(name, "sampling_rate"): 10.0 for name in LATER}
@@ -222,7 +223,7 @@ CLOCKS = RATES_OF_ALL | {(name, "start_ms"): 2000 * at for at, name in enumerate
 OWN = {f"t{n + 1}": TIME_S[:465] + 2.0 * n for n in range(4)} | LATER
 OWN |= {"t4": OWN["t4"][:-1], "S4": OWN["S4"][:-1]}
 SHORT, SHORT_READ = {**SENSORS, "S4": COUNTS[3][:-1]}, (TIME_S[:-1], COUNTS[:, :-1])
-TIMED_SHORT = {"Time": TIME_S, **SHORT}
+TIMED_SHORT, OF_EACH = {"Time": TIME_S, **SHORT}, ["s", *["counts"] * 4]
 HALF, HALF_RATE = {**SENSORS, "S4": 500 + TIME_S[::2]}, APART | {"wf_increment": [0.1] * 3 + [0.2]}
 FAR = np.where(TIME_S == 0, np.arange(5, 9)[:, None], COUNTS)
 # What is read.
@@ -236,21 +237,20 @@ NOTED = BOTH | {"note": "in kPa"}
 LAB = {"name": "bench", "run": {"time": TIME_S * 1000, "R": KILO_OHMS.T}}
 CHANNEL_SCALES, OFFSETS = np.array([[[1], [2], [1], [0.5]], [[0], [0], [9.0], [0]]])
 PACKED = {("V", "scale_factor"): CHANNEL_SCALES.ravel(), ("V", "add_offset"): OFFSETS.ravel()}
+UNPACKED = (TIME_S, COUNTS * CHANNEL_SCALES + OFFSETS)
 RANGE = {("V", "scale_factor"): 0.01, ("V", "valid_range"): [0.0, 10.23], ("V", "units"): "V"}
 SMALL = {"t": TIME_S, "V": np.nan_to_num(LOST[1], nan=9999).astype("i2").T}
-OHM_ATTRIBUTES = {("run", "sampling_rate"): 10.0, ("run/S", "unit"): "kOhm"}
-OHM_ATTRIBUTES |= {("/", "started"): AT_NOON}
+OF_GROUPS = {("run", "sampling_rate"): 10.0, ("run/S", "unit"): "kOhm", ("/", "started"): AT_NOON}
+OF_GROUPS = hdf({"run/S": KILO_OHMS}, OF_GROUPS)
 TWO_RATES = {("tactile", "sampling_rate"): 10.0, ("video", "sampling_rate"): 60.0}
 UNSIGNED = attributed("V", "_Unsigned", "true", V=(COUNTS.T + 33_000).astype("u2").view("i2"))
 GAINS = {"conversion": 0.001, "channel_conversion": CHANNEL_SCALES.ravel().tolist(), "rate": 10.0}
-EACH_SERIES = [
-    series(name, data, starting_time=start)
-    for (name, data), start in zip(LATER.items(), SECONDS, strict=True)
-]
+EACH_SERIES = [series(n, row, starting_time=2.0 * at) for at, (n, row) in enumerate(LATER.items())]
 FIRST = series(rate=None, timestamps=TIME_S + 9)
 ALIKE = series("more", COUNTS.T + 1, rate=None, timestamps=FIRST)
 DATES = [NOON + timedelta(seconds=t) for t in TIME_S]
 DAYS = [timedelta(seconds=86_390 + t) for t in TIME_S]
+PARTS = ((86_390 + TIME_S) / 86_400).tolist()
 NOTES, S_AND_KOHM = [["four passes"], ["no fault"]], excel_rows(TIMES)
 STREAMS = xdf((TIME_S, ["S1", "S2"]), (TIME_S + 4, ["S3", "S4"]))
 JITTER = 5000 + TIME_S + np.tile([0, 0.11, 0], 175)
@@ -258,8 +258,10 @@ NWB = partial(saved, nwb_file, "run.nwb", unit="kohm")
 BAG_2 = partial(saved, write_bag_2, "run")
 LIMITS = [("valid_range", [0, 1023], 9999), ("valid_range", [0, 1023], -1)]
 LIMITS += [("valid_min", 0, -1), ("valid_max", 1023, 9999), ("_FillValue", -9.0, -9)]
+IN_ZONE = "2026-03-04T13:00:00+0100"
 NO_DATES = "March 4, 2026", "9999-12-31T23:59:59-23:00", "soon"
-NINES, OFFSETS_S = [*(NINE + np.arange(4))], [0.0, 1, 2, 3]
+STARTS_TDMS = {"wf_start_time": [*(NINE + np.arange(4))], "wf_start_offset": [0.0, 1, 2, 3]}
+OFFSET = APART | {"wf_start_offset": SECONDS}
 OWN_HDF = {f"run/{name}": array for name, array in OWN.items()}
 
 SAID = {
@@ -277,22 +279,14 @@ SAID = {
     "a remark on another run": read(matlab(a=BOTH, b=NOTED), options="--variable a"),
     "a structure": read(matlab(lab=LAB, n=3.0), IN_KOHM, unit="kohm", import_variable="lab.run"),
     "the columns of one matrix": read(timed(room=20 + TIME_S % 1, pump=COUNTS[0] + 3)),
-    "attributes of groups": read(
-        hdf({"run/S": KILO_OHMS}, OHM_ATTRIBUTES), IN_KOHM, unit="kohm", started=AT_NOON
-    ),
-    "a row of units": read(
-        sheets(notes=NOTES, Run=S_AND_KOHM), IN_KOHM, unit="kohm", import_sheet="Run"
-    ),
+    "attributes of groups": read(OF_GROUPS, IN_KOHM, unit="kohm", started=AT_NOON),
+    "a row of units": read(sheets(notes=NOTES, Run=S_AND_KOHM), IN_KOHM, import_sheet="Run"),
     "a sheet that states too few rows": read(understated(), IN_KOHM),
     "a sheet with dates": read(sheets(Run=excel_rows(DATES)), IN_KOHM, started=AT_NOON[:-1]),
-    "NWB with time stamps": read(
-        NWB(timestamps=TIME_S + 100), IN_KOHM, unit="kohm", started="2026-03-04T12:01:40Z"
-    ),
+    "NWB with time stamps": read(NWB(timestamps=TIME_S + 100), IN_KOHM, unit="kohm", started=LATE),
     "NWB with a rate": read(NWB(rate=10.0), IN_KOHM, started=AT_NOON),
     "shared time stamps": read(nwb(FIRST, ALIKE), (TIME_S, COUNTS + 1), "--variable more"),
-    "channels of TDMS": read(
-        tdms(SENSORS, wf_start_time=NOON64, wf_start_offset=0.0, **APART), started=AT_NOON
-    ),
+    "channels of TDMS": read(tdms(SENSORS, **NOON_SHARP, **APART), started=AT_NOON),
     "a stream on the recorder's clock": read(clocked_xdf(), started=AT_NOON),
     **{
         f"a bag of {name}": read(write, started=AT_NOON, import_variable="/capsule")
@@ -302,12 +296,8 @@ SAID = {
             ("ROS 2, MCAP", BAG_2(plugin=StoragePlugin.MCAP)),
         )
     },
-    "a far first sample": read(
-        matlab(t=TIME_S, V=FAR.T), (TIME_S, FAR), words="the first sample, 5, 6, 7, 8, is far from"
-    ),
-    "a compressed text": read(
-        saved(lambda path: TABLE.to_csv(path, index=False), "a.csv.gz"), import_file="a.csv.gz"
-    ),
+    "a far first sample": read(timed(V=FAR.T), (TIME_S, FAR), words="first sample, 5, 6, 7, 8, is"),
+    "a compressed text": read(saved(TABLE.to_csv, "a.csv.gz", index=False), import_file="a.csv.gz"),
     "two rates in HDF5": read(hdf({"tactile": COUNTS.T, "video": np.zeros((3150, 1))}, TWO_RATES)),
     "a start for each data set": read(hdf(LATER, STARTS), FROM_6_S),
     "a start by its clock for each data set": read(hdf(LATER, CLOCKS), FROM_6_S),
@@ -319,17 +309,11 @@ SAID = {
         )
         for began in NO_DATES
     },
-    "a start with a zone": read(
-        xdf((TIME_S, [*SENSORS]), started="2026-03-04T13:00:00+0100"), started=AT_NOON
-    ),
-    "a start without a zone": read(
-        attributed("/", "started", "2026-03-04 12:00:00"), started=AT_NOON[:-1]
-    ),
+    "a start with a zone": read(xdf((TIME_S, ALL), started=IN_ZONE), started=AT_NOON),
+    "a start without a zone": read(attributed("/", "started", f"{NOON}"), started=AT_NOON[:-1]),
     "an interval and a rate in words": read(matlab(V=COUNTS.T, dt="100 ms", fs="0.01 kHz")),
     "a unit over several columns": read(named_over_all(["time", *SENSORS], ["s", "mV"]), IN_MV),
-    "a packing for each column": read(
-        hdf(BOTH, PACKED), (TIME_S, COUNTS * CHANNEL_SCALES + OFFSETS), "--unit counts"
-    ),
+    "a packing for each column": read(hdf(BOTH, PACKED), UNPACKED, "--unit counts"),
     "fs and freq alike": read(matlab(V=COUNTS.T, freq=10.0, fs=10.0)),
     "packed": read(netcdf("h5netcdf"), IN_CV),
     "packed before NetCDF 4": read(netcdf("scipy"), IN_CV),
@@ -343,25 +327,17 @@ SAID = {
     "a time for each sensor in .npz": read(saved(np.savez, "a.npz", **OWN), FROM_6_S),
     "a time for each sensor in HDF5": read(hdf(OWN_HDF), FROM_6_S),
     "a column of times for each sensor": read(matlab(t=COLUMNS.T, V=COUNTS.T), COLUMNS_READ),
-    "starts of TDMS": read(
-        tdms(LATER, wf_start_time=NINES, wf_start_offset=OFFSETS_S, **APART), FROM_6_S
-    ),
-    "offsets of TDMS": read(tdms(LATER, wf_start_offset=SECONDS, **APART), FROM_6_S),
-    "a group of TDMS for each sensor": read(
-        tdms(LATER, group=None, wf_start_offset=SECONDS, **APART), FROM_6_S
-    ),
+    "starts of TDMS": read(tdms(LATER, **STARTS_TDMS, **APART), FROM_6_S),
+    "offsets of TDMS": read(tdms(LATER, **OFFSET), FROM_6_S),
+    "a group of TDMS for each sensor": read(tdms(LATER, group=None, **OFFSET), FROM_6_S),
     "half the rate": read(tdms(HALF, **HALF_RATE), (TIME_S, [*COUNTS[:3], 500 + TIME_S])),
     "a sample short": read(tdms(SHORT, **APART), SHORT_READ),
-    "a sample short of its time": read(
-        tdms(TIMED_SHORT, unit_string=["s", *["counts"] * 4]), SHORT_READ
-    ),
-    "a gap in XDF": read(xdf((5000 + GAP_S, [*SENSORS])), GAP),
-    "jitter in XDF": read(xdf((JITTER, [*SENSORS]))),
+    "a sample short of its time": read(tdms(TIMED_SHORT, unit_string=OF_EACH), SHORT_READ),
+    "a gap in XDF": read(xdf((5000 + GAP_S, ALL)), GAP),
+    "jitter in XDF": read(xdf((JITTER, ALL))),
     "two streams": read(STREAMS, (TIME_S[:485], [*COUNTS[:2, 40:], *COUNTS[2:, :485]])),
     "more than a day": read(workbook(DAYS, number_format="[h]:mm:ss.0")),
-    "minutes and seconds": read(
-        workbook([(86_390 + t) / 86_400 for t in TIME_S], number_format="mm:ss.0")
-    ),
+    "minutes and seconds": read(workbook(PARTS, number_format="mm:ss.0")),
 }
 
 
@@ -410,7 +386,7 @@ OVER_ALL = named_over_all(["t", "Pressure (kPa)"], ["s", *SENSORS])
 T_NAMES = {f"{name}_T": row for name, row in SENSORS.items()}
 # Where a file tells a unit, and how it is quoted.
 UNITS = {
-    "XDF": (xdf((TIME_S, [*SENSORS]), unit="uV"), "names uV of"),
+    "XDF": (xdf((TIME_S, ALL), unit="uV"), "names uV of"),
     "TDMS": (tdms(SENSORS, wf_increment=0.1, unit_string="mmHg"), "names mmHg of"),
     "NI": (tdms(SENSORS, wf_increment=0.1, NI_UnitDescription="kPa"), "names kPa of"),
     "a group of TDMS": (tdms(SENSORS, about={"Unit": "kPa"}, wf_increment=0.1), "names kPa of"),
@@ -514,11 +490,9 @@ ASKED = {
         "sensor 3 starts 4 s after sensor 1 by its date, '2026-03-04T09:00:04Z', and 2 s by",
     ),
     "stamps of chunks": Case(
-        xdf((CHUNKS, [*SENSORS])), "is 1e+04 Hz, but the file states nominal_srate", "--time none"
+        xdf((CHUNKS, ALL)), "but the file states nominal_srate", "--time none"
     ),
-    "a stamp that jumps": Case(
-        xdf((JUMPING, [*SENSORS])), "sample 302: time runs backwards", BY_RATE
-    ),
+    "a stamp that jumps": Case(xdf((JUMPING, ALL)), "sample 302: time runs backwards", BY_RATE),
     "a formula": Case(FORMULAS, f"B2: the formula '={COUNTS[0, 0]:.0f}+0'"),
     "numbers as text": Case(TEXTS, "as text, save it as CSV"),
     "a word in a sheet": Case(OVERLOAD, "row 10, column 'time': 'overload'"),
@@ -601,7 +575,7 @@ def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
 
 
 def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path):
-    path = xdf((TIME_S, [*SENSORS]))(tmp_path)
+    path = xdf((TIME_S, ALL))(tmp_path)
     assert "may be incomplete" not in import_files(tmp_path, path, "--dry-run").shown
     path.write_bytes(path.read_bytes()[:-30])
     told = "note: the stream has no end: the file may be incomplete"
