@@ -30,15 +30,9 @@ RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 
 # Held out, so that in leave-one-out no fold judges it.
 RECORDINGS.append("0mm/h01")
 WITH_PYTHON = {each.document for each in BLOCKS if each.is_python and not each.not_run}
-PAGE = "docs/command.md"
-TUTORIAL = ROOT / "docs" / "tutorial.ipynb"
-SECTIONS = dict(
-    re.findall(
-        r"^## capsule (\w+)\n(.*?)(?=^## |\Z)",
-        (ROOT / PAGE).read_text(encoding="utf-8"),
-        re.MULTILINE | re.DOTALL,
-    )
-)
+PAGE, TUTORIAL = "docs/command.md", ROOT / "docs" / "tutorial.ipynb"
+PAGE_TEXT = (ROOT / PAGE).read_text(encoding="utf-8")
+SECTIONS = dict(re.findall(r"(?ms)^## capsule (\w+)\n(.*?)(?=^## |\Z)", PAGE_TEXT))
 # Of the lines in these documents, which run in this order, what does not run here: it belongs to a
 # shell, never ends, or removes what the lines after it read.
 IN_THE_FOLDER = ["docs/tutorial.md", PAGE]
@@ -47,8 +41,7 @@ PROGRAMS = {"make", "pip", "snakemake", "sbatch", "capsule", "conda", "py", "sou
 PROGRAMS |= {"mkdir", "cd", "cp", "sed", "grep", "head", "cat", "diff"}
 # Of the report, what the lines after it read; its pictures and its page take most of the time.
 REPORT = "snakemake -c2 results/recordings.csv results/detections.csv"
-_BIN = Path(sys.executable).parent
-ENVIRONMENT = os.environ | {"PATH": f"{_BIN}{os.pathsep}{os.environ['PATH']}"}
+ENVIRONMENT = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 # What begins another command, and what stands for a name of the reader's own.
 AFTER = {"|", ";", "&&", ">", "2>&1"}
 PLACEHOLDERS = {"NAME": "uneven-wall"}
@@ -112,8 +105,7 @@ def test_the_section_of_a_command_names_its_options_and_no_others(word):
 
 
 def test_the_documents_name_each_command_options_that_there_are_and_the_targets_of_make():
-    text = (ROOT / PAGE).read_text(encoding="utf-8")
-    assert set(re.findall(r"(?:`|\$ )capsule (\w+)", text)) >= set(COMMANDS)
+    assert set(re.findall(r"(?:`|\$ )capsule (\w+)", PAGE_TEXT)) >= set(COMMANDS)
     every = "\n".join(document.read_text(encoding="utf-8") for document in documents())
     for word, option in re.findall(r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", every):
         assert word not in COMMANDS or option in options(word) | {"--help"}, (word, option)
@@ -141,9 +133,8 @@ def run_lines(folder, lines):
             continue
         command = REPORT if line == "capsule report" else line
         script = f"cd {shlex.quote(str(folder))}\n{command}\npwd > {folder.parent}/here"
-        told = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        call = ["bash", "-e", "-c", script]
-        done = subprocess.run(call, check=False, env=ENVIRONMENT, **told)
+        call = ["bash", "-e", "-c", f"exec 2>&1\n{script}"]
+        done = subprocess.run(call, check=False, env=ENVIRONMENT, capture_output=True, text=True)
         refused = re.search("^refused: ", shown, re.MULTILINE) is not None
         assert done.returncode == refused, f"{line}\n{done.stdout}"
         printed = "\n".join(each.rstrip() for each in done.stdout.splitlines())
@@ -157,12 +148,9 @@ def run_lines(folder, lines):
 @pytest.mark.slow
 @pytest.mark.takes(60)
 def test_what_the_documents_show_runs_in_the_folder_of_the_tutorial(tmp_path):
-    start = tmp_path / "start"
-    start.mkdir()
-    folder = start
+    (folder := tmp_path / "start").mkdir()
     for document in IN_THE_FOLDER:
-        lines = list(lines_to_type(document))
-        folder = run_lines(folder, lines)
+        folder = run_lines(folder, lines_to_type(document))
     # The numbers that the tutorial tells.
     assert (folder / "monday.png").stat().st_size > 50_000
     assert (folder / "before/detections.csv").exists()
@@ -201,17 +189,14 @@ def test_the_map_in_the_manual_is_the_one_that_is_used_and_the_readmes_file_is_i
 def test_the_tutorial_gives_what_it_shows(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    stored = nbformat.read(TUTORIAL, as_version=4)
-    fresh = nbformat.read(TUTORIAL, as_version=4)
+    stored, fresh = (nbformat.read(TUTORIAL, as_version=4) for _ in range(2))
     NotebookClient(fresh, timeout=300, resources={"metadata": {"path": TUTORIAL.parent}}).execute()
-    made, shown = (
-        [(at, each) for at, cell in enumerate(book.cells) for each in cell.get("outputs", [])]
-        for book in (fresh, stored)
-    )
+    made, shown = ([cell.get("outputs", []) for cell in book.cells] for book in (fresh, stored))
     # Of a picture, only that there is one.
     texts, expected = (
-        [(at, each["text"] if "text" in each else each["data"]["text/plain"]) for at, each in some]
+        [[each["text"] if "text" in each else each["data"]["text/plain"] for each in cell]
+         for cell in some]
         for some in (made, shown)
-    )
+    )  # fmt: skip
     assert texts == expected
-    assert sum("image/png" in each.get("data", {}) for _, each in made) >= 5
+    assert sum("image/png" in each.get("data", {}) for cell in made for each in cell) >= 5

@@ -14,6 +14,12 @@ from support.project import ROOT
 pytestmark = needs_programs("make", packages="make")
 
 
+def write_program(path, line):
+    path.write_text(f"#!/bin/sh\n{line}\n")
+    path.chmod(0o755)
+    return path
+
+
 @pytest.fixture
 def checkout(tmp_path):
     """Return a folder with the Makefile and an environment whose snakemake prints its cache."""
@@ -22,11 +28,8 @@ def checkout(tmp_path):
     shutil.copy2(ROOT / "Makefile", folder)
     for name in ("requirements.lock", "pyproject.toml", ".venv/ready"):
         (folder / name).touch()
-    programs = {"snakemake": 'echo "cache: $XDG_CACHE_HOME"', "python": 'echo "python $*"'}
-    for name, line in programs.items():
-        program = folder / ".venv" / "bin" / name
-        program.write_text(f"#!/bin/sh\n{line}\n")
-        program.chmod(0o755)
+    write_program(folder / ".venv/bin/snakemake", 'echo "cache: $XDG_CACHE_HOME"')
+    write_program(folder / ".venv/bin/python", 'echo "python $*"')
     return folder
 
 
@@ -46,15 +49,14 @@ def test_caches_lie_in_the_project_where_the_home_cannot_be_written(checkout, wr
 @pytest.mark.parametrize(("version", "allowed"), [("3.10", False), ("3.11", True), ("3.14", False)])
 def test_a_python_that_the_lock_lacks_is_refused_in_one_line(checkout, version, allowed):
     (checkout / ".venv" / "ready").unlink()
-    python = checkout / "python"
     numbers = version.replace(".", ", ")
     # It says of itself that it is of that version, and makes no environment.
-    python.write_text(
-        f'#!/bin/sh\ncase "$1" in -V) echo "Python {version}.0";; -m) exit 7;; '
+    python = write_program(
+        checkout / "python",
+        f'case "$1" in -V) echo "Python {version}.0";; -m) exit 7;; '
         f'*) exec "{sys.executable}" -c "import sys; sys.version_info = ({numbers}); '
-        'exec(sys.argv[1])" "$2";; esac\n'
+        'exec(sys.argv[1])" "$2";; esac',
     )
-    python.chmod(0o755)
     command = ["make", "report", f"PYTHON={python}"]
     done = subprocess.run(command, cwd=checkout, capture_output=True, text=True, check=False)
     assert done.returncode != 0

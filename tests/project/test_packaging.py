@@ -23,7 +23,6 @@ from support.environments import environment_with
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-SCRIPTS = ROOT / "workflow" / "scripts"
 EXTRAS = PROJECT["optional-dependencies"]
 INSTALLED = {each.name.lower(): each for each in importlib.metadata.distributions()}
 # What `make report` installs, and what `make formats` and `make test` add to it.
@@ -46,11 +45,19 @@ RUNNING = ("workflow", "formats", "learn", "notebook")
 WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted(*RUNNING), wanted("dev")), strict=True))
 
 
+def read(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def named(requirements, *left_out):
+    """Return name and range of each package."""
+    return {(r.name, str(r.specifier)) for r in requirements if r.name not in left_out}
+
+
 def locked_versions(lock):
     versions = {}
-    text = (ROOT / lock).read_text(encoding="utf-8")
     pinned = r"^([a-z0-9._-]+)(?:\[[a-z0-9,_-]+\])?==([^ ;\\]+)"
-    for name, version in re.findall(pinned, text, re.MULTILINE):
+    for name, version in re.findall(pinned, read(lock), re.MULTILINE):
         versions.setdefault(name, []).append(version)
     return versions
 
@@ -61,7 +68,7 @@ def test_the_lock_pins_what_the_project_asks_for_by_hashes_and_no_addresses(lock
     for requirement in WANTED[lock]:
         versions = pinned[requirement.name.lower()]
         assert all(requirement.specifier.contains(version) for version in versions), requirement
-    text = (ROOT / lock).read_text(encoding="utf-8")
+    text = read(lock)
     assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
     assert all("--hash=sha256:" in entry for entry in re.split(r"\n(?=[a-z0-9])", text))
     # It names the extras that its packages ask for in one another. Without them, pip 23 takes a
@@ -83,41 +90,36 @@ def test_all_locks_pin_the_same_and_that_of_make_report_nothing_that_only_an_ext
     assert len(optional) > 10
     assert not optional & locked
     # Snakemake's own report.
-    folder = Path(importlib.util.find_spec("snakemake").origin).parent / "report"
-    text = "\n".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
-    modules = re.findall(r"^ *(?:import|from) (\w+)", text, re.MULTILINE)
     packages = importlib.metadata.packages_distributions()
-    assert {name.lower() for module in modules for name in packages.get(module, ())} <= locked
+    for path in Path(importlib.util.find_spec("snakemake").origin).parent.glob("report/**/*.py"):
+        for module in re.findall(r"^ *(?:import|from) (\w+)", read(path), re.MULTILINE):
+            assert {name.lower() for name in packages.get(module, ())} <= locked
     # No one gets Open CASCADE without asking.
     (kernel,) = [text for text in EXTRAS["cad"] if not text.startswith("manifold3d")]
     assert Requirement(kernel).name not in locked_versions("requirements-test.lock")
 
 
 def test_environment_yml_names_the_same_packages_and_ranges():
-    environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
-    conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
-    pip = {(r.name.lower(), str(r.specifier)) for r in wanted(*RUNNING)}
+    conda, steps = (
+        named(map(Requirement, yaml.safe_load(read(name))["dependencies"]))
+        for name in ("environment.yml", "workflow/environment.yml")
+    )
+    pip = {(name.lower(), versions) for name, versions in named(wanted(*RUNNING))}
     python = ("python", str(SpecifierSet(PROJECT["requires-python"])))
     assert conda == pip | {python, ("pip", "")}
     # The steps alone, for `--sdm conda`: no boards, no installation.
-    steps = yaml.safe_load((ROOT / "workflow/environment.yml").read_text(encoding="utf-8"))
-    asked = {(r.name, str(r.specifier)) for r in map(Requirement, steps["dependencies"])}
-    others = {"pyserial", "hatchling", "editables"}
-    assert asked == {python} | {
-        (r.name, str(r.specifier)) for r in wanted("workflow") if r.name not in others
-    }
+    assert steps == {python} | named(wanted("workflow"), "pyserial", "hatchling", "editables")
     assert {Requirement(text).name for text in EXTRAS["parts"] + EXTRAS["lsl"]} == NOT_ON_CONDA
 
 
 def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert citation["version"] == PROJECT["version"] == capsule.__version__
-    assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
+    newest = re.search(r"^## \[(.+?)\]", read("CHANGELOG.md"), re.MULTILINE)[1]
+    told = {newest, yaml.safe_load(read("CITATION.cff"))["version"], capsule.__version__}
+    assert told == {PROJECT["version"]}
 
 
 def test_every_error_that_names_an_extra_names_one_that_there_is(monkeypatch, tmp_path):
-    texts = [path.read_text(encoding="utf-8") for path in (SCRIPTS / "capsule").rglob("*.py")]
+    texts = list(map(read, (ROOT / "workflow/scripts/capsule").rglob("*.py")))
     # The functions that tell an extra.
     pattern = r"(?:how_to_install\(|not_installed\(.+, )[\"'](\w+)[\"']\)"
     hinted = {extra for text in texts for extra in re.findall(pattern, text)}
@@ -141,16 +143,17 @@ def test_without_its_project_the_library_says_what_to_do(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("platform", "version"),
     [
-        ("x86_64-unknown-linux-gnu", "3.11"),
-        ("aarch64-apple-darwin", "3.12"),
-        ("x86_64-pc-windows-msvc", "3.13"),
+        ("x86_64-unknown-linux-gnu", 11),
+        ("aarch64-apple-darwin", 12),
+        ("x86_64-pc-windows-msvc", 13),
     ],
 )
 def test_the_lock_can_be_installed_on_every_system_and_python(platform, version, tmp_path):
     # By wheels; only connection-pool has none.
     pip = [sys.executable, "-m", "pip", "config", "get", "global.index-url"]
     index = subprocess.run(pip, capture_output=True, text=True, check=False).stdout.strip()
-    options = ["--python-platform", platform, "--python-version", version, "--target", tmp_path]
+    options = ["--python-platform", platform, "--target", tmp_path]
+    options += ["--python-version", f"3.{version}"]
     options += ["--only-binary", ":all:", "--no-binary", "connection-pool", "--require-hashes"]
     options += ["--requirement", ROOT / "requirements-test.lock"]
     environment = {**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})}
@@ -166,14 +169,11 @@ def test_the_lock_can_be_installed_on_every_system_and_python(platform, version,
     ],
 )
 def test_the_files_from_elsewhere_are_what_the_lock_pins(package, file):
-    folder = ROOT / "workflow" / "report" / "vendor"
-    lock = json.loads((folder / "package-lock.json").read_text(encoding="utf-8"))
-    head = (ROOT / file).read_text(encoding="utf-8")[:200]
-    assert re.search(r"v\d+\.\d+\.\d+", head)[0] == (
-        "v" + lock["packages"][f"node_modules/{package}"]["version"]
-    )
+    lock = read("workflow/report/vendor/package-lock.json")
+    pinned = json.loads(lock)["packages"][f"node_modules/{package}"]["version"]
+    assert re.search(r"v\d+\.\d+\.\d+", read(file)[:200])[0] == f"v{pinned}"
     assert (ROOT / file).with_name("LICENSE").stat().st_size > 500
-    assert '"resolved"' not in json.dumps(lock)
+    assert '"resolved"' not in lock
 
 
 @pytest.mark.packages
