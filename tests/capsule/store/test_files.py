@@ -7,6 +7,7 @@ from unittest.mock import Mock
 import pytest
 
 from capsule.errors import CapsuleError
+from capsule.recordings.names import Entry, classify
 from capsule.store import files
 
 
@@ -47,49 +48,37 @@ def test_tables_keep_full_precision_and_leave_unknown_cells_empty(tmp_path):
     assert files.read_csv(tmp_path / "t.csv")[1] == {"a": "-3.0", "b": "x,y", "c": " =1+1"}
 
 
-def test_only_accepted_recordings_are_read_in_the_order_of_their_contents(tmp_path):
-    columns = ["recording", "status", "readings_sha256"]
-    listed = [("3mm/a", "accepted", "7"), ("3mm/b", "rejected", "5"), ("3mm/c", "accepted", "6")]
-    rows = [dict(zip(columns, row, strict=True)) for row in listed]
-    files.write_csv(tmp_path / "index.csv", columns, rows)
-    accepted = files.accepted_recordings(tmp_path / "index.csv")
-    assert list(accepted.items()) == [("3mm/c", rows[2]), ("3mm/a", rows[0])]
+# What lies under 3mm/: what makes it, and the kind of entry that it is.
+LISTED = {
+    "a.csv": (Path.touch, "file"),
+    os.fsdecode(b"\xff.csv"): (Path.touch, "file"),
+    "d.csv": (Path.mkdir, "folder"),
+    "b.csv": ("a.csv", "file"),
+    "dots.csv": ("../../elsewhere/secret.csv", "link out"),
+    "twice.csv": ("dots.csv", "link out"),
+    "gone.csv": ("nowhere.csv", "dead link"),
+    "loop.csv": ("loop.csv", "dead link"),
+    "zero.csv": ("/dev/zero", "device"),
+}
 
 
 def test_the_archive_is_listed_and_links_that_lead_out_of_it_are_refused(tmp_path):
     raw, elsewhere = tmp_path / "raw", tmp_path / "elsewhere"
-    for folder in (raw / "3mm/d.csv", elsewhere):
+    for folder in (raw / "3mm", elsewhere):
         folder.mkdir(parents=True)
     (elsewhere / "secret.csv").write_text("secret")
-    for name in ("a.csv", os.fsdecode(b"\xff.csv")):
-        (raw / "3mm" / name).touch()
-    for link, target in {
-        "3mm/b.csv": "a.csv",
-        "3mm/dots.csv": "../../elsewhere/secret.csv",
-        "3mm/out.csv": elsewhere / "secret.csv",
-        "3mm/twice.csv": "out.csv",
-        "3mm/gone.csv": "nowhere.csv",
-        "3mm/loop.csv": "loop.csv",
-        "3mm/zero.csv": "/dev/zero",
-        "4mm": elsewhere,
-        "5mm": "3mm",
-    }.items():
-        (raw / link).symlink_to(target)
+    for name, (made, _) in LISTED.items():
+        path = raw / "3mm" / name
+        path.symlink_to(made) if isinstance(made, str) else made(path)
+    for name, target in (("4mm", elsewhere), ("5mm", "3mm")):
+        (raw / name).symlink_to(target)
     archive = files.list_archive(raw)
-    assert archive.recordings == ("3mm/a", "3mm/b", "5mm/a", "5mm/b")
-    assert list(archive.passed_over) == ["4mm"]
+    # A link within the archive leads to as many recordings.
+    listed = [(f"{at}/{name}", kind) for at in ("3mm", "5mm") for name, (_, kind) in LISTED.items()]
+    assert archive == classify(Entry(*each) for each in (("4mm", "link out"), *listed))
     # The archive itself may lie anywhere.
     (tmp_path / "linked").symlink_to(raw)
     assert files.list_archive(tmp_path / "linked") == archive
-    out = "a link to a place outside raw/; replace it with a copy of the file"
-    told = dict.fromkeys(["dots", "out", "twice"], out) | {"d": "a folder, not a file"}
-    told |= dict.fromkeys(["gone", "loop"], "a link to a file that does not exist")
-    told |= {"zero": "a pipe or a device, not a file"}
-    for folder in ("3mm", "5mm"):
-        assert archive.refused.pop(f"{folder}/\\udcff.csv").startswith("rename the file")
-        for name, reason in told.items():
-            assert archive.refused.pop(f"{folder}/{name}.csv") == reason
-    assert archive.refused == {}
     with pytest.raises(CapsuleError, match="does not exist"):
         files.list_archive(tmp_path / "none")
 
@@ -113,14 +102,13 @@ def test_without_hard_links_a_full_disk_leaves_no_half_of_a_new_file(tmp_path, m
 
 
 def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
-    one, other = tmp_path / "one", tmp_path / "other"
-    one.write_bytes(b"1")
-    other.write_bytes(b"2")
-    os.utime(other, ns=(0, one.stat().st_mtime_ns))
-    before = files.fingerprint(one, 10)
-    assert before != files.fingerprint(other, 10)
-    os.utime(one, (1, 1))
-    assert files.fingerprint(one, 10) == before
+    one = tmp_path / "one"
+    told = []
+    for content, date_s in ((b"1", 1), (b"2", 1), (b"1", 2)):
+        one.write_bytes(content)
+        os.utime(one, (date_s, date_s))
+        told.append(files.fingerprint(one, 10))
+    assert told[0] == told[2] != told[1]
     assert files.fingerprint(one, 0) == "too large"
     assert files.read_limited(one, 1) == files.read_limited(one, 10) == b"1"
     assert files.read_limited(one, 0) is None
