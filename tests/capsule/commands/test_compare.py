@@ -24,29 +24,23 @@ PLACES = [
 ]
 
 
-def write(folder, checksum, verdict, summary):
+def write(folder, checksum, verdict, *summary):
     """Write a folder of results; `checksum` and `verdict` are the places in `PLACES`."""
     (folder / "evaluation").mkdir(parents=True)
-    sizes = [{"recording": row[0], "size_mm": row[2]} for row in PLACES]
-    listed = [each | {"sha256": row[checksum]} for each, row in zip(sizes, PLACES, strict=True)]
-    said = [
-        KEY | each | {"predicted_mm": row[verdict]} for each, row in zip(sizes, PLACES, strict=True)
-    ]
-    tables = {"recordings": listed, "evaluation/predictions": said, "evaluation/summary": summary}
-    for name, rows in tables.items():
-        pd.DataFrame(rows).to_csv(folder / f"{name}.csv", index=False)
-
-
-def rates(rate):
-    return KEY | {"sensitivity": rate, "specificity": rate}
+    columns = {"recording": 0, "size_mm": 2, "sha256": checksum, "predicted_mm": verdict}
+    rows = [KEY | {name: row[place] for name, place in columns.items()} for row in PLACES]
+    summary = [KEY | {"sensitivity": rate, "specificity": rate} | more for rate, more in summary]
+    tables = {"recordings": rows, "evaluation/predictions": rows, "evaluation/summary": summary}
+    for name, table in tables.items():
+        pd.DataFrame(table).to_csv(folder / f"{name}.csv", index=False)
 
 
 # Kills: pairing by the name alone; two missing verdicts that count as a change.
 def test_verdicts_are_paired_over_the_same_recordings(tmp_path):
     folders = tmp_path / "A", tmp_path / "B"
     # A is of an earlier version, whose table had no sizes.
-    write(folders[0], 1, 3, [rates(0.5)])
-    write(folders[1], 4, 5, [rates(0.75) | {"size_mm": None}, rates(0.0) | {"size_mm": 1.0}])
+    write(folders[0], 1, 3, (0.5, {}))
+    write(folders[1], 4, 5, (0.75, {"size_mm": None}), (0.0, {"size_mm": 1.0}))
     listed = [pd.read_csv(folder / "recordings.csv") for folder in folders]
     (row,) = compared(folders, listed).to_dict("records")
     told = {"sensitivity_a": 0.5, "sensitivity_b": 0.75, "specificity_a": 0.5}
