@@ -28,7 +28,6 @@ def write(*names, text="made for {}\n"):
 def folder(tmp_path, monkeypatch):
     """Work in a folder with recordings and results."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("CAPSULE_RUN", "")
     write(*(f"raw/{name}.csv" for name in NAMES), *MADE, *SURVEYS)
 
 

@@ -24,7 +24,6 @@ HOLD += "print('held', flush=True); input()"
 def folder(tmp_path, monkeypatch):
     """Work in a folder that no run has used, as no job of a run."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("CAPSULE_RUN", "")
     return tmp_path
 
 

@@ -37,7 +37,6 @@ def folder(tmp_path, monkeypatch, request):
 
     monkeypatch.setattr(run, "hold_run_lock", hold)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("CAPSULE_RUN", "")
     monkeypatch.setattr(atexit, "register", Mock())
     Path("results").mkdir()
 
@@ -45,16 +44,14 @@ def folder(tmp_path, monkeypatch, request):
 def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), **more):
     """Return a run with these recordings."""
     config = {"recordings_per_job": wanted, "evaluation": {"held_out": held_out}}
-    surveys = surveys or Surveys([], {})
-    return run.Run("raw", "results", "sessions", config, divide(names, wanted), surveys, **more)
+    judged = divide(names, wanted), surveys or Surveys([], {})
+    return run.Run("raw", "results", "sessions", config, *judged, **more)
 
 
 def write_lists(*rows, passed_over=()):
     """Write the list of the recordings, and that of the other files."""
-    written = [dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, row, strict=False)) for row in rows]
-    files.write_csv(Path("results/recordings.csv"), COLUMNS, written)
-    others = [{"path": path, "reason": reason} for path, reason in passed_over]
-    files.write_csv(Path("results/passed_over.csv"), ["path", "reason"], others)
+    files.write_cells(RESULTS / "recordings.csv", COLUMNS, rows)
+    files.write_cells(RESULTS / "passed_over.csv", ["path", "reason"], passed_over)
 
 
 def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(tmp_path, capsys):
@@ -66,9 +63,8 @@ def test_a_run_takes_the_lock_tidies_signs_and_tells_of_keys_without_effect(tmp_
     without_effect = ["evaluation.bootstrap has no effect any more; remove it"]
     states = {"fit.py": {"a.py": [1, 2, 3, 4]}}
     run_of(without_effect=without_effect, states=states).begin()
-    assert not left.exists()
+    assert (left.exists(), past.stat().st_mtime) == (False, 1e9)
     assert abs(ahead.stat().st_mtime - time.time()) < 60
-    assert past.stat().st_mtime == 1e9
     assert files.read_json(STATES) == states
     # Results that are put back later have another sign.
     sign = (RUN_LOCK.parent / SIGN).read_text().split()[0]
@@ -109,7 +105,7 @@ def test_the_end_of_a_run_lists_what_is_rejected_alike_confounded_passed_over_an
         *((name, "accepted", "", "", f"bench {name[0]}") for name in of_benches),
         ("3mm/r01", "accepted", "", "3mm/r02", "bench 3"),
         ("3mm/r02", "accepted", "", "3mm/r01", "bench 3"),
-        ("3mm/r03", "rejected", "the file is empty"),
+        ("3mm/r03", "rejected", "the file is empty", "", ""),
         passed_over=[("notes.txt", "not in a folder")],
     )
     files.write_json(RESULTS / "surveys/1-gut/survey.json", {"problem": "no track"})
@@ -140,7 +136,7 @@ def test_the_end_of_a_run_lists_what_is_rejected_alike_confounded_passed_over_an
     [(500, "auto", ""), (501, 1, ""), (501, "auto", "501 recordings: .* up to 16 instead of 1, ")],
 )
 def test_an_archive_that_passes_a_limit_is_told_that_all_is_made_again(capsys, now, wanted, told):
-    write_lists(*((f"3mm/r{run}", "accepted") for run in range(500)))
+    write_lists(*((f"3mm/r{run}", "accepted", "", "", "") for run in range(500)))
     run_of([f"3mm/r{run}" for run in range(now)], wanted).begin()
     told += "so everything is made once more.\n" if told else ""
     assert re.fullmatch(told, capsys.readouterr().err)

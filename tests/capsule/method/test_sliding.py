@@ -1,5 +1,3 @@
-import pickle
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -85,15 +83,6 @@ def test_particles_compared_at_once_do_not_touch_each_other(sensors, count, leng
     for particle, gain, lag in zip(particles, gains, lags, strict=True):
         alone, lag_alone = drawn_gain(matrix, particle)
         assert (gain, lag) == (pytest.approx(alone, abs=1e-9), lag_alone)
-
-
-def test_a_pickle_of_a_particle_holds_its_values_alone():
-    matrix, particle = random_pair(4, 50, 1)
-    repeated = RepeatedParticle(particle)
-    before = pickle.dumps(repeated)
-    gain = SlidingComparison(matrix).gain_of(repeated)
-    assert pickle.dumps(repeated) == before
-    assert SlidingComparison(matrix).gain_of(pickle.loads(before)) == gain
 
 
 def test_the_length_of_an_fft_has_small_factors_only():
