@@ -1,4 +1,4 @@
-"""The package's names, its errors as lines, and plain values for JSON."""
+"""The package's names, its errors as lines, plain values for JSON, and streams of numbers."""
 
 import errno
 
@@ -11,6 +11,7 @@ from capsule.arrays import plain
 from capsule.engine.project import project_version
 from capsule.interface.archive import load
 from capsule.method.particle import Particle, render
+from capsule.seeding import fit_generator, generator
 
 
 def test_the_package_has_its_public_names_and_checks_what_its_functions_are_given():
@@ -40,3 +41,21 @@ def test_plain_values_are_numbers_lists_and_none_for_what_json_lacks():
     expected = {"a": [1, 2], "b": [0.5, None], "c": [{"d": None}], "e": "x"}
     assert plain(values) == expected
     assert type(plain(values)["b"][0]) is float
+
+
+def test_a_stream_belongs_to_its_seed_and_names_and_that_of_a_fit_to_its_readings():
+    values = np.array([[1.0, np.nan, 3.0], [4.0, 5.0, 6.0]])
+
+    def streams():
+        yield generator(1, "roc", "3mm/r07")
+        yield from (generator(2, "roc", "3mm/r07"), generator(1, "roc", "3mm/r08"))
+        yield generator(1, "roc3mm/r07")
+        yield from (
+            fit_generator(1, values),
+            fit_generator(2, values),
+            fit_generator(1, values + 1),
+        )
+
+    first = [stream.integers(2**62) for stream in streams()]
+    assert first == [stream.integers(2**62) for stream in streams()]
+    assert len(set(first)) == 7

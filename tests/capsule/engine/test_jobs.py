@@ -1,15 +1,116 @@
-"""How a script or a command ends after an error."""
+"""One run at a time uses a folder; a job of a killed run or of changed code writes nothing.
+
+And how a script or a command ends after an error.
+"""
 
 import errno
 import os
+import shutil
+import subprocess
 import sys
+from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
 
 from capsule.engine import jobs
+from capsule.engine.jobs import RUN_LOCK, STATES, hold_run_lock, states_of
 from capsule.errors import CapsuleError
 from capsule.store import files
+from support.project import ROOT
+
+# It holds the lock, prints so, and waits.
+HOLD = "from capsule.engine.jobs import hold_run_lock; held = hold_run_lock(); "
+HOLD += "print('held', flush=True); input()"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Work in a folder that no run has used, as no job of a run."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_second_run_is_refused_with_the_name_of_the_first_until_that_is_killed():
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", HOLD], env=environment, **pipes) as other:
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(CapsuleError, match=rf"\(process {other.pid} on .*; wait until it has"):
+            hold_run_lock()
+        # The name of the first is kept. A lock is of one folder, and ends with its file.
+        assert RUN_LOCK.read_text().startswith(f"process {other.pid} on ")
+        for _ in range(2):
+            hold_run_lock(Path("elsewhere/run.lock")).close()
+        other.kill()
+    with hold_run_lock():
+        assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
+
+
+def test_without_locks_on_the_file_system_a_run_begins_with_a_warning(monkeypatch, capsys):
+    monkeypatch.setattr(jobs, "lock_file", Mock(side_effect=OSError(95, "Operation not supported")))
+    with hold_run_lock():
+        told = "this file system does not support locks (Operation not supported)"
+        assert told in capsys.readouterr().err
+
+
+def test_a_job_whose_run_was_replaced_writes_nothing(folder, monkeypatch):
+    # As on a node of a cluster that sees the file of the lock late.
+    monkeypatch.setenv("CAPSULE_RUN", "process 1 on elsewhere")
+    files.write_json(folder / "made.json", {"by": "an earlier run"})
+    with hold_run_lock():
+        replaced = os.environ["CAPSULE_RUN"]
+    with hold_run_lock():
+        current = os.environ["CAPSULE_RUN"]
+        monkeypatch.setenv("CAPSULE_RUN", replaced)
+        with pytest.raises(CapsuleError) as caught:
+            files.write_json(folder / "made.json", {"by": "a replaced run"})
+        told = f"the run of this job ({replaced}) was killed, and {current} has begun since"
+        assert str(caught.value).startswith(told)
+        # `capsule export` and others write while a run goes on.
+        for name in (current, ""):
+            monkeypatch.setenv("CAPSULE_RUN", name)
+            files.write_json(folder / "other.json", {"by": name})
+    assert files.read_json(folder / "made.json") == {"by": "an earlier run"}
+    assert {path.name for path in folder.glob("*.*")} == {".snakemake", "made.json", "other.json"}
+
+
+@pytest.fixture
+def code(folder, monkeypatch):
+    """Return a script and a table that it reads, whose states a run has noted."""
+    monkeypatch.setenv("CAPSULE_RUN", "this run")
+    monkeypatch.setattr(sys, "argv", ["workflow/fit.py"])
+    paths = [folder / "workflow/fit.py", folder / "workflow/table.yaml"]
+    paths[0].parent.mkdir()
+    for path in paths:
+        path.write_text("x = 1\n")
+    files.write_json(STATES, {str(paths[0]): states_of(paths)})
+    return paths
+
+
+def put_back(path):
+    """Change a file, and put it back with its dates."""
+    shutil.copy2(path, kept := path.with_name("kept"))
+    path.write_text("x = 2\n")
+    kept.replace(path)
+
+
+@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.parametrize("change", [lambda path: path.write_text("x\n"), put_back, Path.unlink])
+def test_a_job_whose_code_was_changed_writes_nothing_and_all_others_write(
+    code, change, place, monkeypatch
+):
+    code[1].with_name("other.yaml").write_text("x = 1\n")
+    files.write_json(Path("before.json"), {})
+    change(code[place])
+    with pytest.raises(CapsuleError, match=f"{code[place].name} has changed since the run began"):
+        files.write_json(Path("fit.json"), {})
+    assert not Path("fit.json").exists()
+    # Another job, and a command that is none, as `capsule export`.
+    for script, name in (("workflow/describe.py", "this run"), ("workflow/fit.py", "")):
+        monkeypatch.setattr(sys, "argv", [script])
+        monkeypatch.setenv("CAPSULE_RUN", name)
+        files.write_json(Path("other.json"), {})
 
 
 @pytest.mark.parametrize(

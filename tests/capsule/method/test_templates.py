@@ -1,9 +1,13 @@
+"""Templates are averages of particles, and the nearest one tells the size."""
+
 import numpy as np
 import pytest
 
+from capsule.method import templates as method
 from capsule.method.particle import Particle, peak_positions, render
-from capsule.method.templates import build_templates, by_size, no_nodule_template, total
+from capsule.method.sliding import RepeatedParticle
 from capsule.seeding import generator
+from support import literal
 from support.paper import PAPER
 
 
@@ -13,13 +17,13 @@ def particles(count, name="templates"):
 
 def test_particles_are_grouped_by_the_size_of_their_recordings():
     one, two, three = particles(3)
-    grouped = by_size({"2mm/r01": one, "unlabelled/r01": two, "2mm/r00": three})
+    grouped = method.by_size({"2mm/r01": one, "unlabelled/r01": two, "2mm/r00": three})
     assert grouped == {2.0: [one, three]}
 
 
 def test_amplitudes_and_spacings_are_averaged_and_spreads_by_their_variances():
     three = particles(3)
-    mean = total(three, sensors=4).mean()
+    mean = method.total(three, sensors=4).mean()
     # Sigma of eq. barTheta holds variances: the mean of the sigmas themselves is smaller.
     for name, values in vars(mean).items():
         power = 2 if name.endswith("spread") else 1
@@ -32,21 +36,21 @@ def test_amplitudes_and_spacings_are_averaged_and_spreads_by_their_variances():
 
 def test_templates_are_rendered_per_size_and_the_first_is_zero():
     sizes = {2.5: particles(2, "a"), 1.0: particles(3, "b")}
-    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    templates = method.build_templates(sizes, sensors=4, first_peak=150, length=1000)
     assert templates.sizes_mm == (0.0, 1.0, 2.5)
-    np.testing.assert_array_equal(templates.matrices[0], no_nodule_template(4, 1000))
+    np.testing.assert_array_equal(templates.matrices[0], method.no_nodule_template(4, 1000))
     assert not templates.matrices[0].any()
-    expected = render(total(sizes[2.5], 4).mean(), 150, 1000)
+    expected = render(method.total(sizes[2.5], 4).mean(), 150, 1000)
     np.testing.assert_array_equal(templates.matrices[2], expected)
 
 
 def test_without_a_recording_only_its_own_size_changes():
     sizes = {1.0: particles(3, "a"), 2.0: particles(3, "b")}
-    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    templates = method.build_templates(sizes, sensors=4, first_peak=150, length=1000)
     left_out = templates.without([(2.0, sizes[2.0][0])])
     assert left_out[0] is templates.matrices[0]
     assert left_out[1] is templates.matrices[1]
-    remaining = total(sizes[2.0][1:], 4).mean()
+    remaining = method.total(sizes[2.0][1:], 4).mean()
     np.testing.assert_allclose(left_out[2], render(remaining, 150, 1000), atol=1e-12)
     kept = templates.without([(0.0, sizes[2.0][0]), (1.0, None)])
     assert all(one is other for one, other in zip(kept, templates.matrices, strict=True))
@@ -55,11 +59,49 @@ def test_without_a_recording_only_its_own_size_changes():
 
 @pytest.mark.parametrize("sensors", [1, 4])
 def test_a_size_without_a_recording_has_an_unknown_average_of_the_usual_form(sensors):
-    empty = total([], sensors)
+    empty = method.total([], sensors)
     assert (empty.count, empty.vector.shape) == (0, (4 * sensors - 1,))
     mean = empty.mean()
     assert mean.amplitude.shape == mean.horizontal_spread.shape == (sensors,)
     assert mean.peak_spacing.shape == (sensors - 1,)
     assert np.isnan(mean.to_vector()).all()
-    templates = build_templates({1.0: []}, sensors=sensors, first_peak=5, length=20)
+    templates = method.build_templates({1.0: []}, sensors=sensors, first_peak=5, length=20)
     assert np.isnan(templates.matrices[1]).all() and templates.matrices[1].shape == (sensors, 20)
+
+
+def test_distances_equal_the_literal_formula_and_a_gain_is_that_over_no_template():
+    matrix, *templates = generator(1, "distances").random((4, 3, 24))
+    sought = [RepeatedParticle(template) for template in templates]
+    distances, gains, lags = method.compare_templates(matrix, sought)
+    np.testing.assert_array_equal(method.template_distances(matrix, templates), distances)
+    expected = [literal.sliding_rmse(matrix, template) for template in templates]
+    np.testing.assert_allclose(distances, np.min(expected, axis=1), atol=1e-9)
+    np.testing.assert_array_equal(lags, np.argmin(expected, axis=1) + 1)
+    np.testing.assert_allclose(distances**2 * 3 * matrix.size, (matrix**2).sum() - gains)
+    assert np.isnan(method.compare_templates(np.full((3, 24), np.nan), sought)).all()
+
+
+def test_what_is_unknown_stays_unknown():
+    known, unknown = np.ones((2, 10)), np.full((2, 10), np.nan)
+    distances = method.template_distances(known, [0 * known, unknown])
+    assert distances[0] == pytest.approx(np.sqrt(1 / 3))
+    assert np.isnan(distances[1])
+    assert method.nearest_size(distances, [0, 1]) == 0
+    assert np.isnan(method.template_distances(unknown, [known])).all()
+    assert np.isnan(method.nearest_size(np.array([np.nan, np.nan]), [0, 1]))
+    assert np.isnan(method.nearest_size(np.array([]), []))
+    # Of equal distances the smaller size wins.
+    assert method.nearest_size(np.array([np.nan, 0.2, 0.1, 0.1]), [0, 2, 3, 4]) == 3
+
+
+@pytest.mark.parametrize("shift", [0, 1, 33, -20])
+def test_the_lag_tells_when_the_first_sensor_meets_the_nodule(shift):
+    particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
+    template = render(particle, 150, 1000)
+    rolled = np.roll(template, shift, axis=1)
+    distances, _, lags = method.compare_templates(
+        rolled, [RepeatedParticle(0 * rolled + 0.2), RepeatedParticle(template)]
+    )
+    assert method.nearest_size(distances, [0, 2.5]) == 2.5
+    # Without a shift, the first peak of a template lies in column u, counted from 1.
+    assert method.first_peak_sample(lags[1], 150, 1000) == 149 + shift

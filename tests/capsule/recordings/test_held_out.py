@@ -1,10 +1,11 @@
-"""Held-out sessions judge only; recordings of one site and near copies are one place."""
+"""Held-out sessions judge only; sources, places, and one checksum of all recordings."""
 
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
 
 from capsule.errors import CapsuleError
+from capsule.recordings import origin
 from capsule.recordings.held_out import (
     fitted,
     is_held_out,
@@ -12,7 +13,6 @@ from capsule.recordings.held_out import (
     teaching,
     unknown_sessions,
 )
-from capsule.recordings.origin import places_of
 from capsule.store import files
 
 HELD_OUT = ["spring", "=2+2"]
@@ -132,9 +132,33 @@ def test_places_are_the_connected_components_for_any_rows():
         }
         linked = copies | (sites[:, np.newaxis] == sites) & (sites != "")
         _, expected = connected_components(linked, directed=False)
-        place = places_of(rows)
+        place = origin.places_of(rows)
         pairs = {(place[name], of) for name, of in zip(names, expected, strict=True)}
         # Each place is one component, and each component one place.
         assert len(pairs) == len(set(place.values())) == len(set(expected))
         # It has the name of its first recording.
         assert all(names.index(place[name]) <= names.index(name) for name in names)
+
+
+@pytest.mark.parametrize(
+    ("sources", "kind", "counts"),
+    [
+        (["simulated phantom"] * 3, "simulated", (3, 0, 0, 0)),
+        (["bench 2", "bench 3"], "recorded", (0, 0, 2, 0)),
+        (["bench 2", "Simulated"], "mixed", (1, 0, 1, 0)),
+        (["imported from a.csv"] * 2, "imported", (0, 2, 0, 0)),
+        (["bench 2", " ", "imported from a.csv"], "mixed", (0, 1, 1, 1)),
+        (["", ""], "unknown", (0, 0, 0, 2)),
+        ([], "none", (0, 0, 0, 0)),
+    ],
+)
+def test_the_origin_comes_from_what_the_recordings_say_and_each_counts_once(sources, kind, counts):
+    found = origin.origin_of(sources)
+    told = (found.simulated, found.imported, found.recorded, found.silent)
+    assert (found.kind, told) == (kind, counts)
+
+
+def test_the_combined_checksum_is_of_sorted_lines():
+    first = origin.combined_checksum({"b": "22", "a": "11"})
+    assert first == origin.combined_checksum({"a": "11", "b": "22"})
+    assert first != origin.combined_checksum({"a": "22", "b": "11"})

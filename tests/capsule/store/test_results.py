@@ -1,4 +1,4 @@
-"""The files of recordings are written, found and read again, alone or in batches."""
+"""An archive is divided into batches; the files of recordings are written, found and read again."""
 
 import os
 import re
@@ -7,29 +7,80 @@ from unittest.mock import Mock, call
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
+from capsule.recordings.names import folder_of
 from capsule.store import files
-from capsule.store.results import (
-    BATCH_COLUMNS,
-    CHECKS,
-    FEATURES,
-    FITS,
-    MATRICES,
-    SIGNALS,
-    Results,
-    arrays_in,
-    batches,
-    changed_recordings,
-    divide,
-    left_over,
-    pattern,
-    read_checks,
-    write_arrays,
-    write_contents,
-)
+from capsule.store import results as store
+from capsule.store.results import CHECKS, FITS, MATRICES, SIGNALS, batches, divide, left_over
 from support.stored import rows_of
 from support.synthetic import write_archive
+
+POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run in range(99)]
+DRAWN = st.sampled_from(POOL)
+ARCHIVES = st.sets(DRAWN, max_size=60).map(sorted)
+SIZES = st.integers(1, 9)
+
+
+@pytest.mark.parametrize(
+    ("recordings", "size"), [(0, 1), (500, 1), (501, 16), (5000, 16), (5001, 160), (10**6, 160)]
+)
+def test_the_size_of_a_batch_goes_by_the_size_of_the_archive_or_is_configured(recordings, size):
+    assert store.batch_size(recordings, "auto") == size
+    assert store.batch_size(recordings, 7) == 7
+
+
+@given(ARCHIVES, SIZES, st.randoms())
+def test_each_recording_is_in_one_batch_of_its_folder_whatever_the_order(names, most, shuffler):
+    divided = batches(names, most)
+    assert sorted(name for members in divided.values() for name in members) == names
+    for batch, members in divided.items():
+        assert 1 <= len(members) <= most
+        assert set(map(folder_of, members)) == {folder_of(batch)}
+    shuffled = names.copy()
+    shuffler.shuffle(shuffled)
+    assert batches(shuffled, most) == divided
+
+
+@given(ARCHIVES, DRAWN, SIZES)
+def test_a_recording_that_comes_or_goes_changes_or_divides_one_batch(names, another, most):
+    others = [name for name in names if name != another]
+    without, among = batches(others, most), batches([*others, another], most)
+    lost = [members for batch, members in without.items() if among.get(batch) != members]
+    made = [members for batch, members in among.items() if without.get(batch) != members]
+    assert len(lost) <= 1
+    before = [name for members in lost for name in members]
+    assert sorted(name for members in made for name in members) == sorted([*before, another])
+
+
+@given(ARCHIVES, SIZES, SIZES)
+def test_a_batch_of_a_small_size_lies_within_one_of_a_larger_size(names, one, other):
+    small, large = batches(names, min(one, other)), batches(names, max(one, other))
+    batch_of = {name: batch for batch, members in large.items() for name in members}
+    assert all(len({batch_of[name] for name in members}) == 1 for members in small.values())
+
+
+@pytest.mark.parametrize("count", [1000, 2000])
+def test_batches_are_filled_by_half_and_more_on_average(count):
+    assert len(batches([f"3mm/r{run:04d}" for run in range(count)], 100)) <= 2 * count / 100
+
+
+def test_a_folder_is_described_whole_until_it_is_large():
+    runs = [f"3mm/r{run:03d}" for run in range(store.DESCRIBED_TOGETHER + 1)]
+    whole = divide(["0mm/r01", *runs[:-1]], "auto")
+    assert whole.alone and whole.described == {"0mm/batch": ["0mm/r01"], "3mm/batch": runs[:-1]}
+    assert list(whole.batches) == ["0mm/r01", *runs[:-1]]
+    assert whole.joined() == whole.described
+    parted = divide(["0mm/r01", *runs], 10)
+    assert list(parted.described) == ["0mm/batch", "3mm/batch-0", "3mm/batch-1"]
+    assert not parted.alone
+    # Each batch is joined once, by the one that holds its recordings.
+    joined = [batch for names in parted.joined().values() for batch in names]
+    assert sorted(joined) == list(parted.batches)
+    assert list(divide(runs, 1000).described) == ["3mm/batch"]
+
 
 NAMES = [f"{folder}/r{run:02d}" for folder in ("0mm", "3mm") for run in range(1, 8)]
 REJECTED = ["3mm/\\udcff", "3mm/a b:c"]
@@ -48,16 +99,18 @@ def make_results(folder, size, names=NAMES):
     for batch, members in batches(names, size).items():
         for kind in (SIGNALS, MATRICES):
             arrays = {name: array_of(name) for name in members}
-            write_arrays(folder / pattern(kind, alone=size == 1).format(batch=batch), arrays)
+            store.write_arrays(
+                folder / store.pattern(kind, alone=size == 1).format(batch=batch), arrays
+            )
         for kind in (CHECKS, FITS):
             contents = {name: {"recording": name, "lag": LAGS.get(name)} for name in members}
-            path = folder / pattern(kind, alone=size == 1).format(batch=batch)
-            write_contents(path, contents, batch)
+            path = folder / store.pattern(kind, alone=size == 1).format(batch=batch)
+            store.write_contents(path, contents, batch)
     rows = [{"recording": name, **cells} for name, cells in rows_of(names, size).items()]
     # A recording that was rejected has no batch, and no file.
-    rows += [{"recording": name} | dict.fromkeys(BATCH_COLUMNS, "") for name in REJECTED]
-    files.write_csv(folder / "recordings.csv", ["recording", *BATCH_COLUMNS], rows)
-    return Results.of_table(folder, folder / "recordings.csv")
+    rows += [{"recording": name} | dict.fromkeys(store.BATCH_COLUMNS, "") for name in REJECTED]
+    files.write_csv(folder / "recordings.csv", ["recording", *store.BATCH_COLUMNS], rows)
+    return store.Results.of_table(folder, folder / "recordings.csv")
 
 
 # Batches of two were once not found, because sizes were tried.
@@ -74,22 +127,22 @@ def test_each_recording_is_read_as_it_was_written(tmp_path, size):
     # A job finds its recordings in the paths of its batches.
     wanted = NAMES[7:]
     paths = list(dict.fromkeys(results.file(SIGNALS, name) for name in wanted))
-    found = dict(arrays_in(paths, wanted))
+    found = dict(store.arrays_in(paths, wanted))
     assert list(found) == wanted
     for name, array in found.items():
         np.testing.assert_array_equal(array, array_of(name))
     # The checks tell the batch of each recording.
-    rows, checks = read_checks(tmp_path, divide(NAMES, size).joined())
+    rows, checks = store.read_checks(tmp_path, divide(NAMES, size).joined())
     assert rows == rows_of(NAMES, size)
     assert {name: check["lag"] for name, check in checks.items()} == LAGS
 
 
 def test_what_a_file_holds_of_some_recordings_is_read_once(tmp_path):
-    results = Results(tmp_path, rows_of(NAMES))
+    results = store.Results(tmp_path, rows_of(NAMES))
     read = Mock(return_value={"0mm/r01": 1, "3mm/r01": 3, "3mm/r02": 5})
     # No recording is there that was rejected.
     wanted = ["3mm/r01", "0mm/r01", "3mm/r07"]
-    assert results.described(FEATURES, wanted, read) == {"3mm/r01": 3, "0mm/r01": 1}
+    assert results.described(store.FEATURES, wanted, read) == {"3mm/r01": 3, "0mm/r01": 1}
     names = ("features/3mm/batch.npz", "features/0mm/batch.npz")
     assert read.call_args_list == [call(tmp_path / name) for name in names]
 
@@ -157,7 +210,7 @@ def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
     )
 
     def changed():
-        return changed_recordings(results, {"recording": {"max_megabytes": 1}})
+        return store.changed_recordings(results, {"recording": {"max_megabytes": 1}})
 
     # The date of a recording does not count.
     os.utime(raw / "3mm/r07.csv", (1, 1))
