@@ -7,17 +7,11 @@ import math
 import pytest
 import yaml
 
-from capsule.engine.configuration import (
-    changed_values,
-    check_configuration,
-    read_config_file,
-    read_schema,
-    without_effect,
-)
+from capsule.engine import configuration
 from capsule.errors import CapsuleError
 from support.project import ROOT
 
-SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
+SCHEMA = configuration.read_schema(ROOT / "workflow/schemas/config.schema.json")
 GONE = object()
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
@@ -25,10 +19,10 @@ CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"
 def test_yaml_and_json_are_read_and_a_file_that_is_not_there_is_named(tmp_path):
     path = tmp_path / "c.yaml"
     with pytest.raises(CapsuleError, match=f"{path}: No such file or directory"):
-        read_config_file(path)
+        configuration.read_config_file(path)
     for text in ("a: {b: 1}\n", '{"a": {"b": 1}}', "\ufeffa:\r\n  b: 1\r\n"):
         path.write_text(text, encoding="utf-8")
-        assert read_config_file(path) == {"a": {"b": 1}}
+        assert configuration.read_config_file(path) == {"a": {"b": 1}}
 
 
 @pytest.mark.parametrize(
@@ -50,7 +44,7 @@ def test_what_is_no_configuration_is_told_with_the_file_and_the_line(tmp_path, c
     path = tmp_path / "c.yaml"
     path.write_bytes(content)
     with pytest.raises(CapsuleError) as caught:
-        read_config_file(path)
+        configuration.read_config_file(path)
     assert str(caught.value).startswith(f"{path}{fault}")
 
 
@@ -66,7 +60,8 @@ def changed(path, value):
 
 
 def check(config, **sources):
-    return check_configuration(config, SCHEMA, {"config/config.yaml": CONFIG, **sources})
+    sources = {"config/config.yaml": CONFIG, **sources}
+    return configuration.check_configuration(config, SCHEMA, sources)
 
 
 def test_the_configuration_holds_the_papers_numbers():
@@ -171,7 +166,7 @@ def test_the_values_that_a_later_configuration_changes_are_found():
     first = {"list": [1, 2], "part": {"a": 1, "b": 2}, "same": {"a": 1}, "gone": {"a": 1}}
     last = {"list": [2, 1], "part": {"a": 1, "b": 3}, "same": {"a": 1}, "gone": 1, "new": None}
     differing = {"list": [2, 1], "part": {"b": 3}, "gone": 1, "new": None}
-    assert changed_values(first, last) == differing
+    assert configuration.changed_values(first, last) == differing
 
 
 def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told():
@@ -188,6 +183,6 @@ def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told
     gone = ["detectors: template_threshold", "taught.penalties", "evaluation.groups: site"]
     gone += ["evaluation.bootstrap", "evaluation.permutations", "report.max_megabytes"]
     told = [f"{each} has no effect any more; remove it" for each in gone]
-    assert without_effect(config, SCHEMA) == told
+    assert configuration.without_effect(config, SCHEMA) == told
     for other in (CONFIG, CONFIG | {"evaluation": None}):
-        assert without_effect(other, SCHEMA) == []
+        assert configuration.without_effect(other, SCHEMA) == []

@@ -5,38 +5,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.method.particle import (
-    ParameterSpace,
-    Particle,
-    ParticleRenderer,
-    fit_particle,
-    particles_of,
-    render,
-)
+from capsule.method import particle as method
 from capsule.method.preprocessing import preprocess
 from capsule.seeding import generator
 from support import literal
 from support.paper import PAPER
 from support.synthetic import make_recording
 
-SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
+SMALL = method.ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 2)
 
 
 @pytest.mark.parametrize(
     ("sensors", "length", "first_peak"), [(4, 200, 30), (3, 61, 9), (1, 20, 5)]
 )
 def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
-    particle = Particle.from_vector(PAPER.draw(1, sensors, generator(1, "render"))[0])
+    particle = method.Particle.from_vector(PAPER.draw(1, sensors, generator(1, "render"))[0])
     particle.peak_spacing[:] = particle.peak_spacing / 10 + 0.25  # averages may be fractions
     expected = literal.render(*vars(particle).values(), first_peak, length)
-    np.testing.assert_allclose(render(particle, first_peak, length), expected, atol=1e-14)
+    np.testing.assert_allclose(method.render(particle, first_peak, length), expected, atol=1e-14)
 
 
 def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_out():
-    found = Particle.from_vector(PAPER.draw(1, 4, generator(1, "stored"))[0])
+    found = method.Particle.from_vector(PAPER.draw(1, 4, generator(1, "stored"))[0])
     parameters = {name: values.tolist() for name, values in vars(found).items()}
     stored = {"3mm/r02": {"parameters": parameters}, "3mm/r01": {"parameters": None}}
-    (name, particle), *others = particles_of(stored).items()
+    (name, particle), *others = method.particles_of(stored).items()
     assert (name, others) == ("3mm/r02", [])
     np.testing.assert_array_equal(particle.to_vector(), found.to_vector())
 
@@ -84,12 +77,12 @@ def test_a_fit_equals_the_literal_algorithm():
     matrix = preprocess(recording.values, window=6, threshold=0.5, length=length)
     rules = {"particles": 20, "iterations": 40, "first_peak": 8, "space": SMALL}
     best, initial, smallest, accepted = literal_fit(matrix, generator(5, "fit"), **rules)
-    fit = fit_particle(matrix, generator(5, "fit"), **rules)
+    fit = method.fit_particle(matrix, generator(5, "fit"), **rules)
     np.testing.assert_allclose(fit.particle.to_vector(), best, atol=1e-12)
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
     assert fit.rmse == pytest.approx(smallest, abs=1e-9)
     assert fit.accepted_moves == accepted > 0
-    sliding = literal.sliding_rmse(matrix, render(fit.particle, 8, length))
+    sliding = literal.sliding_rmse(matrix, method.render(fit.particle, 8, length))
     assert fit.lag == np.argmin(sliding) + 1
 
 
@@ -98,10 +91,10 @@ def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_
     values = make_recording(3.0, "3mm/r01").values
     matrix = preprocess(values, window=84, threshold=1.0, length=1000)
     sizes = {"particles": 21, "iterations": 47, "first_peak": 150, "space": PAPER}
-    expected = fit_particle(matrix, generator(1, "at once"), **sizes)
+    expected = method.fit_particle(matrix, generator(1, "at once"), **sizes)
     monkeypatch.setattr("capsule.method.particle.CANDIDATES_AT_ONCE", at_once)
     monkeypatch.setattr("capsule.method.particle.PROPOSALS_AT_ONCE", at_once)
-    fit = fit_particle(matrix, generator(1, "at once"), **sizes)
+    fit = method.fit_particle(matrix, generator(1, "at once"), **sizes)
     np.testing.assert_array_equal(fit.particle.to_vector(), expected.particle.to_vector())
     assert (fit.lag, fit.rmse) == (expected.lag, expected.rmse)
     assert fit.accepted_moves == expected.accepted_moves > 2
@@ -110,9 +103,10 @@ def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_
 @given(st.integers(1, 5), st.integers(1, 1000), st.integers(0, 2**32))
 def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, length, seed):
     first_peak = int(generator(seed, "first peak").integers(1, length, endpoint=True))
-    renderer = ParticleRenderer(sensors, length, first_peak, PAPER)
+    renderer = method.ParticleRenderer(sensors, length, first_peak, PAPER)
     vectors = PAPER.draw(2, sensors, generator(seed, "edges"))
     drawn = np.empty((2, sensors, length))
     renderer.draw_into(vectors, drawn)
-    expected = [render(Particle.from_vector(vector), first_peak, length) for vector in vectors]
+    particles = map(method.Particle.from_vector, vectors)
+    expected = [method.render(particle, first_peak, length) for particle in particles]
     np.testing.assert_allclose(drawn, expected, atol=1e-15)

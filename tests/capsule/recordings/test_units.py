@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.errors import RecordingError
-from capsule.recordings.units import (
-    adc_ends,
-    on_full_scale,
-    pressed_and_period,
-    reading_unit,
-    relative_resistance,
-    share_between,
-    shares_at_ends,
-)
+from capsule.recordings import units
 
 TEN_BITS, KOHM = {"adc_bits": "10"}, {"unit": "kohm", "series_ohm": "12000"}
 
@@ -39,7 +31,7 @@ TEN_BITS, KOHM = {"adc_bits": "10"}, {"unit": "kohm", "series_ohm": "12000"}
 def test_readings_of_each_unit_are_brought_to_the_scale_of_the_configured_converter(
     values, header, full_scale, lowers, expected
 ):
-    given = on_full_scale(np.array([values], dtype=float), header, full_scale, lowers)
+    given = units.on_full_scale(np.array([values], dtype=float), header, full_scale, lowers)
     np.testing.assert_allclose(given, [expected])
 
 
@@ -69,7 +61,7 @@ BITS = {n: (2.0**n - 1, 2.0**n - 1) for n in (1, 8, 10, 12, 14, 16, 32)}
     ],
 )  # fmt: skip
 def test_the_bands_at_the_ends_follow_from_bits_and_reference(header, readings, is_counts, bands):
-    assert adc_ends(header, np.array([readings])) == (is_counts, bands)
+    assert units.adc_ends(header, np.array([readings])) == (is_counts, bands)
 
 
 @pytest.mark.parametrize(
@@ -88,30 +80,30 @@ def test_the_bands_at_the_ends_follow_from_bits_and_reference(header, readings, 
 )
 def test_a_unit_in_which_the_readings_cannot_be_is_refused(header, readings, reason):
     with pytest.raises(RecordingError, match=reason):
-        on_full_scale(np.array([readings]), header, 1024, True)
+        units.on_full_scale(np.array([readings]), header, 1024, True)
 
 
 def test_readings_are_shown_in_the_unit_to_which_they_were_brought():
     volts = np.array([[0.5, 1.2]])
-    assert reading_unit({}, np.array([[1.0, 2.0]])) == "counts"
-    assert reading_unit({}, volts) == reading_unit({"unit": "V"}, volts) == "V"
+    assert units.reading_unit({}, np.array([[1.0, 2.0]])) == "counts"
+    assert units.reading_unit({}, volts) == units.reading_unit({"unit": "V"}, volts) == "V"
     # These are brought to the scale of the configured converter.
     for header in ({"vref_v": "5"}, {"unit": "ohm"}, {"unit": "counts"}):
-        assert reading_unit(header, volts) == "counts"
+        assert units.reading_unit(header, volts) == "counts"
 
 
 def test_a_share_counts_both_limits_and_the_larger_end_is_told():
     values = np.array([[0.0, 0.0, 1023.0, 500.0, np.nan], [1023.0, 1023.0, 0.0, 1023.0, np.nan]])
-    assert shares_at_ends(values, {"adc_bits": "10"}) == [0.5, 0.75]
-    assert shares_at_ends(values, {"unit": "kohm"}) == [0.0, 0.0]
-    assert share_between(np.array([1.0, 2.0, 3.0, 4.0]), 2.0, 3.0) == 0.5
+    assert units.shares_at_ends(values, {"adc_bits": "10"}) == [0.5, 0.75]
+    assert units.shares_at_ends(values, {"unit": "kohm"}) == [0.0, 0.0]
+    assert units.share_between(np.array([1.0, 2.0, 3.0, 4.0]), 2.0, 3.0) == 0.5
 
 
 @pytest.mark.parametrize(("lowers", "sign"), [(True, -1), (False, 1)])
 def test_pressing_raises_what_is_returned_and_a_wave_lasts_length_over_speed(lowers, sign):
     bench = {"wavelength_mm": 80, "wave_speed_mm_s": 25, "full_scale": 1024}
     bench["pressing_lowers_reading"] = lowers
-    pressed, period = pressed_and_period(np.array([[300.0, 400.0, 600.0]]), 10.0, bench)
+    pressed, period = units.pressed_and_period(np.array([[300.0, 400.0, 600.0]]), 10.0, bench)
     assert period == 32.0
     assert (sign * np.diff(pressed) > 0).all()
 
@@ -119,7 +111,7 @@ def test_pressing_raises_what_is_returned_and_a_wave_lasts_length_over_speed(low
 def test_only_readings_from_the_converters_range_are_converted():
     def converted(low, high):
         readings = np.array([[low, high]])
-        return not np.array_equal(relative_resistance(readings, 100.0, True), readings)
+        return not np.array_equal(units.relative_resistance(readings, 100.0, True), readings)
 
     assert converted(0.0, 100.0)
     assert not converted(-0.1, 100.0) and not converted(0.0, 100.1)
@@ -128,7 +120,7 @@ def test_only_readings_from_the_converters_range_are_converted():
     readings = np.array([[0.0, 2.0, 75.0, 98.0, 100.0, np.nan]])
     expected = np.array([[2 / 98, 2 / 98, 3, 98 / 2, 98 / 2, np.nan]])
     for lowers, power in ((True, 1), (False, -1)):
-        given = relative_resistance(readings, 100.0, lowers)
+        given = units.relative_resistance(readings, 100.0, lowers)
         np.testing.assert_allclose(given, expected**power)
     outside = np.array([[-3.0, 0.5, np.nan, 2000.0]])
-    np.testing.assert_array_equal(relative_resistance(outside, 100.0, False), -outside)
+    np.testing.assert_array_equal(units.relative_resistance(outside, 100.0, False), -outside)
