@@ -199,18 +199,16 @@ def test_exactly_as_much_as_allowed_is_accepted_and_no_more(make, most, reason):
 
 def test_a_recording_is_never_cut_nor_shorter_than_the_window():
     # Over a single window no two sensors can be compared.
-    alike = {"rules": SECTION | {"max_sensor_correlation": 1.0}}
-    for allowed in (alike | {"window": MADE}, {"length": MADE}):
-        assert accept(recording(), **SETTINGS | allowed).shape == (4, MADE)
-    for changed, reason in (
-        ({"length": MADE - 1}, r"300 samples .* raise preprocessing\.length"),
-        ({"window": MADE + 1}, "300 samples are fewer than the window of 301"),
+    settings = SETTINGS | {"rules": SECTION | {"max_sensor_correlation": 1.0}}
+    for name, limit, more, reason in (
+        ("length", MADE, -1, r"300 samples .* raise preprocessing\.length"),
+        ("window", MADE, 1, "300 samples are fewer than the window of 301"),
     ):
+        assert accept(recording(), **settings | {name: limit}).shape == (4, MADE)
         with pytest.raises(RecordingError, match=reason):
-            accept(recording(), **SETTINGS | changed)
-    two = Recording(np.array([0.0, 0.1]), np.array([[1.0, 2.0], [4.0, 3.5]]))
-    alike["rules"]["max_rail_fraction"] = 1.0
-    np.testing.assert_array_equal(accept(two, **SETTINGS | alike | {"window": 2}), two.values)
+            accept(recording(), **settings | {name: limit + more})
+    two = Recording(np.array([0.0, 0.1]), np.array([[1.0, 2.25], [4.25, 3.5]]))
+    np.testing.assert_array_equal(accept(two, **settings | {"window": 2}), two.values)
 
 
 @pytest.mark.parametrize("window", [84, 85])

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
 from capsule.recordings.acceptance import fingerprint
@@ -36,34 +34,22 @@ def checks(readings):
         {"0mm/r01": "4mm/r01", "0mm/r02": "4mm/r01", "4mm/r01": "0mm/r01", "unlabelled/p": ""},
         # The same size, written in another way.
         {"3mm/r01": "", "3.0mm/r01": "3mm/r01"},
+        {"3mm/r02": "3mm/r01", "3mm/r01": ""},
         # The original keeps its place whatever the copy sorts before; a label counts more.
         *({"3mm/r01": "", f"3mm/{copy}": "3mm/r01"}
           for copy in ("a-copy-of-r01", "0r01", "r01-copy", "r01.1", "R01+")),
         {"unlabelled/a": "3mm/long-name", "3mm/long-name": ""},
     ],
 )  # fmt: skip
-def test_of_recordings_with_the_same_readings_the_original_counts(copied):
-    reasons = reasons_of_copies(checks(dict.fromkeys(copied, "x") | {"3mm/other": "y"}))
+def test_of_recordings_with_the_same_readings_the_original_counts_whatever_the_order(copied):
+    made = checks(dict.fromkeys(copied, "x") | {"3mm/other": "y"})
+    reasons = reasons_of_copies(made)
+    assert reasons == reasons_of_copies(dict(reversed(made.items())))
     assert reasons.keys() == {name for name, other in copied.items() if other}
     mislabelled = ", under another size: one of the two is mislabelled"
     for name, reason in reasons.items():
         told = mislabelled * (copied.get(copied[name]) != "")
         assert reason == f"the same content as {copied[name]}{told}"
-
-
-names = st.builds(
-    "{}/{}".format, st.sampled_from(["0mm", "3mm", "unlabelled"]), st.text("ab1", min_size=1)
-)
-
-
-@given(st.dictionaries(names, st.sampled_from("xyz"), max_size=8), st.randoms())
-def test_of_equal_readings_at_most_one_counts_whatever_the_order(readings, shuffler):
-    shuffled = list(readings.items())
-    shuffler.shuffle(shuffled)
-    reasons = reasons_of_copies(checks(readings))
-    assert reasons_of_copies(checks(dict(shuffled))) == reasons
-    kept = [each for name, each in readings.items() if name not in reasons]
-    assert len(kept) == len(set(kept))
 
 
 def test_a_row_says_why_and_a_header_moves_no_cell_of_a_table():
