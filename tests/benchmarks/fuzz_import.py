@@ -56,13 +56,6 @@ def import_apart(importer: Importer) -> tuple[str, float, int]:
     return outcome, seconds, most_bytes
 
 
-def importer_of(file: Path) -> Importer:
-    """Return what imports a file, as the command does; reading its settings takes the longest."""
-    words = ["import", str(given_path(file)), "--size", "3", "--dry-run"]
-    words += ["--raw", str(file.parent / "raw")]
-    return Importer(build_parser(["import"]).parse_args(words))
-
-
 def _import(importer: Importer) -> int:
     """Return 0 if a file was imported, 1 if it was refused, 2 after a traceback, which is shown."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -87,7 +80,9 @@ def main() -> None:
         for place, (ending, file) in enumerate(write_each_format(Path(temporary)).items()):
             if options.only and ending not in options.only:
                 continue
-            importer = importer_of(file)
+            raw = str(file.parent / "raw")
+            words = ["import", str(given_path(file)), "--size=3", "--dry-run", "--raw", raw]
+            importer = Importer(build_parser(["import"]).parse_args(words))
             whole, counted, longest, most = file.read_bytes(), Counter[str](), 0.0, 0
             for number in range(options.number):
                 numbers = np.random.default_rng([options.seed, place, number])
