@@ -94,8 +94,7 @@ def listed(folder, *rows):
         ("3mm/r02", "rejected", "the file is empty", "", "", "spring"),
         ("3mm/r03", "accepted", "", "there is no wave", "0", ""),
     ]
-    rows = [dict(zip(columns, each, strict=True)) for each in (*others, *rows)]
-    files.write_csv(folder / "labelled.csv", columns, rows)
+    files.write_cells(folder / "labelled.csv", columns, [*others, *rows])
     return folder / "labelled.csv"
 
 

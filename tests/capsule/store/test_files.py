@@ -110,14 +110,8 @@ def test_what_is_no_file_any_more_is_neither_waited_for_nor_read(tmp_path, make)
     assert files.fingerprint(path, 100).startswith("unreadable: ")
 
 
-@pytest.mark.parametrize(
-    ("read", "content"),
-    [
-        *((files.read_csv, each) for each in (b"", b"a,b\n1", b"a,b\n1,2,3\n", b"a,b\n\xff,1\n")),
-        *((files.read_json, each) for each in (b"", b'{"a": 1', b"[1]", b"null", b"\xff")),
-    ],
-)
-def test_what_is_cut_or_not_its_own_is_refused_with_the_remedy(tmp_path, read, content):
+@pytest.mark.parametrize("content", [b"", b"a,b\n1", b"a,b\n1,2,3\n", b"a,b\n\xff,1\n"])
+def test_a_table_that_is_cut_or_no_table_is_refused_with_the_remedy(tmp_path, content):
     (tmp_path / "made").write_bytes(content)
     with pytest.raises(CapsuleError, match=r"made is damaged \(.*delete it, and make it again"):
-        files.read_or_explain(tmp_path / "made", read)
+        files.read_or_explain(tmp_path / "made", files.read_csv)
