@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import time
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -27,18 +27,14 @@ COLUMNS = ["recording", "status", "reason", "near_copies", "source"]
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch, request):
+def folder(tmp_path, monkeypatch):
     """Work in an empty folder; end the locks with each test, and do nothing after the last."""
-
-    def hold():
-        stream = hold_run_lock()
-        request.addfinalizer(stream.close)
-        return stream
-
-    monkeypatch.setattr(run, "hold_run_lock", hold)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(atexit, "register", Mock())
-    Path("results").mkdir()
+    RESULTS.mkdir()
+    with ExitStack() as held:
+        monkeypatch.setattr(run, "hold_run_lock", lambda: held.enter_context(hold_run_lock()))
+        yield
 
 
 def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), **more):

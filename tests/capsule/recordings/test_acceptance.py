@@ -218,13 +218,11 @@ def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_mean
     values[3] = values[1] + np.random.default_rng(2).integers(-20, 21, MADE)
     # Over an odd window, nothing is left of a straight line minus its means.
     line = np.vstack([INDEX + 200, values[1:]])
-    half, starts = (window - 1) // 2, range(MADE + 1 - window)
-    level = [[row[start : start + window].mean() for start in starts] for row in values]
-    moving = values[:, half : half + len(starts)] - np.array(level)
-    length = np.sqrt((moving**2).sum(axis=1))
-    correlation = (moving @ moving.T) / np.outer(length, length)
-    largest = correlation[np.triu_indices(4, 1)].max()
-    assert largest == correlation[1, 3] < 0.999
+    level = np.array([np.convolve(row, np.full(window, 1 / window), "valid") for row in values])
+    moving = values[:, (window - 1) // 2 :][:, : level.shape[1]] - level
+    moving /= np.linalg.norm(moving, axis=1, keepdims=True)
+    correlation = np.triu(moving @ moving.T, 1)
+    assert (largest := correlation.max()) == correlation[1, 3] < 0.999
     # Volts are small numbers, and a drift common to all sensors adds little.
     drifting = values + np.linspace(0, 300, MADE)
     for made, margin in ((values, 1e-9), (1e-4 * values, 1e-9), (line, 1e-9), (drifting, 0.02)):
