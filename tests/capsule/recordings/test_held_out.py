@@ -10,6 +10,7 @@ from capsule.recordings.held_out import (
     fitted,
     is_held_out,
     recordings_with_fits,
+    session_of,
     teaching,
     unknown_sessions,
 )
@@ -47,43 +48,41 @@ def test_a_session_that_no_labelled_recording_names_is_told():
 
 
 LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
-OF_SPRING = {
-    "plain": f"# session: spring\n{COLUMNS}",
-    "mark": f"\ufeff# session:  spring \r\n{COLUMNS}",
-    "apple": f"# session: spring\r{COLUMNS}",
-    "formula": f"# session: =2+2\n{COLUMNS}",
-    "long": f"{LONG}# session: spring\n{COLUMNS}",
-    "letters": f"# {'é' * 1100}: 1\n# session: spring\n{COLUMNS}",
-    # The second line is cut by the end of what is read at first.
-    "twice": f"# session: spring\n{'#' * 2015}\n# session: spring\n{COLUMNS}",
-    "cut": "# session: spring",
-}
-OF_OTHERS = {
-    "other": f"# session: springs\n{COLUMNS}",
-    "none": COLUMNS,
-    "below": f"{COLUMNS}# session: spring\n",
-    # It is rejected, since it names two.
-    "two": f"# session: autumn\n# session: spring\n{COLUMNS}",
-    "empty": "",
-    "binary": b"\xff\xfe\x00",
-    "endless": f"{LONG * 3}# session: spring\n{COLUMNS}",
-}
 
 
-def test_the_first_lines_of_a_file_tell_whether_it_is_held_out_or_fitted(tmp_path):
-    contents = {f"3mm/{name}": content for name, content in (OF_SPRING | OF_OTHERS).items()}
-    contents["0mm/healthy"] = contents["unlabelled/patient"] = COLUMNS
-    for name, content in contents.items():
-        path = tmp_path / f"{name}.csv"
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    alone = {name: [name] for name in contents}
-    taught = {f"3mm/{name}": [f"3mm/{name}"] for name in OF_OTHERS}
-    assert fitted(alone, tmp_path, HELD_OUT) == taught
-    every = {name: [name] for name in contents if name.startswith("3mm")}
-    assert fitted(alone, tmp_path, []) == every
-    names = ["3mm/none", "3mm/plain"]
-    assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": names[:1]}
+@pytest.mark.parametrize(
+    ("content", "session"),
+    [
+        (f"\ufeff# session:  spring \r\n{COLUMNS}", "spring"),
+        (f"# session: springs\r{COLUMNS}", "springs"),
+        (f"# session: =2+2\n{COLUMNS}", " =2+2"),
+        (f"{LONG}# session: spring\n{COLUMNS}", "spring"),
+        (f"#{'é' * 1100}: 1\n# session: spring\n{COLUMNS}", "spring"),
+        # The second line is cut by the end of what is read at first.
+        (f"# session: spring\n{'#' * 2015}\n# session: spring\n{COLUMNS}", "spring"),
+        ("# session: spring", "spring"),
+        *((content, "") for content in (COLUMNS, f"{COLUMNS}# session: spring\n", "", "\0")),
+        # It is rejected, since it names two; and since its header is too long.
+        (f"# session: autumn\n# session: spring\n{COLUMNS}", ""),
+        (f"{LONG * 3}# session: spring\n{COLUMNS}", ""),
+    ],
+)
+def test_the_first_lines_of_a_file_tell_its_session(tmp_path, content, session):
+    (tmp_path / "r01.csv").write_bytes(content.encode())
+    assert session_of(tmp_path / "r01.csv") == session
+
+
+def test_the_recordings_of_nodules_that_teach_are_fitted(tmp_path):
+    for name, session in SESSIONS.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / f"{name}.csv").write_text(f"# session: {session}\n{COLUMNS}")
+    runs = [f"3mm/r0{number}" for number in range(1, 5)]
+    batches = {"0mm/batch": ["0mm/r01", "0mm/r02"], "3mm/batch": runs, "3mm/gone": ["3mm/r09"]}
+    batches |= {"3mm/spring": ["3mm/r01"], "unlabelled/batch": ["unlabelled/patient"]}
+    of_nodules = {name: batches[name] for name in ("3mm/batch", "3mm/gone", "3mm/spring")}
+    assert fitted(batches, tmp_path, []) == of_nodules
+    del of_nodules["3mm/spring"]
+    assert fitted(batches, tmp_path, HELD_OUT) == of_nodules | {"3mm/batch": runs[1:]}
 
 
 def listed(folder, *rows):
