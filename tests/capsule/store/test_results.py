@@ -94,21 +94,21 @@ def array_of(name):
     return values
 
 
-def make_results(folder, size, names=NAMES):
+def make_results(folder, size):
     """Write the results of an archive in batches of a size, and return them."""
-    for batch, members in batches(names, size).items():
+
+    def file(kind, batch):
+        return folder / store.pattern(kind, alone=size == 1).format(batch=batch)
+
+    for batch, members in batches(NAMES, size).items():
         for kind in (SIGNALS, MATRICES):
-            arrays = {name: array_of(name) for name in members}
-            store.write_arrays(
-                folder / store.pattern(kind, alone=size == 1).format(batch=batch), arrays
-            )
+            store.write_arrays(file(kind, batch), {name: array_of(name) for name in members})
         for kind in (CHECKS, FITS):
-            contents = {name: {"recording": name, "lag": LAGS.get(name)} for name in members}
-            path = folder / store.pattern(kind, alone=size == 1).format(batch=batch)
-            store.write_contents(path, contents, batch)
-    rows = [{"recording": name, **cells} for name, cells in rows_of(names, size).items()]
+            contents = {name: {"recording": name, "lag": LAGS[name]} for name in members}
+            store.write_contents(file(kind, batch), contents, batch)
     # A recording that was rejected has no batch, and no file.
-    rows += [{"recording": name} | dict.fromkeys(store.BATCH_COLUMNS, "") for name in REJECTED]
+    cells = rows_of(NAMES, size) | dict.fromkeys(REJECTED, dict.fromkeys(store.BATCH_COLUMNS))
+    rows = [{"recording": name, **own} for name, own in cells.items()]
     files.write_csv(folder / "recordings.csv", ["recording", *store.BATCH_COLUMNS], rows)
     return store.Results.of_table(folder, folder / "recordings.csv")
 
@@ -196,13 +196,12 @@ def test_files_of_a_recording_that_is_gone_or_of_another_size_are_left_over(tmp_
 def test_results_are_out_of_date_when_recordings_came_went_or_changed(tmp_path):
     results, raw = tmp_path / "results", tmp_path / "raw"
     write_archive(raw, ["3mm/r07", "3mm/r08", "0mm/r01"], samples=50)
-    sums = [(f"{path.parent.name}/{path.stem}", files.fingerprint(path, 10**6))
-            for path in raw.glob("*/*.csv")]  # fmt: skip
     # A folder that is named like a file cannot be read, so nothing is known of its content.
     (raw / "3mm/folder.csv").mkdir()
-    files.write_cells(
-        results / "recordings.csv", ["recording", "sha256"], [*sums, ("3mm/folder", "")]
-    )
+    sums = ((f"{path.parent.name}/{path.stem}",
+             files.fingerprint(path, 10**6) if path.is_file() else "")
+            for path in raw.glob("*/*.csv"))  # fmt: skip
+    files.write_cells(results / "recordings.csv", ["recording", "sha256"], sums)
 
     def changed():
         return store.changed_recordings(results, {"recording": {"max_megabytes": 1}})
