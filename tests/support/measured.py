@@ -6,6 +6,7 @@ import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
+import trimesh
 
 from support.command import run_command
 
@@ -86,15 +87,8 @@ def edges_of(outlines):
 
 def section(triangles, height):
     """Return the edges of a mesh's section at a height, shape (N, 2, 2)."""
-    above = triangles[:, :, 2] > height
-    cut = above.any(axis=1) & ~above.all(axis=1)
-    triangles, above = triangles[cut], above[cut]
-    # Two sides of a triangle cross the height; the third is left out.
-    ends = np.roll(triangles, -1, axis=1)
-    across = above != np.roll(above, -1, axis=1)
-    low, high = triangles[across], ends[across]
-    part = (height - low[:, 2]) / (high[:, 2] - low[:, 2])
-    return (low + part[:, np.newaxis] * (high - low))[:, :2].reshape(-1, 2, 2)
+    mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=False)
+    return trimesh.intersections.mesh_plane(mesh, [0, 0, 1], [0, 0, height])[:, :, :2]
 
 
 def straight_lines(edges, shortest=0.3):
