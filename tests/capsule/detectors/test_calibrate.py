@@ -64,25 +64,19 @@ def test_the_probability_is_the_logistic_regression_of_scikit_learn(prevalence, 
     assert np.isnan(fitted.of(np.nan))
 
 
-@pytest.mark.parametrize(
-    ("scores", "nodule", "is_one"),
-    [
-        ([0.0, 0.1, 5.0, 6.0], [0, 0, 1, 1], True),
-        ([0.0, 1.0, 3.0], [0, 0, 1], True),
-        ([1.0, 3.0], [0, 1], False),
-        ([1.0, 1.0, 2.0], [0, 0, 1], False),
+def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule():
+    for scores, nodules in (
+        ([1.0, 3.0], 1),
+        ([1.0, 1.0, 2.0], 1),
         # The mean of three times 0.1 is another number.
-        ([0.1, 0.1, 0.1, 2.0], [0, 0, 0, 1], False),
-        ([0.0, 0.1, 5.0, 6.0], [0, 0, 0, 0], False),
-    ],
-    ids=["parted", "just enough", "one healthy", "healthy ones alike", "by rounding", "no nodule"],
-)
-def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule(scores, nodule, is_one):
-    fitted = fit_probability(np.array(scores), np.array(nodule) > 0, apart(len(scores)), 0.5)
-    assert (fitted is not None) == is_one
-    if fitted:
+        ([0.1, 0.1, 0.1, 2.0], 1),
+        ([0.0, 0.1, 5.0, 6.0], 0),
+    ):
+        nodule = apart(len(scores)) >= len(scores) - nodules
+        assert fit_probability(np.array(scores), nodule, apart(len(scores)), 0.5) is None
+    for scores in ([0.0, 0.1, 5.0, 6.0], [0.0, 1.0, 3.0]):
+        fitted = fit_probability(np.array(scores), np.array(scores) > 1, apart(len(scores)), 0.5)
         assert fitted.of(scores[0]) < 0.3 < 0.6 < fitted.of(scores[-1]) < 1
-
     # Kills: a spread that is rounding alone. A third of this score and back is another number.
     scores, nodule = np.array([0.8216181435011584, 2.0, 3.0]), np.array([False, True, True])
     assert fit_probability(scores, nodule, np.zeros(3, dtype=int), 0.5) is None
@@ -102,11 +96,9 @@ def test_ridge_and_its_predictions_without_a_place_are_those_of_scikit_learn(
     values, places = 1.0 + np.arange(count) % 5, np.arange(count) // passes_of
     features = values[:, np.newaxis] + numbers.normal(size=(count, 4)) * np.logspace(-1, 2, 4)
     regression, found = fit_ridge(features, values, places, penalty)
-    other, leave = Ridge(alpha=penalty), LeaveOneGroupOut()
-    np.testing.assert_allclose(
-        regression.of(features), other.fit(features, values).predict(features)
-    )
-    expected = cross_val_predict(other, features, values, groups=places, cv=leave)
+    other = Ridge(alpha=penalty).fit(features, values)
+    np.testing.assert_allclose(regression.of(features), other.predict(features))
+    expected = cross_val_predict(other, features, values, groups=places, cv=LeaveOneGroupOut())
     np.testing.assert_allclose(found, expected, atol=1e-7)
 
 
@@ -125,12 +117,16 @@ def test_of_what_nothing_else_tells_the_prediction_is_unknown_and_the_half_width
 def test_sizes_between_those_taught_are_estimated():
     features = generator(1, "sizes").normal(size=(40, 3))
     features[:, 0] = np.repeat([1.0, 2.0, 3.0, 5.0], 10)
-    options = {"ridge": 0.1, "confidence": 0.9}
-    model = fit_sizes(features, features[:, 0], apart(40), apart(40) >= 0, **options)
+
+    def model_of(rows):
+        every = apart(len(rows))
+        return fit_sizes(rows, rows[:, 0], every, every >= 0, ridge=0.1, confidence=0.9)
+
+    model = model_of(features)
     assert model.estimate(np.array([2.5, 0.0, 0.0])) == pytest.approx(2.5, abs=0.05)
     assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
     assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
-    assert fit_sizes(features[:0], features[:0, 0], apart(0), apart(0) >= 0, **options) is None
+    assert model_of(features[:0]) is None
 
 
 @given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))

@@ -132,10 +132,7 @@ def test_the_fields_of_a_verdict_agree_with_each_other(detector, archive):
             assert abs(verdict.predicted_mm - verdict.estimate_mm) <= 0.5
         found += verdict.predicted_mm > 0 and SIZES_MM[name] == 3.0
     assert found >= 8
-
-
-@every_detector
-def test_without_a_labelled_recording_there_is_no_nodule(detector, archive):
+    # Without a labelled recording there is no nodule.
     verdict = detector.taught(archive, list(SIZES_MM)).verdict(archive.recordings["3mm/r7"])
     assert not verdict.predicted_mm > 0
 
@@ -146,19 +143,15 @@ def test_threshold_probability_and_sizes_are_those_of_the_scores_without_the_pla
 ):
     model = detector.taught(archive)
     seen, sizes_mm, places = archive.teaching(detector.seen, ())
-    _, scores = detector.learn(seen, sizes_mm, places, SETTINGS[detector.name])
+    settings = SETTINGS[detector.name]
+    _, scores = detector.learn(seen, sizes_mm, places, settings)
     healthy, nodule = sizes_mm == 0, sizes_mm > 0
     assert model.threshold == rank_threshold(scores[healthy], places[healthy], 0.9)
     assert model.probability == fit_probability(scores, nodule, places, 0.1)
-    sizes = fit_sizes(
-        seen[nodule, detector.sized_by],
-        sizes_mm[nodule],
-        places[nodule],
-        scores[nodule] > model.threshold,
-        ridge=SETTINGS[detector.name].get("size_ridge", 1.0),
-        confidence=0.9,
-    )
-    np.testing.assert_equal(asdict(model.sizes), asdict(sizes))
+    detected = scores[nodule] > model.threshold
+    options = {"ridge": settings.get("size_ridge", 1.0), "confidence": 0.9}
+    rows = seen[nodule, detector.sized_by], sizes_mm[nodule], places[nodule], detected
+    np.testing.assert_equal(asdict(model.sizes), asdict(fit_sizes(*rows, **options)))
     verdict = model.verdict(archive.recordings["3mm/r7"])
     assert verdict.probability == float(model.probability.of(verdict.score))
     assert (verdict.location_samples, verdict.location_mm) == (200.0, 10.0)
@@ -183,8 +176,7 @@ def test_the_registry_begins_with_the_papers_detector_and_refuses_a_name_that_it
 
 
 def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive):
-    whole, found = archive.templates, 0
-    left_out = ["2mm/r2", "0mm/r4", "3mm/r7"]
+    whole, found, left_out = archive.templates, 0, ["2mm/r2", "0mm/r4", "3mm/r7"]
     fold = whole.without((SIZES_MM[name], archive.particles.get(name)) for name in left_out)
     model = NearestTemplate.taught(archive, left_out)
     for recording in archive.recordings.values():
@@ -199,12 +191,8 @@ def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive)
             assert verdict.estimate_mm == verdict.predicted_mm
             assert verdict.location_samples == method.first_peak_sample(lags[best], 20, 120)
     assert 0 < found < len(archive.sizes_mm)
-
-
-def test_without_a_template_of_a_nodule_there_is_no_margin(archive):
-    alone = replace(
-        archive, templates=method.build_templates({}, sensors=3, first_peak=20, length=120)
-    )
-    model = NearestTemplate.taught(replace(alone, sizes_mm={"0mm/r0": 0.0}))
+    # Without a template of a nodule there is no margin.
+    none = method.build_templates({}, sensors=3, first_peak=20, length=120)
+    model = NearestTemplate.taught(replace(archive, templates=none, sizes_mm={"0mm/r0": 0.0}))
     verdict = model.verdict(archive.recordings["0mm/r0"])
     assert np.isnan(verdict.score) and verdict.predicted_mm == 0

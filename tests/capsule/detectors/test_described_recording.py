@@ -1,15 +1,18 @@
-"""What is computed of a recording when a detector asks for it."""
+"""What is computed of a recording when a detector asks for it, and comes back from its file."""
 
 from dataclasses import astuple
 
 import numpy as np
 import pytest
 
+from capsule.detectors import described as stored
 from capsule.detectors.described import read_scorer
 from capsule.detectors.described_recording import DescribedRecording, described
-from capsule.detectors.search import passage_of, series_of
+from capsule.detectors.files import read_template_set, read_templates
+from capsule.detectors.network import Features
+from capsule.detectors.search import UNKNOWN, Passage, passage_of, series_of
 from capsule.detectors.wave import wave_of
-from capsule.detectors.wave_traits import wave_traits
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits, wave_traits
 from capsule.engine.configuration import read_config_file
 from capsule.engine.project import CONFIG, WEIGHTS
 from capsule.method.preprocessing import preprocess
@@ -57,3 +60,43 @@ def test_the_same_readings_are_described_once_for_the_same_settings(run):
     assert first is again
     assert described([run], other)[0] is not first
     assert described([run + 1.0], SETTINGS)[0].name != first.name
+
+
+# Files.
+
+SHAPES = {"0mm": np.zeros((4, 9)), "2.5mm": np.ones((4, 9)), "10mm": np.eye(4, 9)}
+
+
+def test_templates_are_read_by_size_in_their_order(tmp_path):
+    path = tmp_path / "templates.npz"
+    np.savez(path, **SHAPES)
+    read, whole = read_templates(path), read_template_set(path, 3)
+    assert list(read) == [0.0, 2.5, 10.0] == list(whole.sizes_mm)
+    np.testing.assert_equal(list(read.values()), list(SHAPES.values()))
+    np.testing.assert_equal(list(whole.matrices), list(SHAPES.values()))
+    assert whole.first_peak == 3
+
+
+FEATURES = [
+    Features(number, np.full(3, number, np.float32), np.arange(5, dtype=np.float32) - number)
+    for number in (1.0, np.nan)
+]
+PLACE = Passage(0.1 + 0.2, 1, 2, 3, 4.5, 128, 130, 0.1, 1 / 3, 0.1)
+TRAITS = WaveTraits(3.2, 0.25, 1 / 3, 0.01, 0.9, 0.1)
+PLACES = [(PLACE, TRAITS), (UNKNOWN, UNKNOWN_TRAITS)]
+
+
+# A batch without a usable recording has none.
+@pytest.mark.parametrize(
+    ("what", "made"),
+    [("features", FEATURES), ("best_places", PLACES), ("features", []), ("best_places", [])],
+)
+def test_what_describes_recordings_comes_back_in_full_precision(tmp_path, what, made):
+    written = {f"3mm/r{number}": each for number, each in enumerate(made)}
+    getattr(stored, f"write_{what}")(tmp_path / "batch", written)
+    found = getattr(stored, f"read_{what}")(tmp_path / "batch")
+    assert list(found) == list(written)
+    for there, each in zip(found.values(), made, strict=True):
+        pairs = zip(there, each, strict=True) if what == "best_places" else [(there, each)]
+        for part, wanted in pairs:
+            np.testing.assert_equal(vars(part), vars(wanted))

@@ -1,4 +1,6 @@
-"""A recording without a wave on every sensor has no verdict."""
+"""A recording without a wave on every sensor has no verdict; the traits of a wave."""
+
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from scipy.signal import lfilter
 
 from capsule.detectors import wave as waves
 from capsule.detectors.wave import find_wave, missing_wave, phase_tests, rayleigh, wave_of
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, wave_shares, wave_traits
 from capsule.seeding import generator
 
 BENCH = {"wave_speed_mm_s": 25, "wavelength_mm": 80, "pitch_mm": 6.3}
@@ -41,6 +44,7 @@ def slow(numbers):
 
 
 HUM = "all sensors respond at the same time: interference, not a travelling wave"
+SHORT, SINGLE = wave(numbers_of("short")), white(numbers_of("single"))
 
 
 @pytest.mark.parametrize(
@@ -51,13 +55,12 @@ HUM = "all sensors respond at the same time: interference, not a travelling wave
         (wave(numbers_of("weak"), height=4.0), ""),
         (wave(numbers_of("hum"), behind=0.0), HUM),
         (np.where(np.arange(420) // 15 == 7, np.nan, wave(numbers_of("gap"))), ""),
-        (wave(numbers_of("short"))[:, :162], ""),
-        (wave(numbers_of("short"))[:, :100], "the recording is shorter than four waves of 3.2 s"),
+        (SHORT[:, :162], ""),
+        (SHORT[:, :100], "the recording is shorter than four waves of 3.2 s"),
         # A single sensor cannot be compared.
-        (white(numbers_of("single"))[:1], ""),
-        (white(numbers_of("single"))[:2], "no wave on sensor_1 and sensor_2"),
+        (SINGLE[:1], ""),
+        (SINGLE[:2], "no wave on sensor_1 and sensor_2"),
     ],
-    ids=["wave", "back", "weak", "hum", "gap", "five waves", "three", "one sensor", "two sensors"],
 )
 def test_a_recording_has_a_wave_that_travels_or_a_reason(values, reason):
     assert reason_of(values) == reason
@@ -97,14 +100,6 @@ def phases_of(values):
     return phase_tests(wave_of(values, 10.0, BENCH))
 
 
-@pytest.mark.parametrize("behind", [-0.12, 0.03, 0.15])
-@pytest.mark.parametrize("sensors", [2, 4])
-def test_the_wave_travels_by_all_steps_from_the_first_sensor_to_the_last(behind, sensors):
-    chances, travel = phases_of(wave(numbers_of("travel"), behind=behind)[:sensors])
-    assert chances.shape == (sensors,)
-    assert travel == pytest.approx(-2 * np.pi * behind * (sensors - 1), abs=0.05)
-
-
 @pytest.mark.parametrize(("share", "passes"), [(0.22, False), (0.28, True), (-0.28, True)])
 @pytest.mark.parametrize("sensors", [2, 4])
 def test_a_wave_that_travels_a_quarter_of_the_way_is_no_interference(share, passes, sensors):
@@ -140,16 +135,13 @@ def test_missing_samples_lie_on_a_line_and_the_ends_take_the_nearest_reading():
     np.testing.assert_allclose(waves.fill_missing(values), expected)
 
 
-@pytest.mark.parametrize(
-    ("period", "stride"), [(5.0, 1), (16.0, 1), (31.9, 1), (32.0, 2), (47.9, 2), (48.0, 3)]
-)
-def test_a_wave_keeps_sixteen_samples(period, stride):
+def test_a_wave_keeps_sixteen_samples():
     values = generator(1, "thinned").normal(size=(2, 101))
-    made, by = waves.thinned(values, period)
-    assert by == stride
-    count = 101 // stride
-    expected = [values[:, n * stride : (n + 1) * stride].mean(axis=1) for n in range(count)]
-    np.testing.assert_allclose(made, np.transpose(expected))
+    for period, stride in ((5.0, 1), (16.0, 1), (31.9, 1), (32.0, 2), (47.9, 2), (48.0, 3)):
+        made, by = waves.thinned(values, period)
+        assert by == stride
+        groups = [values[:, n * stride : (n + 1) * stride] for n in range(101 // stride)]
+        np.testing.assert_allclose(made, np.transpose([each.mean(axis=1) for each in groups]))
 
 
 def test_the_beats_keep_step_with_a_wave_whose_phase_wanders():
@@ -167,23 +159,23 @@ def test_the_period_equals_the_formula_written_out(samples, period):
     numbers = generator(1, "period", str(samples))
     values = cosine(period, samples, (0.0, -1.0)) + numbers.normal(0, 0.7, (2, samples))
     # Neither the gain nor the rest of a sensor counts, nor one that is constant.
-    values = np.vstack([values * [[40.0], [0.1]] + [[500.0], [-3.0]], np.full((1, samples), 7.0)])
-    expected = 25.0
+    scaled = np.vstack([values * [[40.0], [0.1]] + [[500.0], [-3.0]], np.full(samples, 7.0)])
     # A Hann window without zeros, and four lines for each line of the next power of two.
     place = np.arange(samples)
-    taper = np.sin(np.pi * (place + 1) / (samples + 1)) ** 2
     padded = 4 * next(2**power for power in range(20) if 2**power >= samples)
-    power = {}
-    for line in range(1, padded // 2):
-        turns = np.exp(-2j * np.pi * line * place / padded)
-        rows = [(row - row.mean()) / row.std() * taper for row in values[:2]]
-        power[line] = sum(abs((row * turns).sum()) ** 2 for row in rows)
-    within = [line for line in power if 0.5 * expected <= padded / line <= 2 * expected]
-    highest = max(within, key=lambda line: power[line])
-    before, peak, after = (power[line] for line in (highest - 1, highest, highest + 1))
+    lines = np.arange(1, padded // 2)
+    rows = (values - values.mean(axis=1)[:, np.newaxis]) / values.std(axis=1)[:, np.newaxis]
+    rows *= np.sin(np.pi * (place + 1) / (samples + 1)) ** 2
+    turns = np.exp(-2j * np.pi * np.outer(place, lines) / padded)
+    power = (np.abs(rows @ turns) ** 2).sum(axis=0)
+    expected = 25.0
+    near = (0.5 * expected <= padded / lines) & (padded / lines <= 2 * expected)
+    highest = np.where(near, power, 0).argmax()
+    before, peak, after = power[highest - 1 : highest + 2]
     off = 0.5 * (before - after) / (before - 2 * peak + after)
     assert abs(off) < 0.5
-    assert waves.wave_period(values, expected) == pytest.approx(padded / (highest + off), rel=1e-9)
+    found = waves.wave_period(scaled, expected)
+    assert found == pytest.approx(padded / (lines[highest] + off), rel=1e-9)
 
 
 def test_where_the_power_grows_beyond_a_factor_of_two_the_period_is_that_end():
@@ -200,20 +192,19 @@ def test_the_phase_equals_the_formula_written_out(period):
     irregular, offset = waves.wave_phase(values, period)
     np.testing.assert_allclose(offset, offsets, atol=0.1)
     # Around each sample lies a whole window of one wave, whose mean is taken off.
-    steady = {}
-    for sample in range((wave - 1) // 2, 400 - wave // 2):
-        window = values[:, sample - (wave - 1) // 2 :][:, :wave]
-        turn = np.exp(-2j * np.pi * sample / period)
-        steady[sample] = (values[:, sample] - window.mean(axis=1)) * turn
+    first, last = (wave - 1) // 2, 400 - wave // 2
+    means = [values[:, each - first :][:, :wave].mean(axis=1) for each in range(first, last)]
+    turn = np.exp(-2j * np.pi * np.arange(first, last) / period)
+    steady = (values[:, first:last] - np.transpose(means)) * turn
     # A Hann window of two waves, without zeros, lies around each sample, too.
-    reach = {step: np.cos(np.pi * step / (2 * wave + 2)) ** 2 for step in range(-wave, wave + 1)}
-    known = [sample for sample in steady if {sample - wave, sample + wave} <= steady.keys()]
-    unit = np.array([sum(reach[s] * steady[each + s] for s in reach) for each in known]).T
+    hann = np.cos(np.pi * np.arange(-wave, wave + 1) / (2 * wave + 2)) ** 2
+    unit = np.array([np.convolve(row, hann, "valid") for row in steady])
     unit /= np.abs(unit)
-    apart = [np.angle((row * unit[0].conj()).sum()) for row in unit]
+    apart = np.angle((unit * unit[0].conj()).sum(axis=1))
     np.testing.assert_allclose(offset, apart, atol=1e-12)
-    together = sum(row * np.exp(-1j * each) for row, each in zip(unit, apart, strict=True))
+    together = np.exp(-1j * apart) @ unit
     # Near the ends no whole window fits: the deviation stays what it was.
+    known = np.arange(first + wave, last - wave)
     expected = np.interp(np.arange(400), known, np.unwrap(np.angle(together)))
     np.testing.assert_allclose(irregular, expected, atol=1e-9)
     np.testing.assert_allclose(irregular[50:-50], wander[50:-50], atol=0.2)
@@ -227,3 +218,102 @@ def test_four_waves_of_the_recordings_own_period_are_needed():
     # Long enough for four waves as configured, but the recording's own waves take longer.
     assert find_wave(cosine(30.0, 100), 20.0) is None
     assert find_wave(cosine(30.0, 130), 20.0) is not None
+
+
+# The traits of a wave.
+
+STILL = {"wave_speed_mm_s": 25, "wavelength_mm": 80, "pressing_lowers_reading": False}
+# Readings beyond the full scale do not come from a divider, and stay as they are.
+STILL |= {"full_scale": 1}
+RATE_HZ = 10.0
+
+
+def wave_readings(period_s=3.2, step_s=0.25, noise=0.02, sensors=4, samples=600, shape=0.3):
+    """Return a wave that reaches each sensor `step_s` before the one in front of it."""
+    time_s = np.arange(samples) / RATE_HZ + step_s * np.arange(sensors)[:, np.newaxis]
+    turn = 2 * np.pi * time_s / period_s
+    numbers = generator(1, "traits", f"{period_s} {step_s} {noise} {sensors}")
+    return np.cos(turn) + shape * np.cos(2 * turn) + numbers.normal(0, noise, turn.shape)
+
+
+def traits_of(values):
+    return wave_traits(wave_of(values, RATE_HZ, STILL), RATE_HZ)
+
+
+@pytest.mark.parametrize("period_s", [2.5, 4.0])
+@pytest.mark.parametrize("step_s", [-0.3, 0.0, 0.6])
+def test_period_and_steps_are_found(period_s, step_s):
+    traits = traits_of(wave_readings(period_s, step_s))
+    assert traits.period_s == pytest.approx(period_s, rel=0.01)
+    assert traits.step_s == pytest.approx(step_s, abs=0.01)
+    assert traits.step_spread_s < 0.02
+    assert traits.unsteadiness < 0.01
+    assert traits.wave_share > 0.98
+
+
+def test_a_sensor_out_of_turn_spreads_the_steps_and_gain_and_offset_do_not_matter():
+    values = wave_readings()
+    usual, swapped = traits_of(values), traits_of(values[[0, 2, 1, 3]])
+    # The steps are 0.5, -0.25 and 0.5 s in place of 0.25 s.
+    assert swapped.step_spread_s == pytest.approx(0.5, abs=0.02)
+    assert swapped.step_s == pytest.approx(0.25, abs=0.01)
+    changed = values * [[3.0], [0.1], [7.0], [1.0]] + [[-9.0], [2.0], [0.0], [100.0]]
+    np.testing.assert_allclose(astuple(traits_of(changed)), astuple(usual), rtol=1e-6)
+
+
+def test_an_irregular_wave_is_unsteady_and_its_depth_is_measured_along_its_own_phase():
+    time_s = np.arange(600) / RATE_HZ + 0.25 * np.arange(4)[:, np.newaxis]
+    wandering = 0.8 * np.sin(2 * np.pi * np.arange(600) / RATE_HZ / 27)
+    values = np.cos(2 * np.pi * time_s / 3.2 + wandering)
+    # From one wave to the next, the wandering phase changes by 2 sin(pi 3.2 / 27) times itself.
+    expected = 0.8 / np.sqrt(2) * 2 * np.sin(np.pi * 3.2 / 27) / (2 * np.pi)
+    assert traits_of(values).unsteadiness == pytest.approx(expected, rel=0.15)
+    # The cosine has a depth of 1, however irregularly it comes.
+    values += generator(1, "own phase").normal(0, 0.3, values.shape)
+    bends = np.abs(np.diff(values, n=2, axis=1)).mean(axis=1)
+    assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.05)
+
+
+def test_a_single_sensor_has_no_steps_and_a_dead_sensor_or_fewer_than_four_waves_no_traits():
+    single, pair = (traits_of(wave_readings(sensors=sensors)) for sensors in (1, 2))
+    assert np.isnan([single.step_s, single.step_spread_s]).all()
+    assert single.period_s == pytest.approx(3.2, rel=0.01)
+    assert pair.step_s == pytest.approx(0.25, abs=0.01)
+    dead = wave_readings() * [[1], [1], [0], [1]]
+    for values in (dead, wave_readings(samples=100)):
+        assert traits_of(values) == UNKNOWN_TRAITS
+
+
+def test_the_share_of_the_wave_counts_its_first_two_overtones_and_what_lies_near_them():
+    """Tones are added to a wave; the band is 0.3 to 6.4 times its frequency."""
+    time = np.arange(1600)
+    wave = np.cos(2 * np.pi * time / 32)
+    # Outside the band, or near the wave and its overtones, a tone takes no share of the power.
+    rows = dict.fromkeys((2, 3, 1.08, 2.08, 2.92, 0.2, 6.6, 7.0), 1.0)
+    rows |= dict.fromkeys((0.4, 0.5, 1.5, 2.5, 4, 5, 6, 6.2), 1 / (1 + 0.25**2))
+    for multiple, share in rows.items():
+        # The mean over a wave is subtracted, and that of two neighbouring samples lowers the tone.
+        left = (1 - np.sinc(multiple)) * np.cos(np.pi * multiple / 32) / np.cos(np.pi / 32)
+        tone = 0.25 / left * np.cos(2 * np.pi * multiple * time / 32)
+        found = traits_of(np.tile(wave + tone, (2, 1))).wave_share
+        assert found == pytest.approx(share, abs=0.01), multiple
+
+
+def test_the_share_is_that_of_the_sensor_with_the_least_and_noise_the_median_over_sensors():
+    values = wave_readings(noise=0.1)
+    alone = [traits_of(values[[n, n]]).wave_share for n in range(4)]
+    louder = values.copy()
+    louder[2] += generator(1, "louder").normal(0, 0.6, 600)
+    traits = traits_of(louder)
+    assert traits.wave_share < min(alone) - 0.1
+    assert traits.noise == pytest.approx(traits_of(values).noise, rel=0.3)
+
+
+def test_a_constant_has_no_share_and_missing_samples_take_no_part_in_the_noise():
+    wave = wave_of(wave_readings(samples=140), RATE_HZ, STILL)
+    moved = replace(wave, steady=wave.steady + 5.0)
+    np.testing.assert_allclose(wave_shares(moved), wave_shares(wave))
+    values = wave_readings(noise=0.3, shape=0.0)
+    values[:, 100:110] = np.nan
+    bends = np.nanmean(np.abs(np.diff(values, n=2, axis=1)), axis=1)
+    assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.03)
