@@ -35,12 +35,12 @@ def kind_of(count=120, passes=1):
     return learn_familiar(KIND_TRAITS[:count], np.arange(count) // passes)
 
 
-def scaled(row):
-    period, step, spread, unsteadiness, share, noise = row
-    share = min(max(share, 0.001), 0.999)
-    logit = np.log(share / (1 - share))
+def scaled(traits):
+    period, step, spread, unsteadiness, share, noise = traits.T
+    share = share.clip(0.001, 0.999)
     times = np.log(period), step / period, np.log(spread / period + 0.003)
-    return np.array([*times, np.log(unsteadiness + 0.002), logit, np.log(noise)])
+    others = np.log(unsteadiness + 0.002), np.log(share / (1 - share)), np.log(noise)
+    return np.transpose([*times, *others])
 
 
 # What must differ in the logarithms, the shares of a period and the logit.
@@ -64,20 +64,19 @@ def test_what_is_familiar_is_that_of_the_formula_written_out(seed, passes):
     traits = traits_like(numbers, places.size)
     # One place lies apart, so that the limit is above 3.
     traits[places == 7, 0] *= 3
-    rows, kind = np.array([scaled(row) for row in traits]), learn_familiar(traits, places)
+    rows, kind = scaled(traits), learn_familiar(traits, places)
     np.testing.assert_allclose([kind.centre, kind.spread], usual(rows))
     far = [deviation(row, rows[places != place]) for row, place in zip(rows, places, strict=True)]
     limit = upper_quantile(np.array(far), places, 0.98)
     assert kind.limit == pytest.approx(limit) and limit > 3
     judged = traits_like(numbers, 4, spread=2.5)
-    asked = [*(WaveTraits(*own) for own in judged[:3]), UNKNOWN_TRAITS, WaveTraits(*judged[3])]
-    first, second, third, unknown, last = kind.judge_all(asked)
-    assert [each.familiar for each in (first, second, third, last)] == [
-        deviation(scaled(own), rows) <= limit for own in judged
-    ]
+    asked = [*(WaveTraits(*own) for own in judged), UNKNOWN_TRAITS]
+    *answers, unknown = kind.judge_all(asked)
+    expected = [deviation(own, rows) <= limit for own in scaled(judged)]
+    assert [each.familiar for each in answers] == expected
     assert (unknown.familiar, unknown.traits) == (None, (NO_WAVE,))
     assert familiarity_line(unknown.cells).endswith("the recording shows no wave to compare")
-    assert [first, unknown] == [kind.judge(asked[0]), kind.judge(asked[3])]
+    assert [*answers, unknown] == [*map(kind.judge, asked)] == kind.judge_all(asked[::-1])[::-1]
 
 
 @pytest.mark.parametrize(
@@ -118,14 +117,12 @@ def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has
 def test_fewer_places_than_the_rate_needs_can_tell_nothing():
     assert LEAST_PLACES == 49
     far = replace(USUAL, period_s=30.0)
-    assert kind_of(49).judge(far).familiar is False
-    few = kind_of(48).judge(far)
-    assert few.familiar is None
-    assert because(few.cells) == "only 48 places teach what is familiar; 49 are needed"
-    assert few.cells["familiar"] == ""
     # Passes over one place are one voice.
-    assert kind_of(98, passes=2).judge(far).familiar is False
-    assert kind_of(96, passes=2).judge(far).familiar is None
+    for count, passes, familiar in ((49, 1, False), (48, 1, None), (98, 2, False), (96, 2, None)):
+        assert kind_of(count, passes).judge(far).familiar is familiar
+    few = kind_of(48).judge(far).cells
+    assert because(few) == "only 48 places teach what is familiar; 49 are needed"
+    assert few["familiar"] == ""
 
 
 def test_the_trait_that_deviates_most_comes_first_and_the_others_are_counted():

@@ -148,13 +148,11 @@ def test_a_nodule_is_found_where_it_lies():
 
 
 def written_out(beats, weighted, search):
-    """Return the averages of the weighted beats and of the channels at every place and speed."""
-    behind_mm = search["pitch_mm"] * np.arange(weighted.shape[0])
+    """Return the averages of the weighted beats and of the channels by speed and place."""
+    behind_mm, found = search["pitch_mm"] * np.arange(weighted.shape[0]), {}
     dwell = search["dwell"] / (beats.centre[1] - beats.centre[0])
-    shortest, longest = search["lag_range"]
-    for speed in np.linspace(
-        search["pitch_mm"] / longest, search["pitch_mm"] / shortest, search["lags"]
-    ):
+    slowest, fastest = search["pitch_mm"] / np.array(search["lag_range"])[::-1]
+    for speed in np.linspace(slowest, fastest, search["lags"]):
         head_mm = beats.irregular_mm - beats.irregular_mm[0] + speed * beats.centre
         farthest_mm = max(head_mm.max() - behind_mm[behind_mm.size // 2], 0.0)
         for place_mm in np.arange(0.0, farthest_mm + search["step_mm"] / 2, search["step_mm"]):
@@ -164,7 +162,8 @@ def written_out(beats, weighted, search):
                 presence = np.exp(-(off**2) / 2)
                 values = np.vstack([weighted[sensor], beats.channels[:, sensor]])
                 averages.append((values * presence).sum(axis=1) / (presence.sum() + dwell))
-            yield search["pitch_mm"] / speed, place_mm, np.mean(averages, axis=0)
+            found[search["pitch_mm"] / speed, place_mm] = np.mean(averages, axis=0)
+    return found
 
 
 @pytest.mark.parametrize("number", range(20))
@@ -193,7 +192,7 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     in_spreads = total / np.hypot(search["least_spread"], (middle - low) / 0.6745)
     np.testing.assert_allclose(weighted, in_spreads.clip(-search["limit"], search["limit"]))
     passage, along, beyond_mm = search_beats(beats, search)
-    tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
+    tried = written_out(beats, weighted, search)
     assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
     places = sorted({place for _, place in tried})
     most = [max(tried[each][0] for each in tried if each[1] == place) for place in places]
