@@ -41,11 +41,11 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     answers = answers_of(rates, *OF_RULE)
     # Of 3 mm, nothing was judged.
     assert list(answers.found) == [2.0]
+    assert answers.found[2.0].value == pytest.approx(0.8)
     alarms = false_alarms(answers.specificity)
     assert (alarms.hits, alarms.of) == (3, 20)
     assert alarms.value == pytest.approx(3 / 20)
     assert alarms.low < alarms.value < alarms.high
-    assert answers.found[2.0].value == pytest.approx(0.8)
     assert answers.set_specificity is None
     expected = predictive_values(0.8, 17 / 20, 0.1)
     assert [each.value for each in answers.meaning] == pytest.approx(expected)
@@ -53,13 +53,12 @@ def test_a_measured_specificity_gives_counts_of_false_alarms_and_the_meaning_of_
     # One that detects nothing, or everything, still says how often that is right.
     for called, expected in ((0, (UNKNOWN, 0.9)), (1, (0.1, UNKNOWN))):
         same = evaluated(verdicts(20, 20 * called, 10, 10 * called))
-        ppv, npv = answers_of(rates_of(same), *OF_RULE).meaning
-        assert (ppv.value, npv.value) == pytest.approx(expected, nan_ok=True)
+        meaning = answers_of(rates_of(same), *OF_RULE).meaning
+        assert [each.value for each in meaning] == pytest.approx(expected, nan_ok=True)
     # Chosen as the best of two, its intervals are those of 97.5 %.
     chosen = answers_of(rates, *OF_RULE, Lead("template", False, 0.8, 2))
-    _, low, high = rate(3, 20, 0.975)
     alarms = false_alarms(chosen.specificity)
-    assert (alarms.low, alarms.high) == pytest.approx((low, high))
+    assert (alarms.low, alarms.high) == pytest.approx(rate(3, 20, 0.975)[1:])
 
 
 def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_set_one():
@@ -71,12 +70,11 @@ def test_where_the_threshold_sets_the_specificity_the_meaning_follows_from_the_s
     few = told.set_specificity(few, "leave_one_out")
     # Fewer healthy places set what their highest score has on average.
     assert few.cannot() and not quiet.cannot() and few.mean == pytest.approx(4 / 5)
-    ppv, npv = answers.meaning
-    assert (ppv.value, npv.value) == pytest.approx(predictive_values(0.8, 0.95, 0.1))
-    recall = answers.found[2.0]
+    meaning, recall = answers.meaning, answers.found[2.0]
+    assert [each.value for each in meaning] == pytest.approx(predictive_values(0.8, 0.95, 0.1))
     for end in ("low", "high"):
         with_both = predictive_values(getattr(recall, end), getattr(quiet, end), 0.1)
-        assert (getattr(ppv, end), getattr(npv, end)) == pytest.approx(with_both)
+        assert [getattr(each, end) for each in meaning] == pytest.approx(with_both)
 
 
 @pytest.mark.parametrize(
@@ -101,31 +99,27 @@ def test_a_bound_at_the_level_is_reliable_and_so_many_recordings_all_right_show_
     assert needed / (needed + z**2) >= 0.85 > (needed - 1) / (needed - 1 + z**2)
 
 
-@pytest.mark.parametrize(
-    ("share", "shown"),
-    [(0.015, "2"), (0.985, "98.5"), (0.99999, "> 99.9"), (1.0, "100"), (0.5049, "50")],
-)
-def test_a_share_in_100_reaches_neither_end_by_rounding(share, shown):
-    assert Estimate(share, 0.0, 0.004).in_hundred() == (shown, "0 to 0.4")
+def test_a_share_in_100_reaches_neither_end_by_rounding():
+    shown = {0.015: "2", 0.985: "98.5", 0.99999: "> 99.9", 1.0: "100", 0.5049: "50"}
+    for share, text in shown.items():
+        assert Estimate(share, 0.0, 0.004).in_hundred() == (text, "0 to 0.4")
 
 
 @pytest.mark.parametrize(
-    ("gain", "advice"),
+    ("low", "high", "advice"),
     [
-        ((0.01, 0.2), "more recordings are likely to help"),
-        ((0.0, 0.2), "this can be chance; too few recordings to tell"),
-        ((-0.2, 0.05), "this can be chance; too few recordings to tell"),
-        ((-0.2, 0.04), "more recordings are not likely to help"),
+        (0.01, 0.2, "more recordings are likely to help"),
+        (0.0, 0.2, "this can be chance; too few recordings to tell"),
+        (-0.2, 0.05, "this can be chance; too few recordings to tell"),
+        (-0.2, 0.04, "more recordings are not likely to help"),
     ],
 )
-def test_the_gain_since_half_of_the_recordings_gives_the_advice(gain, advice):
-    of_detector, (low, high) = {"detector": "diagonal"}, gain
+def test_the_gain_since_half_of_the_recordings_gives_the_advice(low, high, advice):
     half = {"share": 0.5, "rate": 0.6, "gain": 0.1, "gain_low": low, "gain_high": high}
     last = {"share": 1.0, "rate": 0.7, "gain": UNKNOWN}
-    ranges = [(0.0, 0.0), (1.0, 1.0), (2.0, 5.0)]
     rows = [
-        of_detector | {"size_from_mm": first, "size_to_mm": end} | point
-        for first, end in [*ranges, (2.0, 2.0), (5.0, 5.0)]
+        {"detector": "diagonal", "size_from_mm": first, "size_to_mm": end} | point
+        for first, end in ((0.0, 0.0), (1.0, 1.0), (2.0, 5.0), (2.0, 2.0), (5.0, 5.0))
         for point in (half, last)
     ]
     said = told.learning_sentence(pd.DataFrame(rows), "diagonal")

@@ -11,11 +11,9 @@ SIZES = (1.0, 2.0, 3.0, 4.0, 5.0)
 
 def told(pairs, place=lambda number: f"place {number}"):
     """Return what values tell, from pairs of a value and a size; each is a place of its own."""
-    names = [f"{size:g}mm/{number}" for number, (_, size) in enumerate(pairs)]
-    values, sizes_mm, places = (
-        dict(zip(names, each, strict=True))
-        for each in (*zip(*pairs, strict=True), map(place, range(len(names))))
-    )
+    rows = [(f"{size:g}mm/{number}", value, size) for number, (value, size) in enumerate(pairs)]
+    values, sizes_mm = ({row[0]: row[at] for row in rows} for at in (1, 2))
+    places = {row[0]: place(number) for number, row in enumerate(rows)}
     return of_values("session", values, sizes_mm, places)
 
 

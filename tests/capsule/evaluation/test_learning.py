@@ -86,21 +86,16 @@ def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly(
     assert np.isnan(right["1mm/b"])
 
 
-@pytest.mark.parametrize(
-    ("sizes_mm", "every", "main"),
-    [
+def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest():
+    for sizes_mm, every, main in (
         ([0, 1, 2, 1], [(0, 0), (1, 1), (2, 2)], [(0, 0), (1, 1), (2, 2)]),
         ([6, 0, 3], [(0, 0), (3, 3), (6, 6)], [(0, 0), (3, 3), (6, 6)]),
         ([1, 2, 5], [(1, 1), (2, 2), (5, 5), (2, 5)], [(1, 1), (2, 5)]),
         ([0], [(0, 0)], [(0, 0)]),
         ([], [], []),
-    ],
-)
-def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest(
-    sizes_mm, every, main
-):
-    assert learning.size_ranges(sizes_mm) == every
-    assert learning.main_ranges(sizes_mm) == main
+    ):
+        assert learning.size_ranges(sizes_mm) == every
+        assert learning.main_ranges(sizes_mm) == main
 
 
 def test_the_curve_has_four_points_whose_gain_ends_at_leave_one_out():
