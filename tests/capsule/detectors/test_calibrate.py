@@ -33,11 +33,10 @@ def test_the_quantile_is_the_definition_written_out(drawn, share):
         return sum(np.mean(values[places == each] <= value) for each in every) / (len(every) + 1)
 
     expected = min((value for value in values if below(value) >= share - 1e-9), default=np.inf)
-    assert calibrate.upper_quantile(values.astype(float), places, share) == expected
+    scores = values.astype(float)
+    assert calibrate.upper_quantile(scores, places, share) == expected
     # A threshold is the highest score at most.
-    assert calibrate.rank_threshold(values.astype(float), places, share) == min(
-        expected, values.max()
-    )
+    assert calibrate.rank_threshold(scores, places, share) == min(expected, scores.max())
     assert np.isnan(calibrate.rank_threshold(np.array([]), apart(0), share))
 
 
@@ -89,9 +88,7 @@ def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_5
 
 @pytest.mark.parametrize(("count", "penalty"), [(12, 5.0), (80, 0.0), (80, 0.3)])
 @pytest.mark.parametrize("passes_of", [1, 2, 3])
-def test_ridge_and_its_predictions_without_a_place_are_those_of_scikit_learn(
-    count, penalty, passes_of
-):
+def test_the_ridge_with_and_without_a_place_is_that_of_scikit_learn(count, penalty, passes_of):
     numbers = generator(1, "left out", str(count), str(passes_of))
     values, places = 1.0 + np.arange(count) % 5, np.arange(count) // passes_of
     features = values[:, np.newaxis] + numbers.normal(size=(count, 4)) * np.logspace(-1, 2, 4)

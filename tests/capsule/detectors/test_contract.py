@@ -30,6 +30,7 @@ SETTINGS = {
     "diagonal": {},
     "taught": TAUGHT | {"size_ridge": 2.0},
 }
+SHAPE = {"sensors": 3, "first_peak": 20, "length": 120}
 EVERY = {name: detector_class(name) for name in DETECTORS}
 SCORED = {name: each for name, each in EVERY.items() if issubclass(each, ScoredDetector)}
 every_detector = pytest.mark.parametrize("detector", list(EVERY.values()), ids=list(EVERY))
@@ -43,9 +44,8 @@ def recording_of(size_mm, numbers):
     if size_mm:
         matrix += size_mm / 3 * render(particle, 20, 120)
     level = size_mm + numbers.normal(size=6) / 3
-    passage = Passage(
-        level[0] + numbers.normal(), *level[1:4], 10.0, 200.0, 130.0, *np.exp(level[3:])
-    )
+    evidence = level[0] + numbers.normal()
+    passage = Passage(evidence, *level[1:4], 10.0, 200.0, 130.0, *np.exp(level[3:]))
     features = features_of(
         2 * size_mm + numbers.normal(),
         [size_mm + 0.2 * numbers.normal(), *numbers.normal(size=3)],
@@ -58,9 +58,7 @@ def archive_of(made, places):
     """Return an archive of recordings and their particles."""
     sizes_mm = {name: SIZES_MM[name] for name in made}
     particles = {name: each for name, (_, each) in made.items() if SIZES_MM[name]}
-    templates = method.build_templates(
-        method.by_size(particles), sensors=3, first_peak=20, length=120
-    )
+    templates = method.build_templates(method.by_size(particles), **SHAPE)
     recordings = {name: each for name, (each, _) in made.items()}
     return TrainingArchive(sizes_mm, recordings, templates, particles, SETTINGS, places=places)
 
@@ -90,15 +88,11 @@ LEFT_OUT.append([name for name in SIZES_MM if name < "1mm/r4"])
 
 @every_detector
 @pytest.mark.parametrize("left_out", LEFT_OUT, ids=lambda names: f"{len(names)} {names[:1]}")
-def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does(
-    detector, archive, made, left_out
-):
+def test_a_fold_teaches_what_an_archive_of_it_alone_does(detector, archive, made, left_out):
     rest = {name: each for name, each in made.items() if name not in left_out}
-    expected = detector.taught(archive_of(rest, archive.places))
-    found, judged = detector.taught(archive, left_out), archive.recordings.values()
-    np.testing.assert_allclose(
-        values_of(found, judged), values_of(expected, judged), rtol=1e-6, atol=1e-6
-    )
+    models = detector.taught(archive, left_out), detector.taught(archive_of(rest, archive.places))
+    found, expected = (values_of(each, archive.recordings.values()) for each in models)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 @every_detector
@@ -108,10 +102,9 @@ def test_what_is_stored_as_json_judges_as_what_was_learned(detector, archive, le
         left_out = []  # Templates have a file of their own, which holds those of all recordings.
     model = detector.taught(archive, left_out)
     content = json.loads(json.dumps(model.stored(), allow_nan=False))
-    restored = detector.restored(content, archive.templates)
-    np.testing.assert_allclose(
-        *(values_of(each, archive.recordings.values()) for each in (restored, model))
-    )
+    models = detector.restored(content, archive.templates), model
+    found, expected = (values_of(each, archive.recordings.values()) for each in models)
+    np.testing.assert_allclose(found, expected)
 
 
 @every_detector
@@ -138,9 +131,7 @@ def test_the_fields_of_a_verdict_agree_with_each_other(detector, archive):
 
 
 @every_scored_one
-def test_threshold_probability_and_sizes_are_those_of_the_scores_without_the_place(
-    detector, archive
-):
+def test_threshold_probability_and_sizes_are_of_the_scores_without_the_place(detector, archive):
     model = detector.taught(archive)
     seen, sizes_mm, places = archive.teaching(detector.seen, ())
     settings = SETTINGS[detector.name]
@@ -192,7 +183,7 @@ def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive)
             assert verdict.location_samples == method.first_peak_sample(lags[best], 20, 120)
     assert 0 < found < len(archive.sizes_mm)
     # Without a template of a nodule there is no margin.
-    none = method.build_templates({}, sensors=3, first_peak=20, length=120)
+    none = method.build_templates({}, **SHAPE)
     model = NearestTemplate.taught(replace(archive, templates=none, sizes_mm={"0mm/r0": 0.0}))
     verdict = model.verdict(archive.recordings["0mm/r0"])
     assert np.isnan(verdict.score) and verdict.predicted_mm == 0

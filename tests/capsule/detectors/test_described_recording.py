@@ -36,9 +36,8 @@ def test_each_part_is_what_the_detectors_functions_give(run):
     assert recording.no_verdict == ""
     assert recording.passage == passage_of(wave, bench)
     assert astuple(recording.traits) == astuple(wave_traits(wave, 10.0))
-    np.testing.assert_equal(
-        vars(recording.features), vars(read_scorer(WEIGHTS).features(series_of(wave)))
-    )
+    features = read_scorer(WEIGHTS).features(series_of(wave))
+    np.testing.assert_equal(vars(recording.features), vars(features))
 
 
 def test_it_says_why_there_is_no_verdict(run):

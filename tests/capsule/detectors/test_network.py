@@ -61,10 +61,8 @@ def test_the_gradient_is_folded_which_keeps_products_and_then_projected(weights,
     np.testing.assert_allclose(folded[0], expected, rtol=1e-4, atol=1e-6)
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
-    projected = scorer.features(many[0])
-    np.testing.assert_allclose(
-        projected.gradient, folded[0] @ weights["projection"], rtol=1e-3, atol=1e-5
-    )
+    projected, expected = scorer.features(many[0]), folded[0] @ weights["projection"]
+    np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)
     assert projected.score == scorer.forward(standardised(many[0]))[0]
 
 

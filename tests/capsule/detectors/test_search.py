@@ -75,9 +75,8 @@ def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period
         steady, phase = row - trend, irregular + 2 * np.pi * sample / own_period + start
         channels = [level]
         for turn in (np.cos(phase), np.cos(2 * phase)):
-            channels.append(
-                [2 * np.cov(steady[window], turn[window], ddof=0)[0, 1] for window in windows]
-            )
+            both = (np.cov(steady[window], turn[window], ddof=0) for window in windows)
+            channels.append([2 * covariance[0, 1] for covariance in both])
         every = np.array(channels)[:, :: wave // 4]
         medians = np.median(every, axis=1, keepdims=True)
         expected.append((every - medians) / np.median(channels[1]))
@@ -133,9 +132,8 @@ def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3)):
     head_mm = speed * centre
     channels = generator(1, "diagonal").normal(0.0, 0.05, (3, 4, centre.size))
     for sensor in sensors:
-        channels[1, sensor] += height * np.exp(
-            -0.5 * ((head_mm - 6.0 * sensor - place_mm) / 1.5) ** 2
-        )
+        off_mm = head_mm - 6.0 * sensor - place_mm
+        channels[1, sensor] += height * np.exp(-0.5 * (off_mm / 1.5) ** 2)
     return Beats(channels, centre, 0 * centre)
 
 

@@ -40,10 +40,8 @@ def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(
     teach, held_out, _ = shipped
     small = [each for name, each in teach.items() if size_mm(name) < 4]
     largest = [each for name, each in (teach | held_out).items() if size_mm(name) == 5]
-    for answers, count in (
-        (answers_of(teach.values(), held_out.values()), 160),
-        (answers_of(small, largest), 40),
-    ):
+    apart = answers_of(teach.values(), held_out.values())
+    for answers, count in ((apart, 160), (answers_of(small, largest), 40)):
         assert len(answers) == count
         assert answers.count(False) <= 0.05 * count
 

@@ -53,9 +53,7 @@ def index(setups, size_mm=0.0, session="late"):
         ("", "", "held_out", False),
     ],
 )
-def test_rates_hold_over_new_set_ups_only_if_three_that_taught_nothing_were_judged(
-    judged, teaching, scheme, new
-):
+def test_rates_hold_over_three_new_set_ups_that_taught_nothing(judged, teaching, scheme, new):
     scope = rates.scope_of(index(judged), index(teaching), scheme)
     assert scope.new is new
     expected = "over new set-ups (3 were" if new else "for further runs of these set-ups"

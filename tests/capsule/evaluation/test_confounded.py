@@ -58,9 +58,7 @@ BOTH_OF_DAYS = [*OF_DAYS, *(pair for size in SIZES for pair in healthy(f"day {si
         pytest.param([*healthy("A"), *nodules("A"), *[("B", 3.0)] * 9], False, (3.0,), id="a size"),
         pytest.param(healthy("A"), False, (), id="healthy alone"),
         pytest.param(nodules("A", 20, (3.0,)), False, (), id="one size alone"),
-        pytest.param(
-            [*nodules("A", 20, (1.0,)), *nodules("B", 20, (2.0,))], False, (1.0, 2.0), id="sizes"
-        ),
+        pytest.param([("A", 1.0)] * 20 + [("B", 2.0)] * 20, False, (1.0, 2.0), id="sizes"),
     ],
 )
 def test_a_value_of_one_class_alone_is_found(pairs, of_nodules, sizes_mm):
@@ -97,9 +95,7 @@ def test_recordings_that_do_not_teach_do_not_count():
     (found,) = confounded_keys(rows, [])
     assert (found.key, sum(map(Counter.total, found.counts.values()))) == ("source", 120)
     for change in ({"status": "rejected"}, {"no_verdict": "no wave"}, {"session": "late"}):
-        changed = {
-            name: row | (change if name.startswith("0mm") else {}) for name, row in rows.items()
-        }
+        changed = {name: row | (change if name[0] == "0" else {}) for name, row in rows.items()}
         assert confounded_keys(changed, ["late"]) == []
     renamed = {name.replace("0mm", "unlabelled"): row for name, row in rows.items()}
     assert confounded_keys(renamed, []) == []

@@ -70,9 +70,7 @@ def test_a_place_is_left_out_whole_and_held_out_sessions_teach_nothing():
         ("setup", ["a", "b", "c", ""], "def", 7),
     ],
 )
-def test_groups_are_left_out_if_there_are_three_that_leave_enough_to_teach(
-    key, healthy, nodules, folds
-):
+def test_groups_are_left_out_if_three_leave_enough_to_teach(key, healthy, nodules, folds):
     rows = {f"0mm/r{number}": row(**{key: name}) for number, name in enumerate(healthy)}
     rows |= {f"2mm/r{number}": row(**{key: name}) for number, name in enumerate(nodules)}
     found = by_scheme(rows).get(f"leave_one_{key}_out", [])
@@ -89,11 +87,8 @@ def archives(draw):
     """Draw the rows of an archive with sites, sessions, set-ups and near copies."""
     sizes = draw(st.lists(st.sampled_from([0, 1, 2]), min_size=1, max_size=16))
     names = [f"{size}mm/r{number}" for number, size in enumerate(sizes)]
-    text = st.sampled_from(["", "a", "b", "c", "d"])
-    return {
-        name: row(draw(text), draw(text), draw(text), draw(st.sampled_from(["", *names])))
-        for name in names
-    }
+    text, copies = st.sampled_from(["", "a", "b", "c", "d"]), st.sampled_from(["", *names])
+    return {name: row(draw(text), draw(text), draw(text), draw(copies)) for name in names}
 
 
 @given(archives(), st.sampled_from([[], ["a"], ["a", "b"]]), st.integers(100, 120))

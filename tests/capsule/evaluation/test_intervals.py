@@ -52,9 +52,7 @@ def test_a_rate_has_wilsons_interval(counts, level):
 
 
 @given(st.integers(1, 300), st.floats(0.5, 0.999), st.integers(1, 9))
-def test_a_mean_has_students_interval_and_a_median_leaves_out_the_binomials_tails(
-    values, level, passes
-):
+def test_a_mean_has_students_interval_and_a_median_the_binomials_ranks(values, level, passes):
     every = np.arange(values, dtype=float)
     # One of several passes over each place; kills an effective number that rounding moves.
     units = intervals.Units(np.full(values, 1 / passes), np.arange(values))
@@ -140,9 +138,7 @@ def assert_newcombe(area, ends, m, n, confidence=0.95):
 
 
 @pytest.mark.parametrize("confidence", [0.8, 0.95])
-@pytest.mark.parametrize(
-    ("m", "n", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0), (1, 2, 9.0)]
-)
+@pytest.mark.parametrize(("m", "n", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9), (1, 2, 9)])
 def test_the_interval_of_an_area_is_newcombes_method_5(confidence, m, n, shift):
     numbers, units = generator(1, "ends", str(m)), both_alone(m, n)
     healthy, nodule = numbers.normal(size=m), numbers.normal(shift, 1, n)
@@ -158,9 +154,7 @@ def test_the_interval_of_an_area_is_newcombes_method_5(confidence, m, n, shift):
 
 @pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 1.0])
 @pytest.mark.parametrize(("wanted", "level"), [(0.05, 0.8), (0.3, 0.95), (0.6, 0.95)])
-def test_the_needed_recordings_are_the_fewest_whose_interval_is_narrow_enough(
-    expected, wanted, level
-):
+def test_the_fewest_recordings_whose_interval_is_narrow_enough_are_needed(expected, wanted, level):
     widths = ((n, np.ptp(rate(expected * n, n, level)[1:]) / 2) for n in count(1))
     least, exactly = next((n, width) for n, width in widths if width <= wanted)
     for width in (wanted, exactly):
@@ -233,9 +227,7 @@ def test_the_clustered_median_lies_between_the_ranks_that_its_formula_names():
         ([-1, -1, -1], 1),
     ],
 )
-def test_a_gain_has_the_interval_of_bonett_and_price_of_as_many_as_recordings_are_worth(
-    gains, passes
-):
+def test_a_gain_has_bonett_and_prices_interval_of_as_many_as_recordings_are_worth(gains, passes):
     gains, units = np.array(gains, dtype=float), places_of(len(gains) // passes, passes)
     size = effective_count(gains, units, 0.95, gains.var())
     # Added are one that gains everything and one that loses everything.
@@ -326,9 +318,8 @@ def test_over_clusters_an_area_counts_fewer_recordings_by_obuchowskis_design_eff
     assert intervals.auc_interval(*drawn, [*map(Units.of_places, passes)], 0.95) == (1.0, *ends)
 
 
-CLUSTERED = st.lists(
-    st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6)), min_size=1, max_size=40
-)
+DRAWN = st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6))
+CLUSTERED = st.lists(DRAWN, min_size=1, max_size=40)
 
 
 @given(CLUSTERED, CLUSTERED, st.booleans(), LEVEL)

@@ -50,10 +50,8 @@ def archive_of(sizes_mm, places=None):
 def rows_of(sizes_mm, places=None, apart=(), scheme="leave_one_out"):
     """Return the rows of the detector; leave-one-out is judged as the evaluation does."""
     archive = archive_of(sizes_mm, places)
-    verdicts = [
-        Loudest.taught(archive, [name]).verdict(archive.recordings[name]).predicted_mm
-        for name in sizes_mm
-    ]
+    pairs = archive.recordings.items()
+    verdicts = [Loudest.taught(archive, [name]).verdict(each).predicted_mm for name, each in pairs]
     predictions = pd.DataFrame({"recording": list(sizes_mm), "predicted_mm": verdicts})
     predictions = predictions.assign(detector="loudest", scheme=scheme)
     alone = {name: (places or {}).get(name, name) for name in sizes_mm}

@@ -15,9 +15,9 @@ from capsule.evaluation.intervals import Units, effective_count, rate, rate_of, 
 from capsule.evaluation.rates import ANY
 from support.verdicts import index_of, verdicts
 
-UNKNOWN = float("nan")
+UNKNOWN, SIZES_MM = float("nan"), [0.0, 1.0, 2.0]
 RULES = {"confidence": 0.95, "tolerance_mm": 1.0, "prevalence": 0.5, "specificity": 0.5}
-RULES |= {"calibration_bins": 2, "passes": [1, 2], "sizes_mm": [0.0, 1.0, 2.0]}
+RULES |= {"calibration_bins": 2, "passes": [1, 2], "sizes_mm": SIZES_MM}
 SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
 
 
@@ -72,12 +72,9 @@ def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_pla
         of(predicted, sizes, detector=name, scheme=scheme, **columns)
         for name, scheme in product(["template", "diagonal"], ["leave_one_out", "held_out"])
     )
-    single, found = (
-        measures.measure_tables(
-            made, [0.0, 1.0, 2.0], RULES, index_of(made, nodule_at_mm=[0.5] * 36, site=site)
-        )
-        for site in (range(36), [number // 3 for number in range(36)])
-    )
+    sites = range(36), [number // 3 for number in range(36)]
+    indices = (index_of(made, nodule_at_mm=[0.5] * 36, site=each) for each in sites)
+    single, found = (measures.measure_tables(made, SIZES_MM, RULES, each) for each in indices)
     assert list(found) == list(COLUMNS)
     for name, table in found.items():
         assert set(COLUMNS[name]) <= set(table.columns), name
@@ -89,7 +86,7 @@ def test_every_table_is_made_of_each_detector_and_scheme_with_intervals_over_pla
             assert (table[column] < single[name][column]).all(), (name, column)
     assert set(found["retest"]["passes"]) == {1, 2}
     for made in (of([], []), of([UNKNOWN] * 5)):
-        found = measures.measure_tables(made, [0.0, 1.0, 2.0], RULES, index_of(made))
+        found = measures.measure_tables(made, SIZES_MM, RULES, index_of(made))
         assert all(table.empty for table in found.values())
         assert {name: list(table) for name, table in found.items()} == COLUMNS
 
@@ -140,7 +137,7 @@ def test_no_verdict_is_a_failure_in_every_rate_but_the_precision():
         ("held_out", ["a", "a", "b", "b", "c", ""], "place"),
     ],
 )
-def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_them_out(
+def test_clusters_are_set_ups_if_three_are_known_and_the_scheme_leaves_them_out(
     scheme, setups, unit
 ):
     judged = one(of([0] * 6, [0] * 6, scheme=scheme), setup=setups)

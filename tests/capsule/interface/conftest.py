@@ -20,9 +20,8 @@ def raw(tmp_path_factory):
         text = (ROOT / "raw" / f"{original}.csv").read_text(encoding="utf-8")
         path = folder / f"{name}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(
-            text.replace(f"# site: simulated-1/{original}", f"# site: {TOGETHER.get(name, name)}")
-        )
+        site = f"# site: {TOGETHER.get(name, name)}"
+        path.write_text(text.replace(f"# site: simulated-1/{original}", site))
     return folder
 
 

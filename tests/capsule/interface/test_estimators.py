@@ -61,9 +61,8 @@ def test_order_pickle_and_a_recording_that_no_detector_can_judge_change_nothing(
     rows, sizes_mm = np.vstack([archive.X, archive.X[0], silent]), [*archive.y, 3.0, 0.0]
     taught = clone(fitted).fit(rows[:-1], sizes_mm[:-1])
     for same in (clone(fitted).fit(rows[::-1], sizes_mm[::-1]), pickle.loads(pickle.dumps(taught))):
-        np.testing.assert_array_equal(
-            same.decision_function(archive.X), taught.decision_function(archive.X)
-        )
+        pair = (each.decision_function(archive.X) for each in (same, taught))
+        np.testing.assert_array_equal(*pair)
 
 
 def test_without_arguments_it_is_the_taught_detector_with_the_settings_that_ship(archive):

@@ -29,9 +29,8 @@ def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(raw, tm
     assert rejected["3mm/r03-copy"] == "the same content as 3mm/r03"
     held = [archive.readings, archive.matrices, archive.headers, archive.labelled]
     assert not {*rejected.index} & set().union(*held)
-    assert repr(archive) == (
-        "<LoadedArchive: 13 recordings accepted (0mm, 0.5mm, 3mm, unlabelled), 2 rejected>"
-    )
+    accepted = "13 recordings accepted (0mm, 0.5mm, 3mm, unlabelled)"
+    assert repr(archive) == f"<LoadedArchive: {accepted}, 2 rejected>"
     assert archive.passed_over["path"].tolist() == ["notes.txt"]
     assert archive.unlabelled == ["unlabelled/patient"]
     # The largest of these recordings has some 12 kB.

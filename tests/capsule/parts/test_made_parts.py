@@ -181,9 +181,7 @@ def test_the_drawn_dimensions_are_the_listed_ones(made, listed, drawing, part, s
         assert widest * 25.4 / 72 == pytest.approx(7 * 20.0, abs=0.05)
 
 
-def test_the_list_gives_mass_loop_and_resistance_and_the_bill_what_is_printed_and_bought(
-    made, listed
-):
+def test_the_list_gives_mass_loop_and_resistance_and_the_bill_what_is_made_and_bought(made, listed):
     unit, capsule = listed["parts"]["substructure"], listed["capsule"]
     assert unit["mass_g"] == pytest.approx(unit["volume_mm3"] * 1.2e-3, abs=1e-3)
     # Twice |AC| and |BC|, and the two flats.

@@ -8,10 +8,7 @@ import pytest
 from capsule.parts.files import read_design
 from support.marks import needs_programs
 
-pytestmark = [
-    pytest.mark.slicer,
-    needs_programs("prusa-slicer", packages="prusa-slicer"),
-]
+pytestmark = [pytest.mark.slicer, needs_programs("prusa-slicer", packages="prusa-slicer")]
 CENTRE = np.array([125.0, 105.0])
 
 

@@ -13,13 +13,14 @@ from capsule.parts.files import read_design
 from capsule.parts.outlines import circle, points, reverse, signed_area, slot
 from capsule.parts.refusals import crosses
 from capsule.phantom.origami import pitch
+from capsule.phantom.parameters import words_of
 
 DESIGN = read_design()
 ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice
-WORDS = product(("head", "tail"), ("middle", "outside"), ("bulb", "round", "curl"))
+WORDS = ("origami.fold_side", "origami.corners", "origami.tip")
 READINGS = {
-    " ".join(words): replace(ORIGAMI, fold_side=words[0], corners=words[1], tip=words[2])
-    for words in WORDS
+    f"{side} {corners} {tip}": replace(ORIGAMI, fold_side=side, corners=corners, tip=tip)
+    for side, corners, tip in product(*map(words_of, WORDS))
 }
 
 

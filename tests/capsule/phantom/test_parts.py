@@ -253,9 +253,7 @@ def response(sensor, pressed_mm, rate_hz=10.0):
     return responses
 
 
-@pytest.mark.parametrize(
-    "changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0.0, "saturation_mm": 50.0}]
-)
+@pytest.mark.parametrize("changes", [{}, IMPERFECT, IMPERFECT | {"lag_s": 0, "saturation_mm": 50}])
 def test_compression_lowers_the_resistance_by_its_response_however_it_is_asked_for(changes):
     sensor = replace(SENSOR, **changes)
     steps = default_rng(1).normal(0, 0.5, (4, 200))

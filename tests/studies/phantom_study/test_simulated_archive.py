@@ -78,11 +78,10 @@ def test_each_size_is_described_and_the_documentation_shows_what_was(archive, ma
     assert (row["shortest_samples"], row["longest_samples"]) == (min(lengths), max(lengths))
     assert row["stopped_by_hand"] == 0
     assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
-    offsets_mm, passing = sensor_offsets(PHANTOM.origami, 4), []
+    passing = []
     for run in runs:
-        passing += list(
-            np.diff([np.argmax(run.head_mm >= run.nodule_at_mm + mm) for mm in offsets_mm])
-        )
+        places_mm = run.nodule_at_mm + sensor_offsets(PHANTOM.origami, 4)
+        passing += list(np.diff([np.argmax(run.head_mm >= place_mm) for place_mm in places_mm]))
     assert row["passing_high_samples"] == round(np.percentile(passing, 95))
     text = (STUDIES / "phantom.md").read_text(encoding="utf-8")
     for kept in read_csv(STUDIES / "results/phantom-signals.csv"):

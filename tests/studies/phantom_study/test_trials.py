@@ -46,9 +46,8 @@ def test_the_distance_counts_in_spreads_with_the_motion_as_cells():
     assert distance(PAPER.cells | rates, PAPER) == pytest.approx(wanted)
     # A rate that hardly varies is sooner far off, here by 15 points each.
     paper = PAPER.cells | PAPER.motion
-    sure, unsure = (
-        distance(paper | off, PAPER) for off in ({"recall 2 mm": 100.0}, {"exact 3 mm": 40.0})
-    )
+    far, near = {"recall 2 mm": 100.0}, {"exact 3 mm": 40.0}
+    sure, unsure = (distance(paper | off, PAPER) for off in (far, near))
     assert sure > 2 * unsure
     # A precision of nothing found is missing and far off.
     nothing = cells(20 * np.eye(6, dtype=int)[[0] * 6], PAPER)
@@ -71,9 +70,8 @@ def test_the_documentation_shows_the_table_that_was_measured():
     rows = read_csv(ROOT / "workflow/studies/results/phantom-table.csv")
     assert [row["cell"] for row in rows] == list(PAPER.cells)
     for row in rows:
-        paper, mean, low, high = (
-            f"{float(row[key]):.1f}" for key in ("paper", "mean", "low", "high")
-        )
+        names = ("paper", "mean", "low", "high")
+        paper, mean, low, high = (f"{float(row[key]):.1f}" for key in names)
         inside = "yes" if row["inside"] == "True" else "no"
         assert f"| {row['cell']} | {paper} | {mean} | {low}-{high} | {inside} |" in text
     difference = np.mean([abs(float(row["mean"]) - float(row["paper"])) for row in rows])

@@ -54,12 +54,10 @@ def test_a_seed_draws_recordings_of_four_sensors_that_differ_by_the_nodule(numbe
     assert same(simulate_bench(flat, SIZES_MM, streams(number)), alone)
 
 
-@pytest.mark.parametrize(("untouched_share", "low", "high"), [(0.0, 1.2, np.inf), (1.0, 0.9, 1.1)])
-def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched_share, low, high):
+@pytest.mark.parametrize(("untouched", "low", "high"), [(0.0, 1.2, np.inf), (1.0, 0.9, 1.1)])
+def test_a_high_nodule_makes_the_beats_deeper_where_sensors_touch_it(untouched, low, high):
     drawn, adds = bench(0), Effect(adds=1.0, multiplies=0.0, lifts=0.0)
-    lump = replace(
-        drawn.lump, height=1.5, effect=adds, miss_mm=0.0, untouched_share=untouched_share
-    )
+    lump = replace(drawn.lump, height=1.5, effect=adds, miss_mm=0.0, untouched_share=untouched)
     bumpy = replace(drawn, lump=lump, sensing=replace(drawn.sensing, divider=True, noise=0.005))
     deepest = []
     for counts in simulate_bench(bumpy, np.repeat([0.0, 5.0], 12), streams(0)):
