@@ -1,5 +1,6 @@
 """The live page: its server against rude browsers, and the page in a real one."""
 
+import contextlib
 import json
 import re
 import socket
@@ -11,7 +12,6 @@ import pytest
 
 from capsule.bench.live import MOST_LISTENERS, LivePage
 from capsule.bench.state import State
-from support.bench.scripted import ScriptedBench, sample_frame
 from support.browser import Browser, needed
 
 
@@ -35,9 +35,9 @@ def fetch(page, path="", **headers):
     return urllib.request.urlopen(request, timeout=5)
 
 
-def listen(page, last=""):
+def listen(page, last="0"):
     """Listen to the page's events as a browser that knows the samples up to the last number."""
-    return fetch(page, "events", **({"Last-Event-ID": last} if last else {}))
+    return fetch(page, "events", **{"Last-Event-ID": last})
 
 
 def next_event(listener):
@@ -47,82 +47,70 @@ def next_event(listener):
 
 
 def test_only_a_browser_that_knows_the_address_gets_the_page(page):
-    with fetch(page) as answer:
-        content, policy = answer.read().decode(), answer.headers["Content-Security-Policy"]
+    answers = [fetch(page) for _ in range(2)]
+    content = answers[0].read().decode()
+    policy, other = (answer.headers["Content-Security-Policy"] for answer in answers)
     nonce = re.search(r"script-src 'nonce-([^']+)'", policy)[1]
     assert policy.startswith("default-src 'none'") and "{{" not in content
     # Kills: a style or script of the page that its own policy refuses; one nonce for all.
     assert content.count(f'nonce="{nonce}"') == content.count("<script") + content.count("<style")
-    with fetch(page) as answer:
-        assert nonce not in answer.headers["Content-Security-Policy"]
+    assert nonce not in other
     # Kills: no Host check, which lets a foreign page read the samples by a name of its own.
     for path, headers, status in (("x", {}, 404), ("", {"Host": "evil.example"}, 403)):
         with pytest.raises(urllib.error.HTTPError) as refused:
             fetch(page, path, **headers)
-        refused.value.close()
+        answers.append(refused.value)
         assert refused.value.code == status
+    for each in answers:
+        each.close()
 
 
 def test_a_browser_that_comes_back_goes_on_where_it_was(page, state):
     page.show(state)
-    listener = listen(page)
-    number, (news, values) = next_event(listener)
+    with listen(page) as listener:
+        number, (news, values) = next_event(listener)
     # A minute is kept, not the whole run.
     assert (number, news["first"], len(news["samples"])) == (700, 100, 600)
-    assert (values["title"], values["left"]) == (
-        "3mm/r07",
-        "00:20.0 left, 00:30.0 until it is too long for the workflow",
-    )
-    listener.close()
+    assert values["title"] == "3mm/r07"
+    assert values["left"] == "00:20.0 left, 00:30.0 until it is too long for the workflow"
     state.add(None)
     state.add(None)
     page.show(state)
     # The last number of another recording says nothing of this one.
     for last, first, kept in (("700", 700, 2), ("9000", 102, 600)):
-        listener = listen(page, last)
-        _, (news, values) = next_event(listener)
+        with listen(page, last) as listener:
+            _, (news, values) = next_event(listener)
         assert (news["first"], len(news["samples"]), news["samples"][-1]) == (first, kept, None)
         assert (values["gaps"], values["missing"]) == (1, 2)
-        listener.close()
 
 
 def test_when_there_are_too_many_the_oldest_goes(page, state):
     page.show(state)
-    listeners = []
-    for _ in range(MOST_LISTENERS + 1):
-        listeners.append(listen(page))
-        next_event(listeners[-1])  # before the next one comes, it is known
-    assert next_event(listeners[0]) == b""
-    state.add((1, 2, 3, 4))
-    page.show(state)
-    assert [next_event(each)[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
-    for each in listeners:
-        each.close()
+    with contextlib.ExitStack() as stack:
+        listeners = []
+        for _ in range(MOST_LISTENERS + 1):
+            listeners.append(stack.enter_context(listen(page)))
+            next_event(listeners[-1])  # before the next one comes, it is known
+        assert next_event(listeners[0]) == b""
+        state.add((1, 2, 3, 4))
+        page.show(state)
+        assert [next_event(each)[0] for each in listeners[1:]] == [701] * MOST_LISTENERS
 
 
 # Kills: a listener that the recording waits for, or a browser's end that prints a traceback.
-def test_a_hundred_browsers_come_and_go_and_no_sample_is_lost(page, tmp_path, monkeypatch, capfd):
-    bench = ScriptedBench(tmp_path, monkeypatch)
-    bench.recorder.loop.add("its live page", lambda: page.show(bench.recorder.state))
+def test_a_hundred_browsers_come_and_go_and_hold_nothing_up(page, state, capfd):
     address = ("127.0.0.1", int(page.host.split(":")[1]))
-    dead = [listen(page) for _ in range(2)]  # they never read an event
-
-    def script():
+    asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n\r\n".encode()
+    with listen(page), listen(page):  # they never read an event
         for number in range(1000):
+            state.add((number, 2, 3, 4))
+            page.show(state)
             if number % 10 == 5:
-                rude = socket.create_connection(address, timeout=5)
-                asked = f"GET {page.path}events HTTP/1.1\r\nHost: {page.host}\r\n\r\n"
-                # Cut off within the question, or after it.
-                rude.sendall(asked[: 20 if number % 20 == 5 else None].encode())
-                rude.close()
-            yield number / 10, sample_frame(number)
-
-    bench.run(script())
-    page.close()
-    assert bench.numbers() == list(range(1000))
+                with socket.create_connection(address, timeout=5) as rude:
+                    # Cut off within the question, or after it.
+                    rude.sendall(asked[: 20 if number % 20 == 5 else None])
+        page.close()
     assert capfd.readouterr() == ("", "")
-    for each in dead:
-        each.close()
 
 
 @pytest.mark.parametrize(
