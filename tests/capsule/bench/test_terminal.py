@@ -32,43 +32,8 @@ def state():
     return shown
 
 
-def test_a_recording_is_drawn_in_its_place(state):
-    screen = Screen()
-    terminal = Terminal(screen)
-    terminal.show(state)
-    summary, *sensors, title, verdict = screen.getvalue().splitlines()
-    assert state.summary() == (
-        "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
-    )
-    assert summary == state.summary()[:79]
-    # Of ten counts a sensor looks quiet, and a missing sample is a space.
-    assert [line.split(maxsplit=3) for line in sensors] == [
-        ["sensor", "1", "12", "▁ ▂"],
-        ["sensor", "2", "510", "▁ ▇"],
-        ["sensor", "3", "512", "▁ ▁"],
-        ["sensor", "4", "20", "█ ▁"],
-    ]
-    assert title == "if the run ended now:"
-    # A longer line would break, and the terminal could not be drawn in its place again.
-    assert verdict.startswith("template  nodule") and len(verdict) < 1000
-    terminal.note("the board was unplugged")
-    assert screen.getvalue().endswith("\x1b[7A\x1b[Jthe board was unplugged\n")
-
-
-# Kills: a log file with control characters, and one with a drawing of a survey a second.
-def test_a_log_file_gets_plain_lines_now_and_then(state):
-    stream = io.StringIO()
-    terminal = Terminal(stream)
-    terminal.show(state)
-    terminal.show(STATE)
-    state.ended = "Ctrl-C"
-    terminal.show(state)
-    assert stream.getvalue().splitlines() == [state.summary(), *state.judgement.lines_so_far()]
-    assert terminal.every_s > 1
-
-
 NAN = float("nan")
-STATE = State(
+SURVEY = State(
     0.1,
     title="demo, simulated",
     samples=12000,
@@ -83,11 +48,41 @@ STATE = State(
 )
 
 
+def test_a_recording_is_drawn_in_its_place(state):
+    screen = Screen()
+    terminal = Terminal(screen)
+    terminal.show(state)
+    summary, *sensors, title, verdict = screen.getvalue().splitlines()
+    assert state.summary() == (
+        "01:15.4 | 754 samples | 2 gaps (12 samples missing) | 3 damaged frames | wave 80 mm"
+    )
+    assert summary == state.summary()[:79]
+    # Of ten counts a sensor looks quiet, and a missing sample is a space.
+    assert [line[7:] for line in sensors] == [
+        "1   12 ▁ ▂", "2  510 ▁ ▇", "3  512 ▁ ▁", "4   20 █ ▁"
+    ]  # fmt: skip
+    assert title == "if the run ended now:"
+    # A longer line would break, and the terminal could not be drawn in its place again.
+    assert verdict.startswith("template  nodule") and len(verdict) < 1000
+    terminal.note("the board was unplugged")
+    assert screen.getvalue().endswith("\x1b[7A\x1b[Jthe board was unplugged\n")
+
+
+# Kills: a log file with control characters, and one with a drawing of a survey a second.
+def test_a_log_file_gets_plain_lines_now_and_then(state):
+    stream = io.StringIO()
+    terminal = Terminal(stream)
+    for shown in (state, SURVEY, replace(state, ended="Ctrl-C")):
+        terminal.show(shown)
+    assert stream.getvalue().splitlines() == [state.summary(), *state.judgement.lines_so_far()]
+    assert terminal.every_s > 1
+
+
 # Kills: a last position taken for the present one; a place without its verdict; the first places.
 def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
     screen = Screen()
     terminal = Terminal(screen)
-    terminal.show(STATE)
+    terminal.show(SURVEY)
     drawn = screen.getvalue()
     assert drawn.splitlines() == [
         "demo, simulated  21 min 30 s  head at 250.0 mm: explores",
@@ -97,20 +92,19 @@ def test_a_survey_is_drawn_in_its_place_and_stays_at_its_end():
         "place 2 at 200 mm: nodule, 3.1 mm (2.4 to 3.8)",
     ]
     places = [(number, "", 10.0 * number, "") for number in range(1, 9)]
-    terminal.show(replace(STATE, head_known=False, score=NAN, places=places))
-    last = screen.getvalue()[len(drawn) :]
+    terminal.show(replace(SURVEY, head_known=False, score=NAN, places=places))
+    last = screen.getvalue().removeprefix(drawn)
     assert last.startswith("\x1b[5A\x1b[Jdemo")
     assert "head last at 250.0 mm" in last and "no score, threshold" in last
     assert "place 2" not in last and "place 3 at 30 mm: suspected" in last
     # What follows does not wipe it away.
     terminal.leave()
-    ended = screen.getvalue()
     terminal.note("the survey is over")
-    assert "\x1b" not in screen.getvalue()[len(ended) :]
+    assert screen.getvalue().count("\x1b") == 2
 
 
 def test_a_narrow_plain_terminal_gets_what_it_can_show_also_readings_in_volts(state):
-    start = replace(STATE, head_mm=NAN, threshold=NAN, places=[], following="")
+    start = replace(SURVEY, head_mm=NAN, threshold=NAN, places=[], following="")
     assert state_lines(start, 20) == ["demo, simulated  21 "]
     state.judgement.lines_so_far = lambda: [f"{MINUS}2.0 mm"]
     state.full_scale = 5.0
@@ -124,9 +118,8 @@ def test_a_narrow_plain_terminal_gets_what_it_can_show_also_readings_in_volts(st
 
 # Kills: a display that is drawn at each sample, or never again.
 def test_what_is_seen_is_shown_seldom_and_what_is_sent_each_time(monkeypatch):
-    now_s, done = [100.0], []
+    now_s, done, state = [100.0], [], State(0.1)
     monkeypatch.setattr(loop, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
-    state = State(0.1)
     made = loop.Loop("the survey", state, None)
     made.add("its display", lambda: done.append("shown"), 0.25)
     made.add("its stream", lambda: done.append("sent"))
