@@ -140,14 +140,6 @@ def test_an_origami_that_does_not_obey_costs_a_verdict(when, says, late, folds):
     assert bench.commands[-1] == UNFOLD
 
 
-def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
-    bench = Bench(folding__speed_mm_s=0.2, nodules=(3.0, 0.0, 0.0, 3.0), length_mm=400.0)
-    places = bench.lead().suspects.places
-    assert bench.commands.count(FOLD) == 3
-    assert {place.status for place in places} == {"undecided"}
-    assert any(abs(place.first_mm - AT_MM - 135) < 8 for place in places)
-
-
 @pytest.mark.parametrize(
     ("changes", "targets_mm", "head_mm", "before"),
     [

@@ -43,14 +43,16 @@ def test_a_disk_that_is_full_is_told_with_its_remedy(tmp_path, monkeypatch, writ
 # Kills: a column that is read and that nobody writes, such as whether a place may be off.
 def test_the_places_are_written_as_they_are_read(tmp_path):
     disk, contents = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False), session_contents()
-    places = [
-        replace(place, may_be_off_mm=80.0) for place in parse_session("tuesday", contents).places
-    ]
+    first, second = parse_session("tuesday", contents).places
+    # An interval of a size without an upper end; a place that may be one wavelength off.
+    strange = {"familiar": "no", "unfamiliar_because": "noise", "may_be_off_mm": 80.0}
+    places = [replace(first, size_high_mm=np.inf, **strange), second]
     disk.write_places(places)
+    disk.close()
     written = {"places.csv": (tmp_path / "tuesday" / "places.csv").read_bytes()}
     again = parse_session("tuesday", contents | written).places
     np.testing.assert_equal([vars(place) for place in again], [vars(place) for place in places])
-    disk.close()
+    assert again[0].verdict == "nodule, 3.1 mm (2.4 mm or more)"
 
 
 @pytest.mark.parametrize(

@@ -21,29 +21,11 @@ def test_everything_that_the_files_hold_is_read():
     assert [event.after for event in session.events] == [event[3] for event in EVENTS]
     assert np.isnan(session.events[0].score)
     assert session.events[1].score == 0.31
-    first, second = session.places
+    first, second = session.places  # of an earlier version, without the newest columns
+    assert [(place.may_be_off_mm, place.familiar) for place in session.places] == [(0, "")] * 2
     assert (first.status, first.size_mm, first.passes) == ("confirmed", *PLACES[0][4:3:-1], 2)
     assert np.isnan(second.size_mm)
     assert session.source == "simulated survey"
-
-
-# Kills: a place that may be one wavelength off, and nobody reads so; a survey of an earlier version
-# that cannot be read any more.
-def test_a_place_says_whether_it_may_be_off_or_unlike_and_one_of_an_earlier_version_does_not():
-    contents = session_contents()
-    places = parse_session("demo", contents).places
-    assert [(place.may_be_off_mm, place.familiar) for place in places] == [(0, "")] * 2
-    head, first, second, *_ = contents["places.csv"].decode().split("\n")
-    head = f"{head},may_be_off_mm,familiar,unfamiliar_because"
-    # An interval of a size without an upper end is read as it is written.
-    first = first.replace("2.4,3.9", "2.4,inf")
-    rows = f"{head}\n{first},80.0,no,noise\n{second},0.0,,only 3 places teach\n"
-    places = parse_session("demo", contents | {"places.csv": rows.encode()}).places
-    assert (places[0].size_low_mm, places[0].size_high_mm) == (2.4, np.inf)
-    assert places[0].verdict == "nodule, 3.1 mm (2.4 mm or more)"
-    assert [place.may_be_off_mm for place in places] == [80.0, 0.0]
-    told = [(place.familiar, place.unfamiliar_because) for place in places]
-    assert told == [("no", "noise"), ("", "only 3 places teach")]
 
 
 @pytest.mark.parametrize(

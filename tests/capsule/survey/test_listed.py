@@ -12,29 +12,21 @@ from capsule.survey.listed import survey_content
 from support.surveys import write_session
 
 
-@pytest.mark.parametrize("moment", ["before", "while it is read"])
-def test_a_survey_that_changes_during_the_run_is_not_drawn(tmp_path, monkeypatch, moment):
-    session = tmp_path / "sessions/first"
+def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, monkeypatch):
+    session, read = tmp_path / "sessions/first", survey.read_session
     write_session(session)
-    content = survey_content(session)
-    changed = session / "session.json"
-    before = changed.read_bytes()
 
-    def change():
-        changed.write_bytes(before + b"\n")
+    def read_before_a_change(folder):
+        stored = read(folder)
+        with (folder / "session.json").open("a") as stream:
+            stream.write("\n")
+        return stored
 
-    def read_and_change(folder):
-        change()
-        return read(folder)
-
-    read = survey.read_session
-    if moment == "before":
-        change()
-    else:
-        monkeypatch.setattr(survey, "read_session", read_and_change)
-    words = ["--session", session, "--content", content, "--output", tmp_path / "drawn"]
-    settings = json.dumps({"diagonal": read_settings()["diagonal"]})
-    monkeypatch.setattr(sys, "argv", list(map(str, ["", *words, "--settings", settings])))
+    monkeypatch.setattr(survey, "read_session", read_before_a_change)
+    words = ["--session", session, "--content", survey_content(session)]
+    words += ["--output", tmp_path / "drawn"]
+    words += ["--settings", json.dumps({"diagonal": read_settings()["diagonal"]})]
+    monkeypatch.setattr(sys, "argv", ["", *map(str, words)])
     with pytest.raises(CapsuleError, match="first has changed since the run began"):
         survey.main()
     assert not (tmp_path / "drawn").exists()

@@ -28,9 +28,8 @@ DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 def test_a_capsule_that_was_not_felt_for_long_may_be_one_wavelength_off(
     unfelt_s, may_be_off_mm, is_off_mm
 ):
-    bench = bench_with(
-        read_phantom(DEFAULT_TABLE, []), seed=7, length_mm=200.0, nodules=[], sensors=4
-    )
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    bench = bench_with(phantom, seed=7, length_mm=200.0, nodules=[], sensors=4)
     sensing = Sensing(DETECTOR, 10.0)
     for from_s, until_s, felt in ((0, 60, True), (60, 60 + unfelt_s, False), (160, 190, True)):
         for _ in range(round((until_s - from_s) / 0.8)):
@@ -49,15 +48,9 @@ def test_a_place_that_is_found_after_that_may_be_off_as_well():
     pilot = Pilot(DETECTOR, 10.0, 4)
     pilot.cycle = Cycle("exploring")
     evidence = GutEvidence(np.arange(30.0), np.where(np.arange(30) == 20, 9.0, 0.0))
-    pilot.sensing = SimpleNamespace(
-        now_s=0.7,
-        may_be_off_mm=80.0,
-        fix_mm=20.0,
-        position_mm=21.0,
-        take=lambda readings: None,
-        follow=lambda: True,
-        evidence=lambda: evidence,
-    )
+    felt = {"take": lambda readings: None, "follow": lambda: True, "evidence": lambda: evidence}
+    known = {"now_s": 0.7, "may_be_off_mm": 80.0, "fix_mm": 20.0, "position_mm": 21.0}
+    pilot.sensing = SimpleNamespace(**felt, **known)
     pilot.tick(Readings(np.zeros((4, 8)), np.zeros(8), UNFOLDED))
     (place,) = pilot.suspects.places
     assert (place.first_mm, place.may_be_off_mm) == (20.0, 80.0)
