@@ -20,39 +20,40 @@ from capsule.recordings.recording import read_recording
 from support.command import parsers
 from support.learned import taught_by, write_learned, write_templates
 
-ENDING = [sys.executable, "-c", "raise SystemExit({})"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 A_RUN = simulate_run(PHANTOM, 3.0, 3, "a run").counts
 NOISE = np.random.default_rng(1).integers(300, 700, (4, 700))
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
+LEARNED = ["--cores=2", "results/templates.npz", "results/detectors.json"]
+REPORT = ["--cores=2", "results/report.html"]
+
+
+def write_results(folder):
+    folder.mkdir(exist_ok=True)
+    write_templates(folder)
+    write_learned(folder, CONFIGURATION, taught_by())
 
 
 @pytest.fixture
-def workflow(tmp_path, monkeypatch):
-    """Write the learned detectors and a report in place of Snakemake; the first may fail."""
-    calls, fails = [], []
+def workflow(monkeypatch):
+    """Write what Snakemake makes, and keep its calls; it ends with `status`, learning first."""
+    made = SimpleNamespace(calls=[], learning=0, status=0)
 
     def call(folder, arguments):
-        calls.append(arguments)
-        results = folder / "results"
-        results.mkdir(exist_ok=True)
-        write_templates(results)
-        write_learned(results, CONFIGURATION, taught_by())
-        if demo_command.REPORT in arguments:
-            (folder / demo_command.REPORT).write_text("report")
-        return 0
+        made.calls.append(arguments)
+        if not made.status:
+            write_results(folder / "results")
+        return made.status
 
     def learn(folder, arguments):
-        if fails:
-            calls.append(fails)
-        else:
+        if not made.learning:
             call(folder, arguments)
-        return [word.format(len(fails)) for word in ENDING]
+        return [sys.executable, "-c", f"raise SystemExit({made.learning})"]
 
     monkeypatch.setattr(demo_command, "call_workflow", call)
     monkeypatch.setattr(demo_command, "snakemake_command", learn)
-    monkeypatch.setattr(demo_command.webbrowser, "open", lambda address: calls.append(address))
-    return SimpleNamespace(calls=calls, fails=fails)
+    monkeypatch.setattr(demo_command.webbrowser, "open", made.calls.append)
+    return made
 
 
 def play(folder):
@@ -66,23 +67,17 @@ def read(path):
 
 
 # Kills: verdicts that are lost with a learning that Ctrl-C has ended with the run.
-@pytest.mark.parametrize("fails", [[], ["interrupted"]])
-def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd, fails):
-    folder = tmp_path / "demo"
-    workflow.fails += fails
-    former = signal.getsignal(signal.SIGINT)
+@pytest.mark.parametrize("learning", [0, 130])
+def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd, learning):
+    folder, former = tmp_path / "demo", signal.getsignal(signal.SIGINT)
+    workflow.learning = learning
     play(folder)
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     np.testing.assert_array_equal(recording.values, run.counts)
     assert recording.header["source"] == "simulated phantom, played by the demo"
     assert recording.header["simulator_seed"] == "2"
-    learned = ["--cores=2", "results/templates.npz", "results/detectors.json"]
-    assert workflow.calls == [
-        *([fails, learned] if fails else [learned]),
-        ["--cores=2", "results/report.html"],
-        (folder / "results/report.html").as_uri(),
-    ]
+    assert workflow.calls == [LEARNED, REPORT, (folder / "results/report.html").as_uri()]
     said = capfd.readouterr().out
     assert "ended: the capsule reached the end stop" in said
     assert said.rindex("\ntaught ") < said.index("The truth: a nodule of 3 mm")
@@ -104,8 +99,7 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
 def test_a_run_is_recorded_for_a_duration_checked_and_judged(
     tmp_path, capsys, counts, detect, said
 ):
-    write_templates(tmp_path)
-    write_learned(tmp_path, CONFIGURATION, taught_by())
+    write_results(tmp_path)
     where = f"--raw {tmp_path}/raw --logs {tmp_path} --templates {tmp_path}/templates.npz"
     names = "--size 3 --session monday --site A --setup gut-2"
     words = f"{names} {detect} --duration 53 {where}".split()
@@ -148,10 +142,8 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, make):
 
 
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
-def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
-    monkeypatch.setattr(demo_command, "call_workflow", lambda folder, arguments: status)
-    failing = [word.format(1) for word in ENDING]
-    monkeypatch.setattr(demo_command, "snakemake_command", lambda folder, arguments: failing)
+def test_a_workflow_that_fails_ends_the_demo(workflow, tmp_path, status, how):
+    workflow.learning = workflow.status = status
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
         play(tmp_path / "demo")
