@@ -1,19 +1,13 @@
 """The command lines of capsule record and capsule survey, and the exit statuses of its faults."""
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.record_command import exit_statuses
 from capsule.commands import cli
-from capsule.recordings.names import Entry, classify, size_mm
-from support.command import parsers
 
 
 def test_every_fault_has_a_status_of_its_own():
@@ -34,7 +28,6 @@ def test_every_fault_has_a_status_of_its_own():
         ("record --name r01", "one of the arguments --size --unlabelled --recover is required"),
         ("record --size three", "not a size in mm"),
         ("record --size 3 --duration 0", "not a number above 0"),
-        ("record --size 3 --name r01.csv", "leave out .csv"),
         ("record --size 3 --name=--", "argument --name: '--' is not a value"),
         ("record --size 3 --site \udcff", "printable characters (UTF-8)"),
         ("record --size 3 --setup " + "x" * 101, "1 to 100"),
@@ -56,16 +49,3 @@ def test_wrong_options_are_explained(words, complaint, capsys):
         cli.main(words.split(" "))
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
-
-
-@given(st.decimals(0, 99, places=3), st.from_regex(r"[A-Za-z0-9_.+-]{1,12}", fullmatch=True))
-def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
-    words = ["--size", f"{size:f}", f"--name={name}"]
-    try:
-        with contextlib.redirect_stderr(io.StringIO()):
-            chosen = parsers()["record"].parse_args(words)
-    except SystemExit:
-        return
-    entry = f"{chosen.size}/{chosen.name}"
-    assert classify([Entry(f"{entry}.csv")]).recordings == (entry,)
-    assert size_mm(entry) == float(size)
