@@ -213,7 +213,6 @@ def test_the_pages_have_the_firmwares_numbers():
     wave_mm, per_s = wave["WAVELENGTH_UM"] / 1000, 1e6 / fold["TICK_US"]
     per_mm = per_turn / (wave["WAVES_PER_MOTOR_TURN"] * wave_mm)
     assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
-    thread_mm = np.pi * 10 / per_turn  # on the spool, a half-step
     longest_s, on_s = fold["LONGEST_MS"] / 1000, fold["DUTY_ON_MS"] / 1000
     told = [
         f"half-steps a turn of the motor's shaft | {per_turn:.2f}",
@@ -223,11 +222,16 @@ def test_the_pages_have_the_firmwares_numbers():
         f"half-steps a second at most | {wave['MAX_RATE']}",
         f"ramp | {wave['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s²",
         f"speed | {per_s:g} half-steps/s",
-        f"longest move | {longest_s:g} s | {longest_s * per_s * thread_mm:.1f} mm of thread",
         f"duty | {on_s:g} s in {fold['DUTY_S']} s | {100 * on_s / fold['DUTY_S']:.0f} %",
         f"lease | {fold['LEASE_MS'] / 1000:g} s",
     ]
-    for steps in (fold["RELEASE_HALF_STEPS"], fold["SLACK_HALF_STEPS"]):
-        told.append(f"{steps} half-steps | {steps * thread_mm:.1f} mm of thread")
+    ways = {
+        f"{fold[name]} half-steps": fold[name]
+        for name in ("RELEASE_HALF_STEPS", "SLACK_HALF_STEPS")
+    }
+    ways[f"{longest_s:g} s"] = longest_s * per_s
+    told += [
+        f"{way} | {steps * np.pi * 10 / per_turn:.1f} mm of thread" for way, steps in ways.items()
+    ]
     pages = "".join((DOCS / name).read_text("utf-8") for name in ("bench.md", "protocol.md"))
     assert not [statement for statement in told if f"| {statement}" not in pages]

@@ -49,10 +49,6 @@ UNFOLDED = "unfolded", "unfolded", True
 
 
 def test_folds_holds_unfolds_and_says_where_it_is(fold):
-    (greeting, first) = fold.greeting
-    told = {"protocol": "1", "firmware": "1.2", "lease_ms": "5000", "longest_ms": "10000"}
-    told |= {"state": "unfolded", "setup": "yes", "uptime_ms": "12"}
-    assert (greeting, first) == (Identity("fold", told), FoldState(12, 0, "unfolded", "unfolded"))
     quiet = of_kind(FoldState, fold.wait(3))
     assert set(np.diff([report.device_ms for report in quiet])) == {1000}
     told_us = fold.now_us

@@ -3,6 +3,7 @@
 import itertools
 import threading
 from contextlib import nullcontext
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -170,19 +171,6 @@ def bench_on(**lines):
     return BoardBench(boards, WAVE, LOG, stop, 60.0), stop
 
 
-# Kills: a fold that is begun after Ctrl-C, such as by the judgement that was just under way.
-@pytest.mark.parametrize("reason", ["", "Ctrl-C"])
-def test_after_ctrl_c_nothing_folds(line, reason):
-    bench, stop = bench_on(fold=line)
-    stop.reason = reason
-    with pytest.raises(KeyboardInterrupt) if reason else nullcontext():
-        bench.read(8)
-    for command in ("fold", "unfold", "hold"):
-        bench.tell(command)
-        bench._fold.serve()
-    assert line.sent == (["unfold", "hold"] if reason else ["fold", "unfold", "hold"])
-
-
 # Kills: a survey that misses one of its boards for ever, or all of them.
 @pytest.mark.parametrize("silent", FRAMES)
 def test_any_board_that_stays_silent_ends_a_survey(clock, silent):
@@ -212,7 +200,8 @@ def test_a_sample_that_is_late_stays_missing(line, monkeypatch):
 
 
 # Kills: an end that does not wait until the origami is unfolded, for 12 s, or lets the wave carry
-# the capsule on meanwhile; a wave that is started before, or after Ctrl-C.
+# the capsule on meanwhile; a wave that is started before, or after Ctrl-C; a fold that is begun
+# after Ctrl-C, such as by the judgement that was just under way.
 def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatch, capsys):
     monkeypatch.setattr(wave.AWAKE, "now_s", itertools.count(0, 0.1).__next__)
     unfolded = Line(state="F,10,0,unfolded,unfolded")  # as it says when it is asked
@@ -222,10 +211,13 @@ def test_a_survey_begins_and_ends_only_with_an_unfolded_origami(line, monkeypatc
     with pytest.raises(SurveyFaultError, match=said):
         bench_on(fold=line, peristalsis=drive)[0].start()
     bench, stop = bench_on(fold=unfolded, peristalsis=drive)
+    assert bench.read(8) is None
     stop.reason = "Ctrl-C"
-    with pytest.raises(KeyboardInterrupt):
-        bench.start()
-    assert "start" not in drive.sent
+    for act in (bench.start, partial(bench.read, 8)):
+        with pytest.raises(KeyboardInterrupt):
+            act()
+    bench.tell("fold")
+    assert "fold" not in unfolded.sent and "start" not in drive.sent
     line.sent = drive.sent = []
     bench_on(fold=line, peristalsis=drive)[0].leave()
     assert [told for told in line.sent if told in ("stop", "unfold")] == ["stop", "unfold"]
