@@ -11,7 +11,7 @@ from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Nodule
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulated_bench import bench_with
-from capsule.survey.cycle import FOLD, UNFOLD
+from capsule.survey.cycle import FOLD, STOP_WAVE, UNFOLD
 from capsule.survey.pilot import Pilot
 
 pytestmark = pytest.mark.takes(0.5)
@@ -24,44 +24,38 @@ SEED = 7
 
 
 class Bench:
-    """A simulated bench with a fault, which keeps the commands and the true fold states."""
+    """A simulated bench that changes its readings when it is time, and keeps the commands."""
 
-    def __init__(self, when=None, change=None, nodules=(3.0,), length_mm=LENGTH_MM, **changes):
+    def __init__(self, when=None, change=None, nodules=(3.0,), **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
-        places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
-        self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
-        self.when, self.change = when, change
-        self.now_s = 0.0
-        self.began_s = {}
-        self.away = 0
-        self.commands = []
-        self.folds = []
+        places = [Nodule(AT_MM, size) for size in nodules]
+        self.bench = bench_with(phantom, seed=SEED, length_mm=LENGTH_MM, nodules=places, sensors=4)
+        self.when, self.change, self.away = when, change, 0
+        self.commands, self.folds = [], []
 
     def lead(self, **options):
         """Run a survey to its end; return the pilot."""
         pilot = Pilot(DETECTOR, 10.0, 4, **options)
         while not pilot.cycle.over:
             if self.bench.at_end:
-                for command in pilot.tell("gut_ended", "the end of the gut"):
-                    self.tell(command)
+                self.tell(pilot.tell("gut_ended", "the end of the gut"))
             readings = self.bench.read(pilot.every)
             self.folds.append(readings.fold)
-            state, self.now_s = pilot.cycle.state, pilot.sensing.now_s
-            self.began_s.setdefault(state, self.now_s)
-            if self.when and self.when(self, state):
+            if self.when and self.when(self, pilot):
                 readings = self.change(readings)
-            for command in pilot.tick(readings):
-                self.tell(command)
+            self.tell(pilot.tick(readings))
         return pilot
 
-    def tell(self, command):
-        """Send the boards a command."""
-        self.commands.append(command)
-        self.bench.tell(command)
+    def tell(self, commands):
+        """Send the boards commands."""
+        self.commands += commands
+        for command in commands:
+            self.bench.tell(command)
 
-    def places_there(self, pilot):
-        """Return what the pilot suspects about the first nodule."""
-        return [place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
+
+def places_there(pilot):
+    """Return what the pilot suspects about the nodule."""
+    return [place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8]
 
 
 def happened(pilot):
@@ -84,16 +78,16 @@ def dead_sensor(readings):
 
 
 def since(state):
-    return lambda bench, present: state in bench.began_s
+    return lambda bench, pilot: state in [event.after for event in pilot.log]
 
 
-def for_4_s_of_a_pass(bench, present):
-    bench.away += present == "passing" and bench.bench.head_mm[-1][-1] > AT_MM + 2
+def for_4_s_of_a_pass(bench, pilot):
+    bench.away += pilot.cycle.state == "passing" and bench.bench.head_mm[-1][-1] > AT_MM + 2
     return 0 < bench.away <= 5
 
 
 def at(from_s, until_s=np.inf):
-    return lambda bench, present: from_s < bench.now_s < until_s
+    return lambda bench, pilot: from_s < pilot.sensing.now_s < until_s
 
 
 # A pass without evidence is no verdict; one that was spoilt comes again.
@@ -112,7 +106,7 @@ def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(
 ):
     bench = Bench(when, change)
     pilot = bench.lead()
-    places = bench.places_there(pilot)
+    places = places_there(pilot)
     found = [(place.status, np.isnan(place.evidence).tolist()) for place in places]
     assert found == ([(status, unknown)] if status else [])
     assert bool(pilot.suspects.places) == (FOLD in bench.commands) == bool(status)
@@ -125,14 +119,14 @@ def test_a_fault_costs_evidence_and_the_survey_ends_unfolded(
 @pytest.mark.parametrize(
     ("when", "says", "late", "folds"),
     [
-        (lambda bench, present: present == "folding", "folding", 1, 3),
+        (lambda bench, pilot: pilot.cycle.state == "folding", "folding", 1, 3),
         (since("unfolding"), "unfolding", 2, 1),
     ],
 )
 def test_an_origami_that_does_not_obey_costs_a_verdict(when, says, late, folds):
     bench = Bench(when, without(fold=says))
     pilot = bench.lead()
-    assert [place.status for place in bench.places_there(pilot)] == ["undecided"]
+    assert [place.status for place in places_there(pilot)] == ["undecided"]
     assert happened(pilot).count("late") >= late
     assert bench.commands.count(FOLD) == folds
     assert pilot.cycle.no_return == (folds == 3)
@@ -158,6 +152,4 @@ def test_it_goes_back_to_a_target_and_stays(changes, targets_mm, head_mm, before
     way_mm = np.concatenate(bench.bench.head_mm)
     assert way_mm[np.argmax(way_mm > targets_mm[0] - 5) :].min() < targets_mm[1] + 5
     # The wave is stopped, so the capsule stays.
-    wave_mm, stands_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
-    assert bench.bench.read(80).wave_mm[-1] == wave_mm
-    assert bench.bench.head_mm[-1][-1] == stands_mm
+    assert bench.commands[-1] == STOP_WAVE
