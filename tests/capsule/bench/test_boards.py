@@ -4,6 +4,7 @@ import errno
 import itertools
 import os
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 import serial
@@ -92,26 +93,6 @@ def clock(monkeypatch):
     return now
 
 
-class Port(FakeLine):
-    """A port whose device says at once what it is, or only if it is asked, or sends other bytes."""
-
-    def __init__(self, says, clock, *place):
-        super().__init__(*place)
-        self._says, self._clock, self.asked_s = says, clock, []
-        self._opened_s = clock.s
-        self.first_bytes = says if isinstance(says, bytes) else b""
-
-    def receive(self, timeout_s):
-        """Return what the device says."""
-        if isinstance(self._says, str) and (self.asked_s or not self._says.endswith("?")):
-            self.frames = [identity_of(self._says.rstrip("?"))]
-        return super().receive(timeout_s)
-
-    def send(self, payload):
-        """Note when something was written."""
-        self.asked_s.append(self._clock.s - self._opened_s)
-
-
 @pytest.fixture
 def plug(monkeypatch, clock):
     """Return a function that plugs in devices, and returns the ports as they are opened."""
@@ -122,7 +103,12 @@ def plug(monkeypatch, clock):
         def open_port(name, baud):
             if isinstance(behind[name], AcquisitionError):
                 raise behind[name]
-            return opened.setdefault(name, Port(behind[name], clock, name, baud))
+            port = opened[name] = FakeLine(name, baud)
+            if isinstance(behind[name], bytes):
+                port.first_bytes = behind[name]
+            else:
+                port.frames = [identity_of(behind[name])]
+            return port
 
         monkeypatch.setattr(board.list_ports, "comports", lambda: [*map(usb_port, behind), *others])
         monkeypatch.setattr(board, "Line", open_port)
@@ -136,22 +122,25 @@ def find(skip=()):
 
 
 def test_the_board_is_found_among_others_without_a_question(plug):
-    built_in = usb_port("A", ids=(None, None))
-    opened = plug(built_in, C="peristalsis", B="logger", D="logger")
+    opened = plug(usb_port("A", ids=(None, None)), C="peristalsis", B="logger", D="logger")
     assert find(skip=["D"]).port == "B"
     # Neither the built-in port nor the one to be left alone.
-    assert {name: (port.closed, port.asked_s) for name, port in opened.items()} == {
-        "B": (False, []),
-        "C": (True, []),
-    }
+    told = {name: (port.closed, port.sent) for name, port in opened.items()}
+    assert told == {"B": (False, []), "C": (True, [])}
 
 
-def test_the_search_listens_for_three_seconds_before_it_asks(plug):
-    opened = plug(A="logger?", B=b"temperature: 21.5 degrees\r\n")
-    assert find().port == "A"
-    assert opened["A"].asked_s[0] >= 3.0
+def test_the_search_listens_for_three_seconds_before_it_asks(plug, clock, monkeypatch):
+    asked = []
+
+    def answer(port, payload):
+        asked.append((port.port, payload, clock.s >= 103.0))
+        port.frames.append(identity_of("logger"))
+
+    monkeypatch.setattr(FakeLine, "send", answer)
     # What sends other text than frames is no board of this bench.
-    assert opened["B"].asked_s == []
+    plug(A=b"", B=b"temperature: 21.5 degrees\r\n")
+    assert find().port == "A"
+    assert asked == [("A", "identify", True)]
 
 
 PUMP = usb_port("ttyUSB0", ids=(0x1A86, 0x7523))
@@ -178,10 +167,6 @@ def test_a_search_without_one_board_says_what_each_port_answered(
     assert all(port.closed for port in ports.values())
 
 
-def pressed(_):
-    raise KeyboardInterrupt
-
-
 def says(device, **changes):
     return {"frames": [identity_of(device, **changes)]}
 
@@ -190,7 +175,7 @@ def says(device, **changes):
     ("device", "found", "kind", "said"),
     [
         ("logger", {"lost": True}, NoAnswerError, "at A was disconnected before it identified"),
-        ("logger", {}, KeyboardInterrupt, ""),
+        ("logger", {"receive": Mock(side_effect=KeyboardInterrupt)}, KeyboardInterrupt, ""),
         ("logger", {"first_bytes": bytes(range(128, 256))}, WrongBaudError, "(--baud is 57600, "),
         ("logger", {"first_bytes": b"1 2 3 4 5\r\n" * 3}, WrongBoardError, "another program"),
         ("logger", {"frames": ["D,1,100,1,2,3,4,0"]}, NoAnswerError, "answer 'identify'"),
@@ -207,8 +192,6 @@ def test_a_port_without_its_board_is_refused_and_closed(
     talking = FakeLine("A", 57600)
     vars(talking).update(found)
     monkeypatch.setattr(board, "Line", lambda *_: talking)
-    if kind is KeyboardInterrupt:
-        monkeypatch.setattr(board.time, "sleep", pressed)
     with pytest.raises(kind) as reason:
         Board("A", 57600, device, print)
     assert said in str(reason.value)

@@ -150,13 +150,8 @@ def test_a_frame_of_256_bytes_is_waited_for_and_a_longer_one_given_up():
     assert parser.feed(b"x") == [Damaged(b"x" * 257, "longer than any frame")]
 
 
-samples = st.builds(
-    Sample,
-    st.integers(0, 2**32 - 1),
-    st.integers(0, 2**32 - 1),
-    st.tuples(*[st.integers(0, 1023)] * 4),
-    st.booleans(),
-)
+U32, COUNT = st.integers(0, 2**32 - 1), st.integers(0, 1023)
+samples = st.builds(Sample, U32, U32, st.tuples(*[COUNT] * 4), st.booleans())
 
 
 def frame_of(sample: Sample) -> bytes:

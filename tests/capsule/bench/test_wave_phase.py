@@ -39,19 +39,15 @@ class Board:
                 beyond_mm = self.cam_mm - self.index_at_mm - (turns + 1) * WAVELENGTH_MM
                 if self.indexed and beyond_mm >= 0:
                     self.index_mm = self.counted_mm - beyond_mm
-            frame = Position(
-                device_ms=round(1000 * (self.now_s - self.started_s)),
-                half_steps=self.steps(self.counted_mm),
-                position_mm=round(self.sign * self.counted_mm, 3),
-                speed_mm_s=self.sign * speed_mm_s,
-                state=state,
-                index_half_steps=None if self.index_mm is None else self.steps(self.index_mm),
-            )
+            moment_ms = round(1000 * (self.now_s - self.started_s))
+            way_mm, speed = round(self.sign * self.counted_mm, 3), self.sign * speed_mm_s
+            steps, index = map(self.steps, (self.counted_mm, self.index_mm))
+            frame = Position(moment_ms, steps, way_mm, speed, state, index)
             self.phase.note(frame, self.now_s + delay_s)
 
     def steps(self, way_mm):
         """Return the board's half-steps for a way."""
-        return self.sign * round(way_mm * HALF_STEPS_PER_MM)
+        return None if way_mm is None else self.sign * round(way_mm * HALF_STEPS_PER_MM)
 
     def off_mm(self):
         """Return the error of the phase against the cams, modulo a wavelength."""
@@ -105,8 +101,7 @@ def test_after_resets_and_lost_steps_the_index_tells_the_same_phase_and_else_nob
         assert not board.phase.known
         board.run(runs_s, delay_s=delay_s)
         assert board.phase.known == indexed
-        if indexed:
-            assert board.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
+        assert not indexed or board.off_mm() == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
 
 
 def test_a_reset_before_the_first_index_loses_the_phase_for_good():
