@@ -95,22 +95,18 @@ def board_on(line: FakeLine, kind: str = "peristalsis", **changes: object) -> Bo
 class ScriptedBench:
     """A recorder whose line and clock follow a script, with Ctrl-C at the script's end.
 
-    `duration` is the recording's number of rows, `patience_s` the value of ``--patience``. When its
-    port is opened again, the board answers after `away_s`, with the next changes of its identity in
-    `answers`.
+    When its port is opened again, the board answers after `away_s`, with the next changes of its
+    identity in `answers`.
     """
 
     port, baud, sent_s, first_bytes = "scripted", 115200, 0.0, b""
 
-    def __init__(
-        self, folder: Path, monkeypatch: object, duration: int | None = None, patience_s: float = 5
-    ) -> None:
-        self.now_s = 0.0
+    def __init__(self, folder: Path, monkeypatch: object) -> None:
+        self.now_s = self.away_s = 0.0
         self.sent: list[str] = []
         self.told: list[str] = []
         self._script: Iterator = iter(())
         self.answers: Iterator[dict] = iter([{}])
-        self.away_s = 0.0
         self._parser = FrameParser()
         self._stop = SimpleNamespace(reason="")
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
@@ -127,9 +123,9 @@ class ScriptedBench:
         self.part = GrowingFile(final, recorder.head_of(header, 4), tell=self.told.append)
         mine = Board(self.port, self.baud, "logger", self.told.append)
         self.logger = Logger(mine, self.log)
-        self.logger.state.longest, self.logger.state.end_s = 1000, (duration or 0) / 10
+        self.logger.state.longest = 1000
         loop = Loop("the recording", self.logger.state, self.log)
-        self.recorder = Recorder(self.logger, self.part, header, loop, patience_s, self._stop)
+        self.recorder = Recorder(self.logger, self.part, header, loop, 5.0, self._stop)
 
     def _opened(self, *_: object) -> "ScriptedBench":
         for changes in self.answers:
