@@ -1,11 +1,28 @@
-"""The files of a session are read, and damaged files are refused."""
+"""The files of a session: read, refused if damaged, listed, and what they tell of the track."""
+
+import json
+import sys
 
 import numpy as np
 import pytest
 
+import survey
+from capsule.engine.configuration import read_settings
+from capsule.errors import CapsuleError
 from capsule.survey.files import SessionError, parse_session
-from capsule.survey.listed import list_surveys
-from support.surveys import EVENTS, PLACES, session_contents, stream_rows
+from capsule.survey.listed import list_surveys, survey_content
+from capsule.survey.track import crest_at_mm, pins_of, track_of
+from support.surveys import (
+    CREST_MM,
+    DETECTOR,
+    EVENTS,
+    PLACES,
+    head_mm,
+    session_contents,
+    stream_rows,
+    table,
+    write_session,
+)
 
 FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
 
@@ -81,3 +98,56 @@ def test_finished_surveys_are_told_from_the_others(tmp_path):
     assert "--resume" in listed.passed_over["running"]
     assert "rename" in listed.passed_over["a b"]
     assert listed.passed_over["half"] == "there is no places.csv"
+
+
+def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, monkeypatch):
+    session, read = tmp_path / "sessions/first", survey.read_session
+    write_session(session)
+
+    def read_before_a_change(folder):
+        stored = read(folder)
+        with (folder / "session.json").open("a") as stream:
+            stream.write("\n")
+        return stored
+
+    monkeypatch.setattr(survey, "read_session", read_before_a_change)
+    words = ["--session", session, "--content", survey_content(session)]
+    words += ["--output", tmp_path / "drawn"]
+    words += ["--settings", json.dumps({"diagonal": read_settings()["diagonal"]})]
+    monkeypatch.setattr(sys, "argv", ["", *map(str, words)])
+    with pytest.raises(CapsuleError, match="first has changed since the run began"):
+        survey.main()
+    assert not (tmp_path / "drawn").exists()
+
+
+@pytest.fixture(scope="module")
+def session():
+    return parse_session("demo", session_contents())
+
+
+def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(session):
+    track = track_of(session)
+    assert np.all(np.diff(track.time_s) == pytest.approx(0.8))
+    np.testing.assert_allclose(
+        track.head_mm[track.known], head_mm(track.time_s[track.known]), atol=0.006
+    )
+    unknown = track.time_s[~track.known]
+    assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
+    between = track.head_mm[(track.time_s >= 120) & (track.time_s <= 212)]
+    assert np.allclose(np.diff(between, 2), 0, atol=1e-9)
+
+
+def test_a_survey_that_never_knew_its_position_has_no_path():
+    head, rows = stream_rows()
+    at = head.index("head_mm")
+    unknown = table(head, [[*row[:at], "", *row[at + 1 :]] for row in rows])
+    lost = parse_session("lost", session_contents() | {"stream.csv": unknown})
+    assert not track_of(lost).known.any()
+    assert np.isnan(crest_at_mm(lost, DETECTOR))
+
+
+def test_a_place_is_pinned_from_its_suspicion_to_its_verdict_and_crests_where_they_were_felt(
+    session,
+):
+    assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
+    assert crest_at_mm(session, DETECTOR) == pytest.approx(CREST_MM, abs=0.5)
