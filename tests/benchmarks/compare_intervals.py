@@ -17,7 +17,7 @@ import pandas as pd
 from scipy.special import ndtr, ndtri
 from tables import table
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.detectors.calibrate import rank_threshold
 from capsule.evaluation.intervals import Interval, Units, auc_interval, new_specificity, rate_of
 from capsule.seeding import generator

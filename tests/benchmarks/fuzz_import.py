@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 from tables import table
 
-from capsule.arguments import natural
 from capsule.commands.cli import build_parser
+from capsule.commands.options import natural
 from capsule.importing.command import Importer
 from support.damaged_files import damaged, given_path, write_each_format
 

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from tables import table
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.engine.configuration import read_config_file
 from capsule.engine.forks import forked
 from capsule.engine.project import CONFIG

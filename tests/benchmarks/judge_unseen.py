@@ -26,7 +26,7 @@ from tables import ROOT, filled_page, table
 # isort: split
 import judged_only
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.detectors.base import NO_VERDICT, TrainingArchive
 from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FamiliarKind, learn_familiar

@@ -23,7 +23,7 @@ MODULES = {
 # Layers from the lowest to the highest; the longest name that fits gives a module's layer. Two
 # modules beside the folders of the library use what is in them.
 FLOORS = [
-    *("capsule", "capsule.recordings", "capsule.arguments", "capsule.method"),
+    *("capsule", "capsule.recordings", "capsule.commands.options", "capsule.method"),
     *("capsule.engine.project", "capsule.engine.jobs", "capsule.engine.forks"),
     "capsule.engine.keys",
     *("capsule.store", "capsule.recordings.held_out", "capsule.phantom", "capsule.parts"),

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
 from scorer_teaching.episodes import episodes_of, held_out_benches, random_benches
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.engine.configuration import read_config_file
 from capsule.engine.jobs import run
 from capsule.engine.project import CONFIG

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.errors import CapsuleError
 from capsule.phantom.files import bench_file, read_phantom
 from capsule.phantom.parameters import Phantom, bench_parts, with_values

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.figures.style import (
     DETECTOR_LOOKS,
     MUTED,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.arguments import natural
+from capsule.commands.options import natural
 from capsule.phantom.files import read_phantom
 from capsule.store import files
 from phantom_study import paper_table

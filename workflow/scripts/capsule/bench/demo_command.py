@@ -11,7 +11,6 @@ from itertools import count
 from pathlib import Path
 
 from capsule import words
-from capsule.arguments import natural, number_within
 from capsule.arrays import FloatArray, IntArray
 from capsule.bench import record_command, recorder, terminal
 from capsule.bench.clock import elapsed_s
@@ -20,6 +19,7 @@ from capsule.bench.live import opened_page
 from capsule.bench.logger import Source
 from capsule.bench.protocol import Sample
 from capsule.commands.new import is_taken, own_configuration
+from capsule.commands.options import natural, number_within
 from capsule.commands.report import INTERRUPTED, call_workflow, check_workflow, snakemake_command
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import OWN_CONFIG

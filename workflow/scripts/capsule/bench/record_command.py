@@ -5,11 +5,11 @@ import signal
 import sys
 from pathlib import Path
 
-from capsule.arguments import positive, recording_name, size_folder
 from capsule.bench import recorder, terminal
 from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
 from capsule.bench.line import BAUD
 from capsule.bench.lsl import EXTRA
+from capsule.commands.options import positive, recording_name, size_folder
 from capsule.engine.project import RECORD_LOGS, config_file
 from capsule.errors import WrongOptionError
 from capsule.store.results import OfArchive

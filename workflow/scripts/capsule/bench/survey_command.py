@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from capsule.arguments import natural, number_within
 from capsule.bench import terminal
 from capsule.bench.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
 from capsule.bench.board import Board
@@ -23,6 +22,7 @@ from capsule.bench.survey_bench import BoardBench, open_boards
 from capsule.bench.survey_folder import INDEX, check_new, read_about
 from capsule.bench.survey_run import SurveyRun
 from capsule.bench.wave import Wave
+from capsule.commands.options import natural, number_within
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import WrongOptionError

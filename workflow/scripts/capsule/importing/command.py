@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from capsule.arguments import LONGEST_NAME, recording_name, size_folder
+from capsule.commands.options import LONGEST_NAME, recording_name, size_folder
 from capsule.engine.configuration import read_config_file, read_settings
 from capsule.engine.project import config_file
 from capsule.errors import CapsuleError, RecordingError

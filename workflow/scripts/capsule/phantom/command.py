@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from capsule.arguments import natural, number_within, plain_text
+from capsule.commands.options import natural, number_within, plain_text
 from capsule.engine.configuration import read_settings
 from capsule.engine.project import config_file
 from capsule.errors import CapsuleError

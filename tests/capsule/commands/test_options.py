@@ -4,7 +4,7 @@ from argparse import ArgumentTypeError
 
 import pytest
 
-from capsule.arguments import natural, number_within, positive, recording_name, size_folder
+from capsule.commands.options import natural, number_within, positive, recording_name, size_folder
 
 TO_5_MM = number_within(0, 5, "mm")
 
