@@ -179,63 +179,58 @@ def make(*paths):
         Path(name).mkdir() if name.endswith("/") else Path(name).touch()
 
 
-NOTED = ["results/recordings.csv", "notes/metadata/a"]
+TABLE, NOTE = "results/recordings.csv", "notes/metadata/a"
+GONE = "are gone, so nobody knows .*; remove results/ and run again$"
+OTHERS = "so nobody knows .*; remove results/ and run again, or put back what that run has left"
 
 
-def test_results_that_the_last_run_has_not_left_are_refused():
-    make(*NOTED)
-    # Results of a version without signs.
-    run.refuse_unknown_results(RESULTS, NOTES)
-    for copy in ("first", "second"):
-        run.sign_results(RESULTS, NOTES)
-        shutil.copytree(RESULTS, copy)
-    refused = pytest.raises(CapsuleError, match="remove results/ and run again, or put back")
-    for copy in (None, "second", "first"):
-        shutil.rmtree(RESULTS, ignore_errors=True)
-        if copy:
-            shutil.copytree(copy, RESULTS)
-        with refused if copy == "first" else nullcontext():
-            run.refuse_unknown_results(RESULTS, NOTES)
-    # Later results beside earlier notes.
-    (NOTES / SIGN).write_text((RESULTS / SIGN).read_text().strip() + " results\n")
-    shutil.copy("second/run.txt", RESULTS)
-    with refused:
+# What is there, the sign in the results, and that beside the notes, with the folder of the results.
+@pytest.mark.parametrize(
+    ("there", "made_by", "noted_by", "told"),
+    [
+        ([], "", "", ""),
+        (["results/logs/list.log"], "", "", ""),
+        ([TABLE, NOTE], "", "", ""),
+        ([TABLE, "notes/incomplete/a"], "", "", ""),
+        (["results/checks/3mm/r01.json"], "", "", GONE),
+        # A run that has just begun.
+        (["results/checks/3mm/"], "", "", ""),
+        ([TABLE, "notes/log/a", "notes/metadata/"], "", "", GONE),
+        ([TABLE, NOTE], "one", "one results", ""),
+        # Results that were put back, those of a version without signs, and those of another folder.
+        ([TABLE, NOTE], "one", "two results", OTHERS),
+        ([TABLE, NOTE], "", "two results", OTHERS),
+        ([TABLE, NOTE], "one", "two elsewhere", ""),
+        # Results that somebody has removed.
+        ([NOTE], "", "one results", ""),
+    ],
+)
+def test_results_that_the_last_run_has_not_left_are_refused(there, made_by, noted_by, told):
+    make(*there)
+    for folder, sign in ((RESULTS, made_by), (NOTES, noted_by)):
+        if sign:
+            (folder / SIGN).write_text(sign)
+    with pytest.raises(CapsuleError, match=told) if told else nullcontext():
         run.refuse_unknown_results(RESULTS, NOTES)
 
 
 @pytest.mark.parametrize("written", [0, 1, 2])
 def test_a_run_that_is_killed_at_its_sign_leaves_results_that_are_known(monkeypatch, written):
-    make(*NOTED)
+    make(TABLE, NOTE)
     run.sign_results(RESULTS, NOTES)
-    write, outcomes = run.write_whole, iter([None] * written)
+    earlier, outcomes = (RESULTS / SIGN).read_text(), iter([None] * written)
 
     def killed(path):
         next(outcomes)
-        return write(path)
+        return files.write_whole(path)
 
-    monkeypatch.setattr(run, "write_whole", killed)
-    with pytest.raises(StopIteration):
+    with monkeypatch.context() as patched, pytest.raises(StopIteration):
+        patched.setattr(run, "write_whole", killed)
         run.sign_results(RESULTS, NOTES)
     run.refuse_unknown_results(RESULTS, NOTES)
-
-
-@pytest.mark.parametrize(
-    ("there", "refused"),
-    [
-        ([], False),
-        (["results/logs/list.log"], False),
-        (NOTED, False),
-        (["results/recordings.csv", "notes/incomplete/a"], False),
-        (["results/checks/3mm/r01.json"], True),
-        # A run that has just begun.
-        (["results/checks/3mm/"], False),
-        (["results/recordings.csv", "notes/log/a", "notes/metadata/"], True),
-    ],
-)
-def test_results_without_snakemakes_notes_on_them_are_refused(there, refused):
-    make(*there)
-    told = pytest.raises(CapsuleError, match="remove results/ and run again")
-    with told if refused else nullcontext():
+    run.sign_results(RESULTS, NOTES)
+    (RESULTS / SIGN).write_text(earlier)
+    with pytest.raises(CapsuleError, match=OTHERS):
         run.refuse_unknown_results(RESULTS, NOTES)
 
 
