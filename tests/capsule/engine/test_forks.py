@@ -42,11 +42,6 @@ def test_the_results_come_in_order_from_processes_of_one_thread_each(processes):
     assert made == [(square, processes == 1, {1}) for square in (9, 1, 4)]
 
 
-def test_an_error_of_a_part_reaches_the_caller():
-    with pytest.raises(ZeroDivisionError):
-        list(forked(lambda number: 1 / number, [1, 0], 2))
-
-
 @pytest.mark.takes(1.5)
 @needs_forks
 def test_the_processes_end_with_a_killed_starter():

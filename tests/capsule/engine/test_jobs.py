@@ -7,7 +7,6 @@ import errno
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from unittest.mock import Mock
@@ -18,11 +17,6 @@ from capsule.engine import jobs
 from capsule.engine.jobs import RUN_LOCK, STATES, hold_run_lock, states_of
 from capsule.errors import CapsuleError
 from capsule.store import files
-from support.project import ROOT
-
-# It holds the lock, prints so, and waits.
-HOLD = "from capsule.engine.jobs import hold_run_lock; held = hold_run_lock(); "
-HOLD += "print('held', flush=True); input()"
 
 
 @pytest.fixture(autouse=True)
@@ -32,20 +26,18 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_second_run_is_refused_with_the_name_of_the_first_until_that_is_killed():
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", HOLD], env=environment, **pipes) as other:
-        assert other.stdout.readline() == "held\n"
-        with pytest.raises(CapsuleError, match=rf"\(process {other.pid} on .*; wait until it has"):
+def test_a_second_run_is_refused_with_the_name_of_the_first_until_that_ends():
+    with hold_run_lock():
+        name = RUN_LOCK.read_text().strip()
+        assert name.startswith(f"process {os.getpid()} on ")
+        with pytest.raises(CapsuleError, match=rf"folder \({name}\), .*; wait until it has ended$"):
             hold_run_lock()
         # The name of the first is kept. A lock is of one folder, and ends with its file.
-        assert RUN_LOCK.read_text().startswith(f"process {other.pid} on ")
+        assert RUN_LOCK.read_text().strip() == name
         for _ in range(2):
             hold_run_lock(Path("elsewhere/run.lock")).close()
-        other.kill()
     with hold_run_lock():
-        assert RUN_LOCK.read_text().startswith(f"process {os.getpid()} on ")
+        assert RUN_LOCK.read_text().strip() not in ("", name)
 
 
 def test_without_locks_on_the_file_system_a_run_begins_with_a_warning(monkeypatch, capsys):
