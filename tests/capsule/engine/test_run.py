@@ -4,6 +4,7 @@ import atexit
 import os
 import re
 import shutil
+import subprocess
 import time
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
@@ -149,7 +150,6 @@ def test_a_full_disk_stops_a_run_before_its_first_job_and_is_told_at_the_end(mon
     assert "The disk is full: only 0.3 MB are free." in capsys.readouterr().err
 
 
-@pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
 def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
     tmp_path, monkeypatch, capsys
 ):
@@ -159,15 +159,14 @@ def test_slurms_jobs_of_a_killed_run_stop_a_run_and_a_silent_slurm_is_told(
         f"11 {name} {tmp_path}\n12 study_{name} {tmp_path}\n12 study_{name} {tmp_path}\n"
         f"13 {name} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
-    squeue = tmp_path / "squeue"
-    squeue.write_text(f"#!/bin/sh\ncat <<END\n{answer}END\n")
-    squeue.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    squeue = Mock(return_value=Mock(stdout=answer))
+    monkeypatch.setattr(shutil, "which", lambda name: name)
+    monkeypatch.setattr(subprocess, "run", squeue)
     assert run.unfinished_jobs(tmp_path) == (), "nothing was submitted from this folder"
     run.LOGS.mkdir(parents=True)
     with pytest.raises(CapsuleError, match=r"use this folder \(11, 12\); .*: scancel 11 12$"):
         run_of().begin()
-    squeue.write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
+    squeue.side_effect = subprocess.CalledProcessError(1, "", stderr="tried\nno controller\n")
     assert run.unfinished_jobs(tmp_path) == ()
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err
 

@@ -1,14 +1,8 @@
 import numpy as np
 import pytest
 
-from capsule.method.preprocessing import (
-    extend,
-    normalize,
-    preprocess,
-    preprocess_run,
-    rectify,
-    rms_envelope,
-)
+from capsule.method import preprocessing as method
+from capsule.method.preprocessing import normalize, preprocess
 from support import literal
 from support.synthetic import make_recording
 
@@ -22,7 +16,7 @@ def test_preprocessing_equals_the_literal_formulas(sensors, samples, window):
     actual = preprocess(values, window=window, threshold=0.9, length=samples + 13)
     np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-12)
     # Kills: a time axis of the sensors, or by the rate instead of the interval.
-    run = preprocess_run("3mm/r01", "", values, rate_hz=8, window=window, threshold=0.9)
+    run = method.preprocess_run("3mm/r01", "", values, rate_hz=8, window=window, threshold=0.9)
     np.testing.assert_array_equal(run.time_s, [0.125 * sample for sample in range(samples)])
     np.testing.assert_allclose(run.matrix, expected[:, :samples], rtol=0, atol=1e-12)
 
@@ -39,13 +33,14 @@ def test_missing_samples_take_no_part_and_a_window_without_any_has_no_envelope()
     np.testing.assert_allclose(normalized[known], normalize(readings[known][np.newaxis])[0])
     # Around the gap at index 2 only its two neighbours remain.
     expected = np.sqrt((normalized[0, 1] ** 2 + normalized[0, 3] ** 2) / 2)
-    assert rms_envelope(normalized, window=2)[0, 2] == pytest.approx(expected)
+    assert method.rms_envelope(normalized, window=2)[0, 2] == pytest.approx(expected)
     normalized[:, 1:4] = np.nan
-    assert np.isnan(rms_envelope(normalized, window=2)[0, 2])
+    assert np.isnan(method.rms_envelope(normalized, window=2)[0, 2])
 
 
 def test_only_what_exceeds_the_threshold_remains_and_is_padded_and_never_cut():
-    np.testing.assert_array_equal(rectify(np.array([[0.5, 1.0, 1.75]]), 1.0), [[0.0, 0.0, 0.75]])
-    np.testing.assert_array_equal(extend(np.ones((1, 2)), 4), [[1, 1, 0, 0]])
+    rectified = method.rectify(np.array([[0.5, 1.0, 1.75]]), 1.0)
+    np.testing.assert_array_equal(rectified, [[0.0, 0.0, 0.75]])
+    np.testing.assert_array_equal(method.extend(np.ones((1, 2)), 4), [[1, 1, 0, 0]])
     with pytest.raises(ValueError, match="5 samples do not fit into 4"):
-        extend(np.ones((1, 5)), 4)
+        method.extend(np.ones((1, 5)), 4)

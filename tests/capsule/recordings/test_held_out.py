@@ -5,15 +5,8 @@ import pytest
 from scipy.sparse.csgraph import connected_components
 
 from capsule.errors import CapsuleError
+from capsule.recordings import held_out as held
 from capsule.recordings import origin
-from capsule.recordings.held_out import (
-    fitted,
-    is_held_out,
-    recordings_with_fits,
-    session_of,
-    teaching,
-    unknown_sessions,
-)
 from capsule.store import files
 
 HELD_OUT = ["spring", "=2+2"]
@@ -34,17 +27,17 @@ ROWS = {name: {"recording": name, "session": session} for name, session in SESSI
 
 
 def test_a_labelled_recording_of_a_named_session_is_held_out_and_the_others_teach_in_order():
-    held_out = [name for name, each in SESSIONS.items() if is_held_out(name, each, HELD_OUT)]
+    held_out = [name for name, each in SESSIONS.items() if held.is_held_out(name, each, HELD_OUT)]
     assert held_out == ["3mm/r01", "0mm/r02"]
-    assert list(teaching(ROWS, HELD_OUT)) == [name for name in ROWS if name not in held_out]
-    assert teaching(ROWS, []) == ROWS
+    assert list(held.teaching(ROWS, HELD_OUT)) == [name for name in ROWS if name not in held_out]
+    assert held.teaching(ROWS, []) == ROWS
 
 
 def test_a_session_that_no_labelled_recording_names_is_told():
     rows = [ROWS[name] for name in ("3mm/r02", "unlabelled/patient", "3mm/r04")]
-    assert unknown_sessions(rows, ["spring", "autumn", "=x"]) == ["spring", "=x"]
+    assert held.unknown_sessions(rows, ["spring", "autumn", "=x"]) == ["spring", "=x"]
     rows.append({"recording": "0mm/r01", "session": " =x"})
-    assert unknown_sessions(rows, ["autumn", "=x"]) == []
+    assert held.unknown_sessions(rows, ["autumn", "=x"]) == []
 
 
 LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
@@ -69,7 +62,7 @@ LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
 )
 def test_the_first_lines_of_a_file_tell_its_session(tmp_path, content, session):
     (tmp_path / "r01.csv").write_bytes(content.encode())
-    assert session_of(tmp_path / "r01.csv") == session
+    assert held.session_of(tmp_path / "r01.csv") == session
 
 
 def test_the_recordings_of_nodules_that_teach_are_fitted(tmp_path):
@@ -80,9 +73,9 @@ def test_the_recordings_of_nodules_that_teach_are_fitted(tmp_path):
     batches = {"0mm/batch": ["0mm/r01", "0mm/r02"], "3mm/batch": runs, "3mm/gone": ["3mm/r09"]}
     batches |= {"3mm/spring": ["3mm/r01"], "unlabelled/batch": ["unlabelled/patient"]}
     of_nodules = {name: batches[name] for name in ("3mm/batch", "3mm/gone", "3mm/spring")}
-    assert fitted(batches, tmp_path, []) == of_nodules
+    assert held.fitted(batches, tmp_path, []) == of_nodules
     del of_nodules["3mm/spring"]
-    assert fitted(batches, tmp_path, HELD_OUT) == of_nodules | {"3mm/batch": runs[1:]}
+    assert held.fitted(batches, tmp_path, HELD_OUT) == of_nodules | {"3mm/batch": runs[1:]}
 
 
 def listed(folder, *rows):
@@ -100,14 +93,14 @@ def listed(folder, *rows):
 def test_recordings_with_fits_teach_and_come_in_the_order_of_their_contents(tmp_path):
     made = [("2mm/r01", "9", ""), ("3mm/r01", "2", "autumn"), ("3mm/r04", "3", "spring")]
     table = listed(tmp_path, *((name, "accepted", "", "", *rest) for name, *rest in made))
-    assert recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
-    assert recordings_with_fits(table, ["spring"]) == ["3mm/r01", "2mm/r01"]
+    assert held.recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
+    assert held.recordings_with_fits(table, ["spring"]) == ["3mm/r01", "2mm/r01"]
 
 
 def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
     table = listed(tmp_path, ("3mm/r04", "accepted", "", "", "3", "autumn"))
     with pytest.raises(CapsuleError) as caught:
-        recordings_with_fits(table, ["autumn"])
+        held.recordings_with_fits(table, ["autumn"])
     first, *others = str(caught.value).splitlines()
     assert first.startswith("no recording of a nodule can be used, so no template can be made")
     assert others == [

@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 
 from capsule.errors import CapsuleError
+from capsule.recordings import listing
 from capsule.recordings.acceptance import fingerprint
-from capsule.recordings.listing import (
-    full_list,
-    near_copies,
-    nearly_equal,
-    reasons_of_copies,
-    refuse_rejected,
-)
+from capsule.recordings.listing import nearly_equal
 from capsule.recordings.names import Entry, classify
 from capsule.recordings.recording import read_recording
 from capsule.seeding import generator
@@ -43,8 +38,8 @@ def checks(readings):
 )  # fmt: skip
 def test_of_recordings_with_the_same_readings_the_original_counts_whatever_the_order(copied):
     made = checks(dict.fromkeys(copied, "x") | {"3mm/other": "y"})
-    reasons = reasons_of_copies(made)
-    assert reasons == reasons_of_copies(dict(reversed(made.items())))
+    reasons = listing.reasons_of_copies(made)
+    assert reasons == listing.reasons_of_copies(dict(reversed(made.items())))
     assert reasons.keys() == {name for name, other in copied.items() if other}
     mislabelled = ", under another size: one of the two is mislabelled"
     for name, reason in reasons.items():
@@ -60,7 +55,7 @@ def test_a_row_says_why_and_a_header_moves_no_cell_of_a_table():
         check |= told | {"recording": name, "header": header, "marks": []}
     # One is not checked yet, and one is no plain name.
     entries = map(Entry, ("3mm/r01.csv", "3mm/old_r01.csv", "3mm/x.csv", "3mm/x y.csv"))
-    other, first, refused = full_list(classify(entries), made, {}.__getitem__)
+    other, first, refused = listing.full_list(classify(entries), made, {}.__getitem__)
     assert (refused["recording"], refused["size_mm"]) == ("3mm/x y.csv", 3.0)
     assert refused["reason"].startswith("rename the file")
     assert (first["recording"], first["status"]) == ("3mm/r01", "accepted")
@@ -74,7 +69,7 @@ def readings(name):
 
 def found_in(archive):
     marks = {name: fingerprint(values) for name, values in archive.items()}
-    return near_copies(marks, archive.__getitem__)
+    return listing.near_copies(marks, archive.__getitem__)
 
 
 def with_part(values, place, part):
@@ -177,12 +172,13 @@ def test_one_in_eight_marks_is_kept_and_each_takes_33_readings():
 def test_recordings_that_share_a_quarter_of_the_shorter_list_are_compared(shared, found):
     marks = {"one": np.arange(100), "other": 100 - shared + np.arange(200), "none": np.arange(0)}
     run = generator(1, "quarter").normal(size=(2, 300))
-    assert bool(near_copies(marks, {"one": run, "other": run, "none": run}.__getitem__)) == found
+    alike = listing.near_copies(marks, lambda name: run)
+    assert alike == ({"one": ["other"], "other": ["one"]} if found else {})
 
 
 def test_if_the_run_is_to_fail_each_rejected_recording_is_listed_with_its_reason():
     good = {"recording": "0mm/r01", "status": "accepted", "reason": ""}
-    refuse_rejected([good])
+    listing.refuse_rejected([good])
     bad = {"recording": "3mm/r02", "status": "rejected", "reason": "the file is empty"}
     with pytest.raises(CapsuleError, match=r"are rejected:\n  3mm/r02: the file is empty\nrepair"):
-        refuse_rejected([good, bad])
+        listing.refuse_rejected([good, bad])

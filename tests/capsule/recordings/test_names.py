@@ -4,22 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.recordings.names import (
-    Entry,
-    as_cell,
-    classify,
-    displayed,
-    folder_size_mm,
-    size_label,
-    size_mm,
-    sizes_of,
-)
+from capsule.recordings import names as naming
+from capsule.recordings.names import Entry, as_cell, classify, displayed
 
 
 def test_the_folder_is_the_label():
-    assert sizes_of(["3mm/r01", "unlabelled/r01"]) == {"3mm/r01": 3}
+    assert naming.sizes_of(["3mm/r01", "unlabelled/r01"]) == {"3mm/r01": 3}
     for folder in ("mm", "3 mm", "-3mm", "3,5mm", "3.mm", "nanmm", "²mm", "٣mm", "unlabelled"):
-        assert folder_size_mm(folder) is None
+        assert naming.folder_size_mm(folder) is None
 
 
 def test_what_lies_in_a_folder_that_names_no_size_is_named_once():
@@ -78,8 +70,8 @@ def test_what_is_no_usable_recording_is_named_with_the_reason(entry):
 @given(st.integers(0, 999_999))
 def test_a_size_and_its_label_are_the_same_number(micrometres):
     size = micrometres / 1000
-    assert size_mm(f"{size_label(size)}/r01") == size
-    assert size_label(2.5) == "2.5mm"
+    assert naming.size_mm(f"{naming.size_label(size)}/r01") == size
+    assert naming.size_label(2.5) == "2.5mm"
 
 
 # Names on a disk, including bytes that are not UTF-8.
