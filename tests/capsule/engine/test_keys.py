@@ -33,9 +33,8 @@ def write(folder, contents):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    for cached in (keys_module.read_code, keys_module._imports, keys_module._module_files):
-        cached.cache_clear()
-    keys_module._files_of.cache_clear()
+    for cached in ("read_code", "_imports", "_module_files", "_files_of"):
+        getattr(keys_module, cached).cache_clear()
 
 
 @pytest.mark.parametrize(
