@@ -79,9 +79,7 @@ def test_a_curve_takes_two_healthy_recordings_that_differ_and_a_nodule():
     # Kills: a spread that is rounding alone. A third of this score and back is another number.
     scores, nodule = np.array([0.8216181435011584, 2.0, 3.0]), np.array([False, True, True])
     assert fit_probability(scores, nodule, np.zeros(3, dtype=int), 0.5) is None
-
-
-def test_no_score_makes_a_nodule_impossible_or_less_likely_than_e_to_the_minus_50():
+    # No score makes a nodule impossible, or less likely than e to the minus 50.
     curve = calibrate.Probability(centre=1.0, scale=2.0, intercept=0.5, slope=3.0)
     np.testing.assert_allclose(curve.of(np.array([-1e9, 1e9])), [np.exp(-50.0), 1.0], rtol=1e-9)
 

@@ -6,12 +6,16 @@ from functools import partial
 
 import numpy as np
 import pytest
+from sklearn.linear_model import Ridge
+from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
 from capsule.detectors.base import ScoredDetector, StoredRecording, TrainingArchive
 from capsule.detectors.calibrate import fit_probability, fit_sizes, rank_threshold
+from capsule.detectors.network import EMBEDDED
 from capsule.detectors.registry import DETECTORS, PAPER, detector_class, detector_row
-from capsule.detectors.search import Passage
-from capsule.detectors.shipped import NearestTemplate
+from capsule.detectors.search import UNKNOWN, Passage
+from capsule.detectors.shipped import Diagonal, NearestTemplate, Taught
+from capsule.detectors.verdicts import row_verdict, verdict_word
 from capsule.errors import CapsuleError
 from capsule.method import templates as method
 from capsule.method.particle import Particle, render
@@ -187,3 +191,90 @@ def test_the_papers_verdict_is_that_of_the_nearest_template_of_the_fold(archive)
     model = NearestTemplate.taught(replace(archive, templates=none, sizes_mm={"0mm/r0": 0.0}))
     verdict = model.verdict(archive.recordings["0mm/r0"])
     assert np.isnan(verdict.score) and verdict.predicted_mm == 0
+
+
+# The shipped detectors of scores: what they see, and the ridge that adapts the network's score.
+
+
+def test_diagonal_sees_the_evidence_the_channels_the_time_and_logarithms():
+    known = Passage(0.5, 0.1, 0.2, 0.01, 12.0, 200.0, 130.0, 0.3, 0.4, 0.5)
+    # A channel below 0.03 counts as 0.03, so that it has a logarithm.
+    logarithms = np.log([0.2, 0.03, 0.3, 0.4, 0.5])
+    seen, silent = (Diagonal.seen(StoredRecording(None, each)) for each in (known, UNKNOWN))
+    np.testing.assert_allclose(seen, [0.5, 0.1, 0.2, 0.01, 130.0, *logarithms])
+    assert np.isnan(silent[0])
+    assert Diagonal.sized_by == slice(1, None)
+    # The evidence is the score, which nothing teaches.
+    learned, scores = Diagonal.learn(np.tile(seen, (2, 1)), np.zeros(2), np.arange(2), {})
+    assert learned is None and scores.tolist() == [0.5, 0.5]
+
+
+@pytest.mark.parametrize(("evidence", "seen"), [(np.nan, 0), (-3, -1), (-0.5, -0.5), (4.1, 4)])
+def test_taught_sees_score_evidence_from_minus_1_to_4_gradient_and_embedding(evidence, seen):
+    features = features_of(1.5, [2.0], [3.0])
+    passage = replace(UNKNOWN, evidence=evidence)
+    row = Taught.seen(StoredRecording(None, passage, features=features))
+    np.testing.assert_allclose(row, [1.5, seen, *features.gradient, *features.embedding])
+    assert Taught.sized_by == slice(-EMBEDDED, None)
+
+
+@pytest.mark.parametrize("passes_of", [1, 2])
+def test_the_score_is_the_ridge_of_scikit_learn_on_evidence_and_gradient(passes_of):
+    numbers = generator(1, "taught ridge")
+    seen, sizes_mm = numbers.normal(size=(24, 4)), np.arange(24.0) % 4
+    places = np.arange(24) // passes_of
+    rows = np.column_stack([seen, numbers.normal(size=(24, EMBEDDED))])
+    learned, without_place = Taught.learn(rows, sizes_mm, places, TAUGHT | {"evidence_weight": 3.0})
+    # The evidence is penalised by its own weight.
+    score, features = seen[:, 0], seen[:, 1:] * [3, 1, 1]
+    wanted = TAUGHT["height"] * np.array([0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - score
+    ridge, leave = Ridge(alpha=TAUGHT["penalty"]), LeaveOneGroupOut()
+    expected = cross_val_predict(ridge, features, wanted, groups=places, cv=leave)
+    np.testing.assert_allclose(without_place, score + expected)
+    model, ridge = Taught(0.0, learned, None, None), ridge.fit(features, wanted)
+    scores = [model.score(row) for row in rows]
+    np.testing.assert_allclose(scores, score + ridge.predict(features))
+
+
+@pytest.mark.parametrize(
+    ("size_mm", "rise"),
+    [(0, 0), (0.5, 0.3), (1, 0.6), (1.5, 0.75), (2, 0.9), (2.5, 0.95), (3, 1), (5, 1)],
+)
+def test_the_wanted_score_rises_with_the_size_and_not_beyond_3_mm(size_mm, rise):
+    # Features that do not vary teach nothing but the mean of what is wanted.
+    seen, sizes_mm = np.zeros((4, 3 + EMBEDDED)), np.full(4, float(size_mm))
+    for places in (np.arange(4), np.array([0, 0, 0, 1])):
+        learned, without_place = Taught.learn(seen, sizes_mm, places, TAUGHT)
+        told = [learned.of(np.zeros(3)), *without_place]
+        np.testing.assert_allclose(told, TAUGHT["height"] * rise)
+    # A single place teaches no score.
+    learned, without_place = Taught.learn(seen, sizes_mm, np.zeros(4, dtype=int), TAUGHT)
+    assert learned is None and np.isnan(without_place).all()
+    assert np.isnan(Taught(0.0, None, None, None).score(seen[0]))
+
+
+# The five verdicts.
+
+
+@pytest.mark.parametrize(
+    ("score", "threshold", "probability", "others", "word"),
+    [
+        (2.0, 1.0, 0.5, {}, "nodule"),
+        (2.0, 1.0, 0.49, {}, "uncertain: pass again"),
+        (2.0, 1.0, np.nan, {}, "nodule"),
+        (1.0, 1.0, 0.9, {}, "no nodule"),
+        (9.0, 1.0, 0.9, {"unlike": True}, "unlike the recordings that teach"),
+        (0.0, 1.0, 0.1, {"unlike": True}, "unlike the recordings that teach"),
+        (9.0, 1.0, 0.9, {"unlike": True, "reason": "no wave"}, "no verdict"),
+        (np.nan, 1.0, np.nan, {}, "no verdict"),
+        (2.0, None, None, {}, "no verdict"),
+    ],
+)
+def test_a_verdict_is_one_of_five(score, threshold, probability, others, word):
+    assert verdict_word(score, threshold, probability, **others) == word
+    # A row of a table says the same; an empty cell of a reason is NaN.
+    row = {"score": score, "threshold": threshold, "probability": probability}
+    row |= {"familiar": "no" if others.get("unlike") else "yes"}
+    assert row_verdict(row | {"no_verdict": others.get("reason", np.nan)}) == word
+    # A place that was passed several times has no probability.
+    assert row_verdict({"score": 2.0, "threshold": 1.0}) == "nodule"

@@ -96,10 +96,6 @@ def test_directions_that_all_agree_and_that_cancel_are_the_ends_of_rayleighs_tes
     assert 0.001 < rayleigh(np.exp(1j * angles)) < 0.002
 
 
-def phases_of(values):
-    return phase_tests(wave_of(values, 10.0, BENCH))
-
-
 @pytest.mark.parametrize(("share", "passes"), [(0.22, False), (0.28, True), (-0.28, True)])
 @pytest.mark.parametrize("sensors", [2, 4])
 def test_a_wave_that_travels_a_quarter_of_the_way_is_no_interference(share, passes, sensors):
@@ -114,7 +110,7 @@ def test_a_wave_that_travels_a_quarter_of_the_way_is_no_interference(share, pass
 
 def test_each_sensor_gets_its_part_of_the_false_rate():
     values = wave(numbers_of("part"), height=1.5)
-    chances, _ = phases_of(values)
+    chances, _ = phase_tests(wave_of(values, 10.0, BENCH))
     worst = int(chances.argmax())
     assert 0 < chances[worst] < 0.2
     assert reason_of(values, 4 * chances[worst]) == ""
@@ -307,9 +303,7 @@ def test_the_share_is_that_of_the_sensor_with_the_least_and_noise_the_median_ove
     traits = traits_of(louder)
     assert traits.wave_share < min(alone) - 0.1
     assert traits.noise == pytest.approx(traits_of(values).noise, rel=0.3)
-
-
-def test_a_constant_has_no_share_and_missing_samples_take_no_part_in_the_noise():
+    # A constant has no share, and missing samples take no part in the noise.
     wave = wave_of(wave_readings(samples=140), RATE_HZ, STILL)
     moved = replace(wave, steady=wave.steady + 5.0)
     np.testing.assert_allclose(wave_shares(moved), wave_shares(wave))
