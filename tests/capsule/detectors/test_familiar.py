@@ -7,19 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import lfilter
 
-import capsule
 from capsule.detectors.base import TrainingArchive
 from capsule.detectors.calibrate import upper_quantile
-from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import LEAST_PLACES, NO_WAVE, FamiliarKind, learn_familiar
 from capsule.detectors.unlike import because, familiarity_line, unlike_because
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
-from capsule.recordings.held_out import teaching
-from capsule.recordings.names import size_mm
 from capsule.seeding import generator
-from support.project import ROOT
 from support.training import NO_TEMPLATES, recordings_of
 
 USUAL = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
@@ -159,74 +153,3 @@ def test_what_is_stored_judges_as_what_was_learned(unknown):
     assert restored.judge_all(asked) == answers
     assert {each.familiar for each in answers} == {True, False}
     assert restored_few.judge(USUAL).familiar is None
-
-
-# The shipped archive tells foreign readings from recordings of its own bench.
-
-
-def answers_of(teach, judged):
-    rows = np.array([astuple(each) for each in teach])
-    assert np.isfinite(rows).all()
-    answers = learn_familiar(rows, np.arange(len(rows))).judge_all(list(judged))
-    assert all(each.traits for each in answers if each.familiar is False)
-    return [each.familiar for each in answers]
-
-
-@pytest.fixture(scope="module")
-def shipped():
-    """Return traits of the recordings that teach, and of those that are held out, and settings."""
-    archive = capsule.load(ROOT / "raw")
-    index, settings = archive.index(archive.labelled), archive.settings
-    teach = teaching(index, settings["evaluation"]["held_out"])
-    traits = {name: DescribedRecording(archive.readings[name], settings).traits for name in index}
-    apart = {name: each for name, each in traits.items() if name not in teach}
-    return {name: traits[name] for name in teach}, apart, settings
-
-
-@pytest.mark.slow
-@pytest.mark.takes(8)
-def test_held_out_set_ups_and_larger_nodules_than_those_that_teach_are_familiar(shipped):
-    teach, held_out, _ = shipped
-    small = [each for name, each in teach.items() if size_mm(name) < 4]
-    largest = [each for name, each in (teach | held_out).items() if size_mm(name) == 5]
-    apart = answers_of(teach.values(), held_out.values())
-    for answers, count in ((apart, 160), (answers_of(small, largest), 40)):
-        assert len(answers) == count
-        assert answers.count(False) <= 0.05 * count
-
-
-def shared_noise(numbers):
-    """Return slow noise that neighbouring sensors share in part."""
-    rows = lfilter([1], [1, -numbers.uniform(0.5, 0.99)], numbers.normal(0, 8, (4, 800)), axis=1)
-    shared = numbers.uniform(0.2, 0.8) ** np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
-    return 500 + (shared @ rows)[:, 200:]
-
-
-def travelling_noise(numbers):
-    """Return slow noise that reaches one sensor after the other."""
-    recursion, delay = [1, -numbers.uniform(0.5, 0.99)], int(numbers.integers(1, 8))
-    row = lfilter([1], recursion, numbers.normal(0, 8, 900))[200:]
-    return 500 + np.stack([row[sensor * delay :][:600] for sensor in range(4)])
-
-
-def ridges(numbers):
-    """Return four neighbouring channels of a finger on a board of ridges, at some speed."""
-    path = numbers.choice(sorted((ROOT / "tests/data/fabricslide").glob("*.csv")))
-    channels = np.loadtxt(path, delimiter=",", skiprows=1)[:, 3:].T
-    first, speed = int(numbers.integers(13)), float(numbers.choice([1.0, 1.2, 1.5]))
-    at, every = np.arange(0, channels.shape[1] - 1, speed), np.arange(channels.shape[1])
-    return np.stack([np.interp(at, every, row) for row in channels[first : first + 4]])
-
-
-@pytest.mark.slow
-@pytest.mark.takes(8)
-@pytest.mark.parametrize(
-    ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
-)
-def test_foreign_readings_that_would_get_a_verdict_are_unlike(shipped, foreign, runs):
-    made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
-    recordings = [DescribedRecording(values, shipped[2]) for values in made]
-    judged = [each.traits for each in recordings if not each.no_verdict]
-    answers = answers_of(shipped[0].values(), judged)
-    assert len(answers) >= 5
-    assert len(answers) - answers.count(False) <= 0.05 * len(answers)

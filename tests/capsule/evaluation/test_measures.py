@@ -11,8 +11,10 @@ from sklearn.metrics import brier_score_loss
 
 from capsule.evaluation import measures, rates
 from capsule.evaluation.columns import COLUMNS, RATES
+from capsule.evaluation.files import read_table
 from capsule.evaluation.intervals import Units, effective_count, rate, rate_of, ratio_interval
 from capsule.evaluation.rates import ANY
+from capsule.store.files import write_csv
 from support.verdicts import index_of, verdicts
 
 UNKNOWN, SIZES_MM = float("nan"), [0.0, 1.0, 2.0]
@@ -158,6 +160,24 @@ def test_a_rate_is_that_over_the_places_and_near_copies_are_one_place():
     assert ends_of(row, "accuracy") == list(rate_of(right, places, 0.95))
     copies = one(verdicts(pairs), near_copies=["0mm/r1", *[""] * 7])
     assert next(rates.detection(copies, RULES))["clusters"] == 7
+
+
+def test_what_people_wrote_stays_as_they_wrote_it(tmp_path):
+    path = tmp_path / "sites.csv"
+    rows = [
+        {"site": "01", "score": 1.5, "recordings": 2, "detected": True},
+        {"site": "NA", "score": None, "recordings": 3, "detected": False},
+        {"site": "nan", "score": UNKNOWN, "recordings": 3, "detected": False},
+        {"site": "1e3", "score": -1.0, "recordings": 1, "detected": True},
+        {"site": None, "score": -1.0, "recordings": 1, "detected": True},
+    ]
+    write_csv(path, list(rows[0]), rows)
+    read = read_table(path)
+    assert read["site"].iloc[:4].tolist() == ["01", "NA", "nan", "1e3"]
+    assert read["site"].isna().tolist() == [False] * 4 + [True]
+    np.testing.assert_array_equal(read["score"], [1.5, np.nan, np.nan, -1.0, -1.0])
+    assert read["recordings"].dtype.kind == "i"
+    assert read["detected"].dtype.kind == "b"
 
 
 # Summary.

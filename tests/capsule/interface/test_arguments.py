@@ -47,9 +47,7 @@ def test_samples_first_is_refused_with_the_remedy(archive, name, argument):
     shown = f"{told}: an array of shape (520, 4) is not allowed; allowed is {remedy}"
     assert str(refused.value) == shown
     assert len(ON_ARRAYS) >= 10
-
-
-def test_few_samples_and_many_sensors_are_no_samples_first():
+    # Few samples and many sensors are no samples first.
     for shape in ((1, 100), (4, 4), (64, 525)):
         values = np.arange(np.prod(shape), dtype=float).reshape(shape) ** 2
         assert capsule.normalize(values).shape == shape
@@ -109,9 +107,7 @@ def test_what_is_wrong_with_the_readings_is_told_with_its_place_or_the_functions
         capsule.preprocess([[1.0, np.inf, 2.0]], **SHAPE)
     with pytest.raises(ValueError, match=r"^preprocess: a constant sensor cannot be normalized"):
         capsule.preprocess(np.ones((4, 500)), **SHAPE)
-
-
-def test_a_checked_function_is_found_under_its_public_name():
+    # A checked function is found under its public name.
     assert pickle.loads(pickle.dumps(capsule.preprocess)) is capsule.preprocess
     assert list(inspect.signature(capsule.rms_envelope).parameters) == ["normalized", "window"]
 

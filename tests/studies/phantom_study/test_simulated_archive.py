@@ -51,20 +51,17 @@ def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices
     assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)
 
 
-def test_a_run_that_is_stopped_by_hand_has_not_arrived(archive):
+def test_a_run_that_is_stopped_by_hand_has_not_arrived_and_delta_mu_is_the_time_of_a_pitch(archive):
     sizes = [run.time_s.size for name, run in archive.items() if not name.startswith("0mm")]
     stopped = with_values(PHANTOM, {"advance.longest_samples": max(sizes)})
     share = simulated_archive.archive_motion(archive, stopped, PAPER)["reaches the far side"]
     assert share == pytest.approx(100 * np.mean(np.array(sizes) < max(sizes)))
     assert share < 100
-
-
-@pytest.mark.parametrize(("speed", "usual"), [(0.4, 100), (1.0, 0), (0.2, 0)])
-def test_at_a_steady_speed_the_sensors_meet_the_nodule_a_pitch_apart(archive, speed, usual):
-    time_s = np.arange(2000) / 10
-    steady = replace(archive["3mm/r01"], time_s=time_s, head_mm=speed * time_s)
-    motion = simulated_archive.archive_motion({"3mm/r01": steady}, PHANTOM, PAPER)
-    assert motion["Delta mu 100 to 250"] == usual
+    for speed, usual in ((0.4, 100), (1.0, 0), (0.2, 0)):
+        time_s = np.arange(2000) / 10
+        steady = replace(archive["3mm/r01"], time_s=time_s, head_mm=speed * time_s)
+        motion = simulated_archive.archive_motion({"3mm/r01": steady}, PHANTOM, PAPER)
+        assert motion["Delta mu 100 to 250"] == usual
 
 
 def test_each_size_is_described_and_the_documentation_shows_what_was(archive, matrices, templates):
@@ -89,14 +86,11 @@ def test_each_size_is_described_and_the_documentation_shows_what_was(archive, ma
         assert "| " + " | ".join(kept.values()) + " |" in text
 
 
-def test_a_level_multiplies_what_it_is_about():
+def test_a_level_multiplies_what_it_is_about_and_a_fault_spoils_one_sensor_of_each_run(archive):
     doubled = draw.varied(PHANTOM, ["sensor.noise"], 2.0)
     assert value_of(doubled, "sensor.noise") == 2 * value_of(PHANTOM, "sensor.noise")
     for parameters, _ in draw.VARIATIONS.values():
         assert draw.varied(PHANTOM, parameters, 1.0) == PHANTOM
-
-
-def test_a_fault_spoils_one_sensor_of_each_run(archive):
     for fault in draw.FAULTS:
         faulty = draw.with_faults(archive, fault, 1)
         assert faulty.keys() == archive.keys()
