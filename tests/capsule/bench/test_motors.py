@@ -9,13 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import board, fold, survey_bench, wave
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardLostError,
-    RefusedError,
-    SurveyFaultError,
-)
+from capsule.bench import bench_errors, board, fold, survey_bench, wave
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError, SurveyFaultError
 from capsule.bench.fold import FoldBoard
 from capsule.bench.survey_bench import BoardBench
 from capsule.bench.wave import Drive, Wave
@@ -150,7 +145,7 @@ def test_a_wave_whose_board_is_reset_again_and_again_is_given_up(line):
 # Kills, the second: a firmware that knows no leases, of which nobody is told.
 def test_a_wave_that_the_motor_cannot_make_is_refused_but_one_without_a_lease_runs(line):
     line.answers["direction"] = "E,direction,the motor follows 800"
-    with pytest.raises(RefusedError, match="/dev/board refuses 'direction,forward': the motor"):
+    with pytest.raises(bench_errors.RefusedError, match="refuses 'direction,forward': the motor"):
         Drive(board_on(line), WAVE, LOG).set_up()
     Drive(board_on(Line(lease="E,lease,unknown")), WAVE, LOG).set_up()
     assert "the wave will not stop if this computer fails" in told[0]

@@ -2,24 +2,14 @@
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.bench.protocol import (
-    Acknowledgement,
-    Damaged,
-    FoldState,
-    FrameParser,
-    Identity,
-    Position,
-    Refusal,
-    Sample,
-    checksum,
-    decode,
-    encode,
-)
+from capsule.bench import protocol
+from capsule.bench.protocol import Damaged, FrameParser, Sample, checksum, decode, encode
 from support.bench import emulated
 from support.command import output_of
 from support.marks import missing_program, needs
@@ -46,7 +36,7 @@ def test_host_has_the_checksums_and_understands_every_answer_of_the_page():
         assert decode(wrong) == Damaged(wrong, "failed its check")
     answers = [line for board in emulated.BOARDS for line in conversation(board)]
     kinds = {type(decode(line.encode())) for _, direction, line in answers if direction == "<"}
-    assert kinds == {Sample, Refusal, Acknowledgement, Position, FoldState, Identity}
+    assert kinds == set(get_args(protocol.Event)) - {Damaged}
 
 
 ARDUINO = Path("/usr/share/arduino/hardware")
@@ -109,14 +99,17 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
     ("payload", "event"),
     [
         ("D,7,800,1,2,3,4,1", Sample(7, 800, (1, 2, 3, 4), at_end=True)),
-        ("A,speed,25", Acknowledgement("speed", "25")),
-        ("E,speed,too fast, sorry", Refusal("speed", "too fast, sorry")),
+        ("A,speed,25", protocol.Acknowledgement("speed", "25")),
+        ("E,speed,too fast, sorry", protocol.Refusal("speed", "too fast, sorry")),
         *(
-            (f"P,402,-2,-0.117,-3.87,running{end}", Position(402, -2, -0.117, -3.87, "running", n))
+            (
+                f"P,402,-2,-0.117,-3.87,running{end}",
+                protocol.Position(402, -2, -0.117, -3.87, "running", n),
+            )
             for end, n in (("", None), (",", None), (",-1359", -1359))
         ),
-        ("F,5310,-4,none,unfolding", FoldState(5310, -4, "none", "unfolding")),
-        ("I,logger,protocol=1,a=", Identity("logger", {"protocol": "1", "a": ""})),
+        ("F,5310,-4,none,unfolding", protocol.FoldState(5310, -4, "none", "unfolding")),
+        ("I,logger,protocol=1,a=", protocol.Identity("logger", {"protocol": "1", "a": ""})),
     ],
 )
 def test_events(payload, event):

@@ -13,14 +13,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from capsule.bench import growing_file
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardLostError,
-    DiskFullError,
-    LineLostError,
-    RefusedError,
-)
+from capsule.bench import bench_errors, growing_file
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError, LineLostError
 from capsule.bench.protocol import encode
 from capsule.recordings.recording import read_recording
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
@@ -237,7 +231,7 @@ def test_a_run_that_ends_at_its_very_start_leaves_no_file_and_no_wave(bench, ref
 
     def start():
         if refuses:
-            raise RefusedError("the motor follows 800")
+            raise bench_errors.RefusedError("the motor follows 800")
         bench._stop.reason = "Ctrl-C"
 
     acts = {"start": start, "leave": lambda: did.append("stop")}
@@ -261,7 +255,7 @@ def test_a_full_disk_keeps_the_lines_that_fit_and_names_the_recovery(bench, monk
         return written
 
     monkeypatch.setattr(growing_file.os, "write", write)
-    with pytest.raises(DiskFullError, match=r"disk is full.*--recover"):
+    with pytest.raises(bench_errors.DiskFullError, match=r"disk is full.*--recover"):
         bench.run(samples(0, 200))
     monkeypatch.undo()
     assert bench.part.path.read_bytes().endswith(b"\n")

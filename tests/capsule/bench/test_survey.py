@@ -12,15 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from capsule.bench import survey_command, survey_folder
-from capsule.bench.bench_errors import (
-    AcquisitionError,
-    BoardLostError,
-    CannotArriveError,
-    DiskFullError,
-    NameExistsError,
-    SurveyFaultError,
-)
+from capsule.bench import bench_errors, survey_command, survey_folder
+from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.protocol import Identity
 from capsule.bench.survey_folder import SessionFolder, check_new, read_about
 from capsule.engine.configuration import read_settings
@@ -194,8 +187,8 @@ DISOBEYS = {"read": reading(fold="folded"), "at_end": True}
     ("words", "bench", "error", "said", "faults"),
     [
         (GUT, SILENT, BoardLostError, "the fold board is silent", 1),
-        (GUT, DISOBEYS, SurveyFaultError, "did not obey", 0),
-        (TO_AND_FRO, {}, CannotArriveError, "cannot go back", 0),
+        (GUT, DISOBEYS, bench_errors.SurveyFaultError, "did not obey", 0),
+        (TO_AND_FRO, {}, bench_errors.CannotArriveError, "cannot go back", 0),
     ],
 )
 def test_what_ends_a_survey_has_its_own_status_and_whole_files(
@@ -239,7 +232,7 @@ def test_a_disk_that_is_full_is_told_with_its_remedy(tmp_path, monkeypatch, writ
 
     disk = begin() if act else None
     monkeypatch.setattr(survey_folder, writer, no_room)
-    with pytest.raises(DiskFullError, match=f"full .*{remedy}"):
+    with pytest.raises(bench_errors.DiskFullError, match=f"full .*{remedy}"):
         (act or begin)(disk)
     if disk:
         disk.discard()
@@ -278,5 +271,5 @@ def test_what_cannot_be_resumed_is_left_as_it_is(tmp_path, files, said):
         read_about(tmp_path)
     assert str(tmp_path) in str(refused.value)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == files
-    with pytest.raises(NameExistsError, match="--resume"):
+    with pytest.raises(bench_errors.NameExistsError, match="--resume"):
         check_new(tmp_path)

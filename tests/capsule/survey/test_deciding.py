@@ -7,17 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule.survey.cycle import (
-    EVENTS,
-    FOLD,
-    HOLD,
-    MOST_RETESTS,
-    MOST_TRIES,
-    STATES,
-    UNFOLD,
-    Cycle,
-    after,
-)
+from capsule.survey import cycle as cycles
+from capsule.survey.cycle import FOLD, HOLD, UNFOLD, Cycle, after
 from capsule.survey.gut_evidence import GutEvidence
 from capsule.survey.suspects import AdaptiveThreshold, Suspects, decide
 from capsule.survey.way_back import WayBack
@@ -157,7 +148,7 @@ def test_a_place_is_passed_again_twice_at_most_and_the_next_one_as_often():
     assert cycle == Cycle("exploring", retests=1)
     assert commands == [FOLD, HOLD, HOLD, UNFOLD]
     cycle, _ = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "again", *THERE_AND_BACK, "again")
-    assert cycle == Cycle("exploring", retests=MOST_RETESTS)
+    assert cycle == Cycle("exploring", retests=cycles.MOST_RETESTS)
     assert after(cycle, "suspected")[0].retests == 0
     # A board that lets the origami go is told so, too.
     cycle, commands = lead(*TO_A_SUSPICION, "folded", "let_go")
@@ -167,16 +158,16 @@ def test_a_place_is_passed_again_twice_at_most_and_the_next_one_as_often():
 # Kills: tries of different places that add up to a capsule that cannot go back.
 def test_after_three_ways_back_in_a_row_that_lead_nowhere_it_goes_on_with_single_passes():
     there = ("folded", "far_enough", "unfolded", "not_back")
-    cycle, commands = lead(*TO_A_SUSPICION, *there * MOST_TRIES)
-    assert cycle == Cycle("exploring", tries=MOST_TRIES, no_return=True)
-    assert commands.count(FOLD) == MOST_TRIES
+    cycle, commands = lead(*TO_A_SUSPICION, *there * cycles.MOST_TRIES)
+    assert cycle == Cycle("exploring", tries=cycles.MOST_TRIES, no_return=True)
+    assert commands.count(FOLD) == cycles.MOST_TRIES
     assert after(after(cycle, "suspected")[0], "passed") == (cycle, ())
     placed = lead(*TO_A_SUSPICION, *there * 2, *THERE_AND_BACK)[0]
     assert (placed.tries, placed.no_return) == (0, False)
 
 
 STEPS = st.one_of(
-    st.sampled_from(EVENTS).map(lambda event: (event,)),
+    st.sampled_from(cycles.EVENTS).map(lambda event: (event,)),
     # Events in their usual order reach late states.
     st.sampled_from(
         [TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), ("folded", "let_go")]
@@ -192,7 +183,7 @@ def test_any_events_in_any_order_fold_only_with_feedback_and_a_lease(steps):
     for event in itertools.chain(*steps):
         before, lease = cycle, max(lease - (event == "tick"), 0)
         cycle, commands = after(before, event)
-        assert cycle.state in STATES
+        assert cycle.state in cycles.STATES
         if FOLD in commands:
             assert before.state not in ("returning", "closing", "ended")
             assert not before.no_return
@@ -208,7 +199,7 @@ def test_any_events_in_any_order_fold_only_with_feedback_and_a_lease(steps):
         if event == "suspected" and before.state == "exploring":
             passes = 0
         passes += cycle.state == "passing" and before.state != "passing"
-        assert passes <= MOST_RETESTS
+        assert passes <= cycles.MOST_RETESTS
         # An end is an end: nothing folds the capsule, or moves it on, any more.
         over |= cycle.state in ("closing", "ended")
         assert not over or cycle.state in ("closing", "ended")

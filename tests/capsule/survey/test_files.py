@@ -12,17 +12,8 @@ from capsule.errors import CapsuleError
 from capsule.survey.files import SessionError, parse_session
 from capsule.survey.listed import list_surveys, survey_content
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from support.surveys import (
-    CREST_MM,
-    DETECTOR,
-    EVENTS,
-    PLACES,
-    head_mm,
-    session_contents,
-    stream_rows,
-    table,
-    write_session,
-)
+from support import surveys
+from support.surveys import session_contents, stream_rows
 
 FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
 
@@ -35,12 +26,16 @@ def test_everything_that_the_files_hold_is_read():
         expected = [float(cell) if cell else np.nan for cell in cells]
         np.testing.assert_array_equal(getattr(session, name), expected)
     assert session.values.tolist() == [[row[at] for row in rows] for at in range(1, 5)]
-    assert [event.after for event in session.events] == [event[3] for event in EVENTS]
+    assert [event.after for event in session.events] == [event[3] for event in surveys.EVENTS]
     assert np.isnan(session.events[0].score)
     assert session.events[1].score == 0.31
     first, second = session.places  # of an earlier version, without the newest columns
     assert [(place.may_be_off_mm, place.familiar) for place in session.places] == [(0, "")] * 2
-    assert (first.status, first.size_mm, first.passes) == ("confirmed", *PLACES[0][4:3:-1], 2)
+    assert (first.status, first.size_mm, first.passes) == (
+        "confirmed",
+        *surveys.PLACES[0][4:3:-1],
+        2,
+    )
     assert np.isnan(second.size_mm)
     assert session.source == "simulated survey"
 
@@ -102,7 +97,7 @@ def test_finished_surveys_are_told_from_the_others(tmp_path):
 
 def test_a_survey_that_changes_while_its_job_reads_it_is_not_drawn(tmp_path, monkeypatch):
     session, read = tmp_path / "sessions/first", survey.read_session
-    write_session(session)
+    surveys.write_session(session)
 
     def read_before_a_change(folder):
         stored = read(folder)
@@ -129,7 +124,7 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(sess
     track = track_of(session)
     assert np.all(np.diff(track.time_s) == pytest.approx(0.8))
     np.testing.assert_allclose(
-        track.head_mm[track.known], head_mm(track.time_s[track.known]), atol=0.006
+        track.head_mm[track.known], surveys.head_mm(track.time_s[track.known]), atol=0.006
     )
     unknown = track.time_s[~track.known]
     assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
@@ -140,14 +135,14 @@ def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(sess
 def test_a_survey_that_never_knew_its_position_has_no_path():
     head, rows = stream_rows()
     at = head.index("head_mm")
-    unknown = table(head, [[*row[:at], "", *row[at + 1 :]] for row in rows])
+    unknown = surveys.table(head, [[*row[:at], "", *row[at + 1 :]] for row in rows])
     lost = parse_session("lost", session_contents() | {"stream.csv": unknown})
     assert not track_of(lost).known.any()
-    assert np.isnan(crest_at_mm(lost, DETECTOR))
+    assert np.isnan(crest_at_mm(lost, surveys.DETECTOR))
 
 
 def test_a_place_is_pinned_from_its_suspicion_to_its_verdict_and_crests_where_they_were_felt(
     session,
 ):
     assert pins_of(session) == [(96.0, 280.0), (320.0, 340.0)]
-    assert crest_at_mm(session, DETECTOR) == pytest.approx(CREST_MM, abs=0.5)
+    assert crest_at_mm(session, surveys.DETECTOR) == pytest.approx(surveys.CREST_MM, abs=0.5)
