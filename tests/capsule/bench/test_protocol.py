@@ -101,13 +101,9 @@ def test_firmware_holds_the_conversation_of_the_page(board, build, tmp_path):
         ("D,7,800,1,2,3,4,1", Sample(7, 800, (1, 2, 3, 4), at_end=True)),
         ("A,speed,25", protocol.Acknowledgement("speed", "25")),
         ("E,speed,too fast, sorry", protocol.Refusal("speed", "too fast, sorry")),
-        *(
-            (
-                f"P,402,-2,-0.117,-3.87,running{end}",
-                protocol.Position(402, -2, -0.117, -3.87, "running", n),
-            )
-            for end, n in (("", None), (",", None), (",-1359", -1359))
-        ),
+        ("P,402,-2,-0.117,-3.87,running", protocol.Position(402, -2, -0.117, -3.87, "running")),
+        ("P,402,-2,-0.117,-3.87,running,", protocol.Position(402, -2, -0.117, -3.87, "running")),
+        ("P,402,-2,-0.117,25,running,-19", protocol.Position(402, -2, -0.117, 25, "running", -19)),
         ("F,5310,-4,none,unfolding", protocol.FoldState(5310, -4, "none", "unfolding")),
         ("I,logger,protocol=1,a=", protocol.Identity("logger", {"protocol": "1", "a": ""})),
     ],

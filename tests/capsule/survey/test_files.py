@@ -31,11 +31,7 @@ def test_everything_that_the_files_hold_is_read():
     assert session.events[1].score == 0.31
     first, second = session.places  # of an earlier version, without the newest columns
     assert [(place.may_be_off_mm, place.familiar) for place in session.places] == [(0, "")] * 2
-    assert (first.status, first.size_mm, first.passes) == (
-        "confirmed",
-        *surveys.PLACES[0][4:3:-1],
-        2,
-    )
+    assert (first.status, first.size_mm, first.passes) == ("confirmed", 3.1, 2)
     assert np.isnan(second.size_mm)
     assert session.source == "simulated survey"
 
